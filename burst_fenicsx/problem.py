@@ -1,0 +1,172 @@
+"""What the burst stage is asked to compute: plain data in SI units, without defaults that hide a choice.
+
+The front door fills these from a case file; a user of the package may fill them by hand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from burst_fenicsx.geometry import Profile
+
+__all__ = [
+    "BurstSettings",
+    "CasingMaterial",
+    "Explosive",
+    "Hourglass",
+    "IgnitionPoint",
+    "JonesWilkinsLee",
+    "Leakage",
+    "Part",
+    "ProductModel",
+    "Round",
+    "TimeStep",
+    "Viscosity",
+]
+
+ProductModel = Literal["landau", "landau_cj", "jwl"]
+BurnModel = Literal["time", "time_or_compression"]
+Quadrature = Literal["one_point", "full"]
+
+
+class Part(IntEnum):
+    """What a cell is made of."""
+
+    CASING = 0
+    CHARGE = 1
+    FUZE = 2
+
+
+@dataclass(frozen=True)
+class JonesWilkinsLee:
+    """Constants of P = A (1 - omega/(R1 V)) exp(-R1 V) + B (1 - omega/(R2 V)) exp(-R2 V) + omega E/V."""
+
+    A: float  # Pa
+    B: float  # Pa
+    R1: float
+    R2: float
+    omega: float
+    E0: float  # energy per initial volume (J/m3)
+
+
+@dataclass(frozen=True)
+class Explosive:
+    """A high explosive. Units: kg/m3, m/s, J/kg, m/s."""
+
+    name: str
+    density: float
+    detonation_velocity: float
+    heat_of_detonation: float
+    sound_speed: float  # bulk, of the unlit charge
+    jwl: JonesWilkinsLee | None = None
+    shear_modulus: float = 3.5e9  # of the unlit charge (Pa)
+    shear_strength: float = 5.0e7  # of the unlit charge (Pa)
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class CasingMaterial:
+    """Tresca with linear softening and tension cut-off (Eqs. 8-11). Units: kg/m3, Pa."""
+
+    name: str
+    density: float
+    elastic_modulus: float
+    poisson_ratio: float
+    shear_strength: float  # tau_c, half the uniaxial yield stress
+    tensile_strength: float  # sigma_t
+    shear_softening_strain: float | None = 0.5  # gamma_lim; None: no softening
+    tensile_softening_strain: float | None = 0.5  # eps_lim; None: no softening
+    softening_length: float | None = None  # gamma_lim is scaled by this over the cell's length (m)
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class IgnitionPoint:
+    """A point that lights the charge.
+
+    `station` is measured along the axis from the nose end of the round (m), `offset` is the place
+    across the axis (m); `delay` is the time at which the point lights (s).
+    """
+
+    station: float
+    offset: tuple[float, float] = (0.0, 0.0)
+    delay: float = 0.0
+
+
+@dataclass(frozen=True)
+class Round:
+    """One cased charge in space.
+
+    `position` is the centre of the base plane; `axis` points from the base to the nose.
+    Either `profile` or `mesh_file` is given.
+    """
+
+    name: str
+    explosive: Explosive
+    casing: CasingMaterial
+    profile: Profile | None = None
+    mesh_file: Path | None = None
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    ignition: tuple[IgnitionPoint, ...] = ()
+
+
+@dataclass(frozen=True)
+class Leakage:
+    """Venting of the products through the opened casing (Eqs. 6-7)."""
+
+    enabled: bool = True
+    radius_ratio: float = 1.75  # r_cr / r0
+    alpha: float = 1.0
+    beta: float = 1.0
+    parts: int = 20  # axial parts of each charge
+
+
+@dataclass(frozen=True)
+class Viscosity:
+    """Artificial viscosity in compression: q = rho L |D| (linear c + quadratic L |D|)."""
+
+    linear: float = 0.06
+    quadratic: float = 1.5
+
+
+@dataclass(frozen=True)
+class Hourglass:
+    """Flanagan-Belytschko coefficients of the one-point quadrature."""
+
+    charge_viscous: float = 0.10
+    casing_viscous: float = 0.03
+    casing_stiffness: float = 0.03
+
+
+@dataclass(frozen=True)
+class TimeStep:
+    """`fixed` (s) overrides the CFL step, which is `cfl` times the stable limit."""
+
+    cfl: float = 0.8
+    fixed: float | None = None
+
+
+@dataclass(frozen=True)
+class BurstSettings:
+    """How the burst is computed. SI units."""
+
+    cell_size: float
+    quadrature: Quadrature = "one_point"
+    products: ProductModel = "landau_cj"
+    burn: BurnModel = "time_or_compression"
+    end_time: float | None = None  # None: stop when the acceleration is complete
+    acceleration_tolerance: float = 2e-3  # growth of the casing's kinetic energy ...
+    acceleration_window: float = 10e-6  # ... over this time (s)
+    time_limit: float = 1e-3  # never longer than this (s)
+    output_interval: float = 10e-6
+    energy_tolerance: float = 0.05  # a ledger further open than this stops the run
+    time_step: TimeStep = field(default_factory=TimeStep)
+    leakage: Leakage = field(default_factory=Leakage)
+    viscosity: Viscosity = field(default_factory=Viscosity)
+    hourglass: Hourglass = field(default_factory=Hourglass)
