@@ -1,0 +1,303 @@
+"""The burst as one time series for ParaView: XDMF beside HDF5, all fields on the moving mesh.
+
+dolfinx writes one temporal collection a function and averages some cell fields to the nodes; this writer keeps
+every field of a time in one grid. It needs neither dolfinx nor MPI: arrays are handed over gathered, on one rank.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+from xml.sax.saxutils import quoteattr
+
+import h5py
+import numpy as np
+
+from burst_fenicsx.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from types import TracebackType
+
+    from numpy.typing import ArrayLike, NDArray
+
+
+__all__ = ["FORMAT", "SIX_COMPONENTS", "TimeSeries"]
+
+FORMAT = "fragfield burst series"
+SIX_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
+"""Order in which a symmetric tensor of six columns is understood."""
+
+_TO_MATRIX = (0, 3, 5, 3, 1, 4, 5, 4, 2)  # columns of SIX_COMPONENTS, row by row of the 3x3 matrix
+# Version 1.8 files hold attributes above 64 kB (a case with inline points), and unlike later ones carry no mark
+# "open for writing" that would make the file of a killed run unreadable.
+_LIBVER = ("v108", "v110")
+_KIND = {1: "Scalar", 3: "Vector", 9: "Tensor"}
+
+
+class TimeSeries:
+    """Writer of `<path>.xdmf` and `<path>.h5`: one temporal collection of hexahedral grids.
+
+    Both files are complete after every `write`: the HDF5 file is closed, then the XDMF file is replaced in one
+    move. An interrupted run therefore keeps everything written before. An array equal to the one before it (part,
+    round, segment) is stored once and referred to.
+
+    Parameters
+    ----------
+    path : Path
+        Where to write, without suffix, for example `run/burst`.
+    cells : array (m, 8) of int
+        Nodes of each hexahedron, in VTK order.
+    provenance : mapping of str to str, optional
+        Written as attributes of the HDF5 file.
+    single_precision : bool
+        Store the fields in 4 bytes; times and positions always keep 8.
+    resume_at : float, optional
+        Continue the files of an earlier run from this time (s): outputs after it are dropped, none before it.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, the cells are no hexahedra, or the files to continue hold another mesh.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        cells: ArrayLike,
+        provenance: Mapping[str, str] | None = None,
+        *,
+        single_precision: bool = True,
+        resume_at: float | None = None,
+    ) -> None:
+        base = Path(path)
+        self.xdmf_path = base.with_name(base.name + ".xdmf")
+        self.data_path = base.with_name(base.name + ".h5")
+        self._cells = _hexahedra(cells)
+        self._real = np.dtype(np.float32 if single_precision else np.float64)
+        self._nodes: int | None = None
+        self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+        self._last: dict[str, tuple[str, NDArray]] = {}  # key -> (dataset, array) of the latest distinct array
+        self._grids: list[str] = []
+        self._times: list[float] = []
+        self._closed = False
+        try:
+            if resume_at is None:
+                self._start(provenance or {})
+            else:
+                self._continue(resume_at)
+        except OSError as error:
+            raise InputError(
+                f"cannot write the time series {self.data_path}: {error}; name a folder that exists and is writable"
+            ) from error
+        self._write_xdmf()
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """Times written so far (s)."""
+        return tuple(self._times)
+
+    def write(
+        self,
+        time: float,
+        positions: ArrayLike,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Add one output.
+
+        Parameters
+        ----------
+        time : float
+            Simulated time (s), later than the one before.
+        positions : array (n, 3)
+            Nodes now (m).
+        point_data, cell_data : mapping of name to array, optional
+            Fields of n or m rows: scalars (n,), vectors (n, 3), tensors (n, 3, 3), (n, 9) or, symmetric, (n, 6) in
+            the order of `SIX_COMPONENTS`. Every output carries the same names.
+
+        Raises
+        ------
+        InputError
+            Time does not grow, or an array has the wrong shape or name; nothing is written then.
+        """
+        if self._closed:
+            raise InputError(f"{self.xdmf_path.name} is closed; open a new time series to write more")
+        if not np.isfinite(time) or (self._times and time <= self._times[-1]):
+            before = f", the output before is at {self._times[-1]:g} s" if self._times else ""
+            raise InputError(f"{self.xdmf_path.name}: output at {time:g} s{before}; times must be finite and grow")
+        places = self._checked_positions(positions)
+        points = {name: self._field("point", name, data, len(places)) for name, data in (point_data or {}).items()}
+        fields = {name: self._field("cell", name, data, len(self._cells)) for name, data in (cell_data or {}).items()}
+        names = (tuple(sorted(points)), tuple(sorted(fields)))
+        if self._names is not None and names != self._names:
+            changed = sorted(set(names[0]) ^ set(self._names[0])) + sorted(set(names[1]) ^ set(self._names[1]))
+            raise InputError(f"{self.xdmf_path.name}: every output carries the same fields; differing: {changed}")
+
+        group = f"/steps/{len(self._times):06d}"
+        with h5py.File(self.data_path, "a", libver=_LIBVER) as file:
+            file.pop(group, None)  # left by a write that failed half-way, say on a full disk
+            step = file.create_group(group)
+            step.attrs["time"] = float(time)
+            where: dict[str, tuple[str, NDArray]] = {}
+            for key, data in [
+                ("position", places),
+                *((f"point/{name}", data) for name, data in points.items()),
+                *((f"cell/{name}", data) for name, data in fields.items()),
+            ]:
+                known = self._last.get(key)
+                if known is not None and np.array_equal(known[1], data):
+                    where[key] = known
+                    step[key] = file[known[0]]  # a hard link: VTK does not follow soft ones
+                else:
+                    step[key] = data
+                    where[key] = (f"{group}/{key}", data)
+        self._names = names
+        self._nodes = len(places)
+        # Only whole-number fields are likely to repeat; keeping the others would hold a second copy of the state.
+        self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
+        self._times.append(float(time))
+        self._grids.append(self._grid(time, where))
+        self._write_xdmf()
+
+    def close(self) -> None:
+        """End the series. The files are complete already, so nothing is lost if this is never called."""
+        self._closed = True
+        self._last = {}
+
+    def __enter__(self) -> Self:
+        """Return the writer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close, whatever happened."""
+        self.close()
+
+    def _start(self, provenance: Mapping[str, str]) -> None:
+        with h5py.File(self.data_path, "w", libver=_LIBVER) as file:
+            file.attrs["format"] = FORMAT
+            file.attrs["format_version"] = 1
+            for name, text in provenance.items():
+                file.attrs[name] = str(text)
+            file["cells"] = self._cells
+
+    def _continue(self, resume_at: float) -> None:
+        if not self.data_path.is_file():
+            raise InputError(f"cannot continue {self.data_path}: there is no such file")
+        with h5py.File(self.data_path, "a", libver=_LIBVER) as file:
+            if file.attrs.get("format") != FORMAT or not np.array_equal(file.get("cells", ()), self._cells):
+                raise InputError(f"cannot continue {self.data_path}: it is not the time series of this mesh")
+            for name in sorted(file.get("steps", ())):
+                step = file["steps"][name]
+                # An output without a time or with a missing array was cut off while it was written.
+                time = step.attrs.get("time")
+                if time is None or time > resume_at * (1 + 1e-12) or "position" not in step:
+                    del file["steps"][name]
+                    continue
+                where = {
+                    key: (step[key].name, step[key][()] if step[key].dtype.kind == "i" else np.empty(0))
+                    for key in _dataset_keys(step)
+                }
+                shapes = {key: step[key] for key in where}
+                self._times.append(float(time))
+                self._grids.append(self._grid(float(time), {key: (where[key][0], shapes[key]) for key in where}))
+                self._nodes = len(step["position"])
+                self._names = tuple(  # type: ignore[assignment]
+                    tuple(sorted(key.split("/", 1)[1] for key in where if key.startswith(centre + "/")))
+                    for centre in ("point", "cell")
+                )
+                self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
+
+    def _checked_positions(self, positions: ArrayLike) -> NDArray[np.float64]:
+        places = np.ascontiguousarray(positions, dtype=np.float64)
+        if places.ndim != 2 or places.shape[1] != 3:
+            raise InputError(f"{self.xdmf_path.name}: positions have shape {places.shape}, expected (nodes, 3)")
+        if self._cells.size and self._cells.max() >= len(places):
+            raise InputError(
+                f"{self.xdmf_path.name}: the cells name node {self._cells.max()}, but there are {len(places)} positions"
+            )
+        if self._nodes is not None and len(places) != self._nodes:
+            raise InputError(f"{self.xdmf_path.name}: {len(places)} positions, the outputs before have {self._nodes}")
+        return places
+
+    def _field(self, centre: str, name: str, values: ArrayLike, rows: int) -> NDArray:
+        data = np.asarray(values)
+        if not name or "/" in name:
+            raise InputError(f"{self.xdmf_path.name}: {name!r} cannot name a field; use a word without '/'")
+        if data.ndim == 0 or len(data) != rows or data[:1].size not in (1, 3, 6, 9) or data.dtype.kind not in "buif":
+            raise InputError(
+                f"{self.xdmf_path.name}: {centre} field {name!r} has shape {data.shape} and type {data.dtype}; "
+                f"expected numbers in ({rows},), ({rows}, 3), ({rows}, 6), ({rows}, 9) or ({rows}, 3, 3)"
+            )
+        data = data.reshape(rows, -1)
+        if data.shape[1] == 6:
+            data = data[:, _TO_MATRIX]
+        # Copied, since the caller goes on stepping in place while equal arrays are still being compared.
+        kind = self._real if data.dtype.kind == "f" else np.dtype(np.int32)
+        return np.array(data[:, 0] if data.shape[1] == 1 else data, dtype=kind, order="C")
+
+    def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray]]) -> str:
+        lines = [
+            f'      <Grid Name="burst" GridType="Uniform"><Time Value="{time!r}"/>',
+            f'        <Topology TopologyType="Hexahedron" NumberOfElements="{len(self._cells)}">',
+            f"          {self._item('/cells', self._cells)}</Topology>",
+        ]
+        for key, (dataset, data) in where.items():
+            item = self._item(dataset, data)
+            if key == "position":
+                lines.append(f'        <Geometry GeometryType="XYZ">{item}</Geometry>')
+                continue
+            centre, name = key.split("/", 1)
+            columns = data.shape[1] if len(data.shape) > 1 else 1
+            lines.append(
+                f'        <Attribute Name={quoteattr(name)} AttributeType="{_KIND[columns]}" '
+                f'Center="{"Node" if centre == "point" else "Cell"}">{item}</Attribute>'
+            )
+        return "\n".join([*lines, "      </Grid>"])
+
+    def _item(self, dataset: str, data: NDArray) -> str:
+        size = " ".join(str(length) for length in data.shape)
+        kind = "Float" if data.dtype.kind == "f" else "Int"
+        place = quoteattr(f"{self.data_path.name}:{dataset}")[1:-1]
+        return (
+            f'<DataItem Dimensions="{size}" NumberType="{kind}" Precision="{data.dtype.itemsize}" Format="HDF">'
+            f"{place}</DataItem>"
+        )
+
+    def _write_xdmf(self) -> None:
+        text = "\n".join(
+            [
+                '<?xml version="1.0" encoding="utf-8"?>',
+                '<Xdmf Version="2.0">',
+                "  <Domain>",
+                '    <Grid Name="burst" GridType="Collection" CollectionType="Temporal">',
+                *self._grids,
+                "    </Grid>",
+                "  </Domain>",
+                "</Xdmf>",
+                "",
+            ]
+        )
+        draft = self.xdmf_path.with_name(self.xdmf_path.name + ".part")
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, self.xdmf_path)
+
+
+def _hexahedra(cells: ArrayLike) -> NDArray[np.int64]:
+    found = np.asarray(cells)
+    if found.ndim != 2 or found.shape[1] != 8 or found.dtype.kind not in "ui":
+        raise InputError(
+            f"cells have shape {found.shape} and type {found.dtype}; expected whole numbers of shape (cells, 8)"
+        )
+    return np.ascontiguousarray(found, dtype=np.int64)
+
+
+def _dataset_keys(step: h5py.Group) -> list[str]:
+    """Keys of an output's arrays, position first, links followed."""
+    keys = ["position"]
+    for centre in ("point", "cell"):
+        keys.extend(f"{centre}/{name}" for name in step.get(centre, ()))
+    return keys
