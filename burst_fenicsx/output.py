@@ -6,9 +6,8 @@ every field of a time in one grid. It needs neither dolfinx nor MPI: arrays are 
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 from xml.sax.saxutils import quoteattr
 
 import h5py
@@ -78,7 +77,7 @@ class TimeSeries:
         self._real = np.dtype(np.float32 if single_precision else np.float64)
         self._nodes: int | None = None
         self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
-        self._last: dict[str, tuple[str, NDArray]] = {}  # key -> (dataset, array) of the latest distinct array
+        self._last: dict[str, tuple[str, NDArray[Any]]] = {}  # key -> (dataset, array) of the latest distinct array
         self._grids: list[str] = []
         self._times: list[float] = []
         self._closed = False
@@ -140,7 +139,7 @@ class TimeSeries:
             file.pop(group, None)  # left by a write that failed half-way, say on a full disk
             step = file.create_group(group)
             step.attrs["time"] = float(time)
-            where: dict[str, tuple[str, NDArray]] = {}
+            where: dict[str, tuple[str, NDArray[Any]]] = {}
             for key, data in [
                 ("position", places),
                 *((f"point/{name}", data) for name, data in points.items()),
@@ -223,7 +222,7 @@ class TimeSeries:
             raise InputError(f"{self.xdmf_path.name}: {len(places)} positions, the outputs before have {self._nodes}")
         return places
 
-    def _field(self, centre: str, name: str, values: ArrayLike, rows: int) -> NDArray:
+    def _field(self, centre: str, name: str, values: ArrayLike, rows: int) -> NDArray[Any]:
         data = np.asarray(values)
         if not name or "/" in name:
             raise InputError(f"{self.xdmf_path.name}: {name!r} cannot name a field; use a word without '/'")
@@ -239,7 +238,7 @@ class TimeSeries:
         kind = self._real if data.dtype.kind == "f" else np.dtype(np.int32)
         return np.array(data[:, 0] if data.shape[1] == 1 else data, dtype=kind, order="C")
 
-    def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray]]) -> str:
+    def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray[Any]]]) -> str:
         lines = [
             f'      <Grid Name="burst" GridType="Uniform"><Time Value="{time!r}"/>',
             f'        <Topology TopologyType="Hexahedron" NumberOfElements="{len(self._cells)}">',
@@ -258,7 +257,7 @@ class TimeSeries:
             )
         return "\n".join([*lines, "      </Grid>"])
 
-    def _item(self, dataset: str, data: NDArray) -> str:
+    def _item(self, dataset: str, data: NDArray[Any]) -> str:
         size = " ".join(str(length) for length in data.shape)
         kind = "Float" if data.dtype.kind == "f" else "Int"
         place = quoteattr(f"{self.data_path.name}:{dataset}")[1:-1]
@@ -283,7 +282,7 @@ class TimeSeries:
         )
         draft = self.xdmf_path.with_name(self.xdmf_path.name + ".part")
         draft.write_text(text, encoding="utf-8")
-        os.replace(draft, self.xdmf_path)
+        draft.replace(self.xdmf_path)
 
 
 def _hexahedra(cells: ArrayLike) -> NDArray[np.int64]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import textwrap
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import h5py
 import numpy as np
@@ -79,7 +78,7 @@ def test_files_are_complete_after_every_write(tmp_path: Path) -> None:
     for step, time in enumerate(TIMES):
         point_data, cell_data = state(step, len(points), len(cells))
         series.write(time, points, point_data=point_data, cell_data=cell_data)
-        root = ElementTree.parse(tmp_path / "burst.xdmf").getroot()
+        root = ET.parse(tmp_path / "burst.xdmf").getroot()
         assert [float(item.get("Value", "")) for item in root.iter("Time")] == list(TIMES[: step + 1])
         with h5py.File(tmp_path / "burst.h5") as file:
             for item in root.iter("DataItem"):
@@ -96,7 +95,7 @@ def test_killed_run_keeps_its_outputs(tmp_path: Path) -> None:
 
     script = f"""
         import os, sys
-        sys.path[:0] = [{str(Path(__file__).parent)!r}, {os.getcwd()!r}]
+        sys.path[:0] = [{str(Path(__file__).parent)!r}, {str(Path.cwd())!r}]
         from test_output import TIMES, TimeSeries, box, state
         points, cells = box()
         series = TimeSeries({str(tmp_path / "burst")!r}, cells)
