@@ -31,7 +31,8 @@ SIX_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 _TO_MATRIX = (0, 3, 5, 3, 1, 4, 5, 4, 2)  # columns of SIX_COMPONENTS, row by row of the 3x3 matrix
 # Version 1.8 files hold attributes above 64 kB (a case with inline points), and unlike later ones carry no mark
 # "open for writing" that would make the file of a killed run unreadable.
-_LIBVER = ("v108", "v110")
+# No locks: ParaView may look at the file while the run goes on, and must not stop it.
+_FILE_OPTIONS: dict[str, Any] = {"libver": ("v108", "v110"), "locking": False}
 _KIND = {1: "Scalar", 3: "Vector", 9: "Tensor"}
 
 
@@ -135,10 +136,9 @@ class TimeSeries:
             raise InputError(f"{self.xdmf_path.name}: every output carries the same fields; differing: {changed}")
 
         group = f"/steps/{len(self._times):06d}"
-        with h5py.File(self.data_path, "a", libver=_LIBVER) as file:
+        with h5py.File(self.data_path, "a", **_FILE_OPTIONS) as file:
             file.pop(group, None)  # left by a write that failed half-way, say on a full disk
             step = file.create_group(group)
-            step.attrs["time"] = float(time)
             where: dict[str, tuple[str, NDArray[Any]]] = {}
             for key, data in [
                 ("position", places),
@@ -152,12 +152,13 @@ class TimeSeries:
                 else:
                     step[key] = data
                     where[key] = (f"{group}/{key}", data)
+            step.attrs["time"] = float(time)  # last: an output without it was cut off
         self._names = names
         self._nodes = len(places)
         # Only whole-number fields are likely to repeat; keeping the others would hold a second copy of the state.
         self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
         self._times.append(float(time))
-        self._grids.append(self._grid(time, where))
+        self._grids.append(self._grid(float(time), where))
         self._write_xdmf()
 
     def close(self) -> None:
@@ -176,7 +177,7 @@ class TimeSeries:
         self.close()
 
     def _start(self, provenance: Mapping[str, str]) -> None:
-        with h5py.File(self.data_path, "w", libver=_LIBVER) as file:
+        with h5py.File(self.data_path, "w", **_FILE_OPTIONS) as file:
             file.attrs["format"] = FORMAT
             file.attrs["format_version"] = 1
             for name, text in provenance.items():
@@ -186,23 +187,21 @@ class TimeSeries:
     def _continue(self, resume_at: float) -> None:
         if not self.data_path.is_file():
             raise InputError(f"cannot continue {self.data_path}: there is no such file")
-        with h5py.File(self.data_path, "a", libver=_LIBVER) as file:
+        with h5py.File(self.data_path, "a", **_FILE_OPTIONS) as file:
             if file.attrs.get("format") != FORMAT or not np.array_equal(file.get("cells", ()), self._cells):
                 raise InputError(f"cannot continue {self.data_path}: it is not the time series of this mesh")
             for name in sorted(file.get("steps", ())):
                 step = file["steps"][name]
-                # An output without a time or with a missing array was cut off while it was written.
                 time = step.attrs.get("time")
-                if time is None or time > resume_at * (1 + 1e-12) or "position" not in step:
+                if time is None or time > resume_at * (1 + 1e-12):
                     del file["steps"][name]
                     continue
                 where = {
-                    key: (step[key].name, step[key][()] if step[key].dtype.kind == "i" else np.empty(0))
+                    key: (step[key].name, step[key][()] if step[key].dtype.kind == "i" else step[key])
                     for key in _dataset_keys(step)
                 }
-                shapes = {key: step[key] for key in where}
                 self._times.append(float(time))
-                self._grids.append(self._grid(float(time), {key: (where[key][0], shapes[key]) for key in where}))
+                self._grids.append(self._grid(float(time), where))
                 self._nodes = len(step["position"])
                 self._names = tuple(  # type: ignore[assignment]
                     tuple(sorted(key.split("/", 1)[1] for key in where if key.startswith(centre + "/")))

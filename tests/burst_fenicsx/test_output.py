@@ -111,6 +111,19 @@ def test_killed_run_keeps_its_outputs(tmp_path: Path) -> None:
     np.testing.assert_allclose(reader.read()["pressure"], state(1, 64, 27)[1]["pressure"], rtol=1e-6)
 
 
+def test_reading_meanwhile_does_not_stop_the_run(tmp_path: Path) -> None:
+    """Another program that holds the HDF5 file open leaves the writer undisturbed."""
+    points, cells = box()
+    series = TimeSeries(tmp_path / "burst", cells)
+    script = f"import h5py, sys; f = h5py.File({str(tmp_path / 'burst.h5')!r}, 'r'); print(1, flush=True); input()"
+    with subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as reader:
+        assert reader.stdout is not None
+        assert reader.stdout.readline() == b"1\n"
+        series.write(0.0, points)
+        reader.communicate(b"\n")
+    assert series.times == (0.0,)
+
+
 def test_arrays_that_do_not_change_are_stored_once(tmp_path: Path) -> None:
     """`part` refers to the first output, `pressure` does not."""
     write_all(tmp_path / "burst")
