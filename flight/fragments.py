@@ -1,0 +1,188 @@
+"""The fragments to fly: the contract between whatever makes fragments and the flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.shape import DEFAULT_SHAPE_FACTOR
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["FORMAT_NAME", "FORMAT_VERSION", "Fragments"]
+
+FORMAT_NAME = "fragfield fragments"
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Fragments:
+    """Fragments at the moment they are let go.
+
+    Attributes
+    ----------
+    mass : (n,) float64
+        Mass (kg), above zero.
+    position : (n, 3) float64
+        Place (m), z up.
+    velocity : (n, 3) float64
+        Velocity (m/s).
+    shape_factor : (n,) float64
+        k in the presented area A = (m/k)^(2/3) (kg/m3), above zero; see `flight.shape`.
+    round, segment : (n,) int32
+        The round and its segment a fragment comes from (-1: unknown).
+
+    Raises
+    ------
+    InputError
+        On a wrong shape, a mass or shape factor that is not above zero, or a value that is not finite.
+    """
+
+    mass: NDArray[np.float64]
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    shape_factor: NDArray[np.float64]
+    round: NDArray[np.int32]
+    segment: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be flown."""
+        _check(self, "fragments")
+
+    @classmethod
+    def from_arrays(
+        cls,
+        mass: ArrayLike,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        shape_factor: ArrayLike = DEFAULT_SHAPE_FACTOR,
+        round: ArrayLike = 0,  # noqa: A002 - the field's own word
+        segment: ArrayLike = 0,
+    ) -> Fragments:
+        """Fragments from anything NumPy can read; scalars and one (3,) vector stand for all fragments.
+
+        The number of fragments is that of `mass` or of the rows of `velocity`, whichever is larger.
+        """
+        given = {"mass": mass, "velocity": velocity, "position": position, "shape_factor": shape_factor}
+        given |= {"round": round, "segment": segment}
+        arrays = {name: _as_array(name, value) for name, value in given.items()}
+        mass_array, velocity_array = arrays["mass"], arrays["velocity"]
+        number = max(mass_array.size, len(velocity_array) if velocity_array.ndim == 2 else 1)
+        for name, array in arrays.items():
+            shape = (number, 3) if name in ("position", "velocity") else (number,)
+            try:
+                arrays[name] = np.ascontiguousarray(np.broadcast_to(array, shape))
+            except ValueError:
+                raise InputError(
+                    f"fragments: {name} has shape {array.shape}, but {number} fragments need {shape}"
+                ) from None
+        return cls(**arrays)
+
+    def __len__(self) -> int:
+        """Number of fragments."""
+        return int(self.mass.size)
+
+    @property
+    def speed(self) -> NDArray[np.float64]:
+        """Speeds (n,) in m/s."""
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.velocity, self.velocity)))
+
+    @property
+    def presented_area(self) -> NDArray[np.float64]:
+        """Mean presented areas A = (m/k)^(2/3), (n,) in m2."""
+        return np.asarray((self.mass / self.shape_factor) ** (2.0 / 3.0))
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of all fragments (kg)."""
+        return float(self.mass.sum())
+
+    @property
+    def momentum(self) -> NDArray[np.float64]:
+        """Momentum of all fragments (3,) in kg m/s."""
+        return np.asarray(self.mass @ self.velocity)
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Kinetic energy of all fragments (J)."""
+        return float(0.5 * self.mass @ self.speed**2)
+
+    def select(self, which: ArrayLike) -> Fragments:
+        """Return the fragments named by a mask or by indices, in that order."""
+        chosen = np.asarray(which)
+        return Fragments(**{f.name: np.ascontiguousarray(getattr(self, f.name)[chosen]) for f in fields(self)})
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Fragments]) -> Fragments:
+        """All fragments of several sets, one set after the other."""
+        if not parts:
+            raise InputError("fragments: nothing to concatenate, the sequence is empty")
+        return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
+
+    def write(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
+        """Write fragments.h5 (or .csv, by the ending); `provenance` entries become attributes or head lines."""
+        from flight import fragment_files
+
+        return fragment_files.write(self, Path(path), provenance or {})
+
+    @classmethod
+    def read(cls, path: str | Path) -> Fragments:
+        """Read what `write` wrote, or a CSV file of one's own with at least mass_kg, vx_m_s, vy_m_s, vz_m_s.
+
+        Raises
+        ------
+        InputError
+            The file is missing, foreign, cut off, of a newer version, or holds what cannot be flown.
+        """
+        from flight import fragment_files
+
+        return fragment_files.read(Path(path))
+
+
+def _as_array(name: str, value: Any) -> NDArray[Any]:
+    try:
+        if name in ("round", "segment"):
+            array = np.asarray(value)
+            whole = array.astype(np.int32)
+            if not np.array_equal(whole, array):
+                raise InputError(f"fragments: {name} must hold whole numbers of 32 bits")
+            return whole
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"fragments: {name} cannot be read as numbers ({error})") from None
+
+
+def _check(fragments: Fragments, source: str) -> None:
+    number = np.size(fragments.mass)
+    for field in fields(fragments):
+        array = getattr(fragments, field.name)
+        shape = (number, 3) if field.name in ("position", "velocity") else (number,)
+        kind: type[np.generic] = np.int32 if field.name in ("round", "segment") else np.float64
+        if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != kind:
+            found = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
+            raise InputError(
+                f"{source}: {field.name} is {found}, needed {np.dtype(kind)} {shape}; "
+                "Fragments.from_arrays converts and spreads single values"
+            )
+    for name, what in (("mass", "kg"), ("shape_factor", "kg/m3")):
+        value = getattr(fragments, name)
+        _refuse(source, name, value, ~(np.isfinite(value) & (value > 0.0)), f"a finite number above zero ({what})")
+    for name, what in (("position", "m"), ("velocity", "m/s")):
+        value = getattr(fragments, name)
+        _refuse(source, name, value, ~np.isfinite(value).all(axis=1), f"three finite numbers ({what})")
+
+
+def _refuse(source: str, name: str, value: NDArray[Any], bad: NDArray[np.bool_], needed: str) -> None:
+    if bad.any():
+        first = int(np.argmax(bad))
+        more = f", and {int(bad.sum()) - 1} more" if bad.sum() > 1 else ""
+        raise InputError(f"{source}: {name} of fragment {first} is {value[first]}{more}; needed: {needed}")
