@@ -1,0 +1,324 @@
+#!/bin/sh
+# Set fragfield up on this machine, then do one thing with it. `sh setup.sh help` says what.
+#
+# Where the Python with dolfinx comes from, first match:
+#   1. FRAGFIELD_PYTHON, the path of an interpreter;
+#   2. the active conda or virtual environment, or the python3 that PATH finds (the official image), if it has dolfinx;
+#   3. Debian 12 or 13: apt's packages and /usr/bin/python3.
+# Everything that pip installs goes to .venv beside this file; an environment that is already there is not changed.
+# pip's and apt's own configuration (mirrors, proxies, certificates) is used as it is.
+set -eu
+
+supported_dolfinx="0.5 0.9 0.10 0.11"
+apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-venv openmpi-bin ca-certificates gcc libc6-dev
+libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
+apt_megabytes=2200
+venv_megabytes=1600
+
+say() { printf 'setup: %s\n' "$*"; }
+
+# refuse FAULT CURE...: say both on stderr, one line each, and stop.
+refuse() {
+    printf 'setup: %s\n' "$1" >&2
+    shift
+    for cure in "$@"; do printf '       %s\n' "$cure" >&2; done
+    exit 1
+}
+
+usage() {
+    cat <<'END'
+usage: sh setup.sh [ACT] [ARGUMENT...]
+
+  install    set up only (default)
+  demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
+  test       the tests; arguments go to pytest
+  lint       ruff, mypy, import-linter
+  validate   the validation cases; arguments go to python -m validation
+  bench      the benchmarks; arguments go to python -m benchmarks
+  help       this text
+
+Each act sets up first what is missing; a set-up that is complete costs no time.
+FRAGFIELD_PYTHON=/path/to/python3 names an interpreter that has dolfinx.
+END
+}
+
+# --- the Python with dolfinx --------------------------------------------------------------------------------
+
+# probe PYTHON: print "dolfinx-version python-version", or fail. Looks the version up without importing dolfinx.
+probe() {
+    "$1" -c '
+import importlib.metadata, importlib.util, platform, sys
+if importlib.util.find_spec("dolfinx") is None:
+    sys.exit(1)
+try:
+    version = importlib.metadata.version("fenics-dolfinx")
+except importlib.metadata.PackageNotFoundError:
+    import dolfinx
+    version = dolfinx.__version__
+print(version, platform.python_version())
+' 2>/dev/null
+}
+
+leave_own_venv() {  # an activated .venv of ours must not be taken for the environment below it
+    if [ "${VIRTUAL_ENV:-}" = "$venv" ]; then unset VIRTUAL_ENV; fi
+    PATH=$(printf '%s' "$PATH" | sed -e "s|^$venv/bin:||" -e "s|:$venv/bin||g")
+}
+
+read_release() {  # an own shell, since os-release sets names of its own
+    # shellcheck disable=SC1090
+    (. "${OS_RELEASE:-/etc/os-release}" 2>/dev/null && printf '%s %s' "${ID:-unknown}" "${VERSION_ID:-unnumbered}") ||
+        printf 'unknown unnumbered'
+}
+
+choose_python() {
+    release=$(read_release)
+    if [ -n "${FRAGFIELD_PYTHON:-}" ]; then
+        python=$(command -v "$FRAGFIELD_PYTHON" || true)
+        probe "${python:-false}" >/dev/null ||
+            refuse "FRAGFIELD_PYTHON=$FRAGFIELD_PYTHON is not a Python that has dolfinx." \
+                "Name one for which \`import dolfinx\` works, or unset FRAGFIELD_PYTHON."
+        origin=environment
+        return
+    fi
+    for python in "${VIRTUAL_ENV:+$VIRTUAL_ENV/bin/python}" "${CONDA_PREFIX:+$CONDA_PREFIX/bin/python}" \
+        "$(command -v python3 || true)"; do
+        [ -x "$python" ] && [ "$python" != /usr/bin/python3 ] && [ "$python" != /bin/python3 ] || continue
+        if probe "$python" >/dev/null; then
+            origin=environment
+            return
+        fi
+    done
+    python=/usr/bin/python3
+    case $release in
+        "debian 12" | "debian 13") origin=debian ;;
+        *)
+            probe "$python" >/dev/null || refuse \
+                "this is $release, not Debian 12 or 13, and no Python here has dolfinx." \
+                "Activate an environment that has it and call again, for instance" \
+                "  conda create -n fragfield -c conda-forge python=3.12 fenics-dolfinx mpich h5py" \
+                "  conda activate fragfield" \
+                "or start the official image: docker run -it -v \"\$PWD:/root/fragfield\" dolfinx/dolfinx:stable"
+            origin=environment
+            ;;
+    esac
+}
+
+check_versions() {  # sets dolfinx_version and python_version
+    versions=$(probe "$python") || refuse "$python cannot find dolfinx." \
+        "On Debian, mend it by: apt-get install --reinstall python3-dolfinx-real"
+    dolfinx_version=${versions% *}
+    python_version=${versions#* }
+    series=$(printf '%s' "$dolfinx_version" | cut -d. -f1-2)
+    case " $supported_dolfinx " in
+        *" $series "*) ;;
+        *) refuse "dolfinx $dolfinx_version ($python) is not supported; known are $supported_dolfinx." \
+            "Debian 12 brings 0.5, Debian 13 brings 0.9; or: conda create -n fragfield -c conda-forge fenics-dolfinx=0.9 mpich h5py" ;;
+    esac
+    case $python_version in
+        3.[0-9].* | 3.10.*) refuse "$python is Python $python_version; 3.11 or newer is needed." \
+            "Use an environment with a newer Python, for instance Debian 12 or newer." ;;
+    esac
+}
+
+# --- apt ----------------------------------------------------------------------------------------------------
+
+missing_packages() {
+    for package in $apt_packages; do
+        [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || printf '%s ' "$package"
+    done
+}
+
+# need_space MEGABYTES FOLDER WHAT
+need_space() {
+    free=$(df -Pk "$2" | awk 'NR == 2 { print int($4 / 1024) }')
+    [ "$free" -ge "$1" ] || refuse "too little disk space: $3 need $1 MB under $2, $free MB are free." \
+        "Free some space (apt-get clean, old files in runs/) and call again."
+}
+
+# as_root COMMAND...: proxies are handed on by name, since sudo drops them.
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        env DEBIAN_FRONTEND=noninteractive "$@"
+    else
+        sudo env DEBIAN_FRONTEND=noninteractive ${http_proxy:+"http_proxy=$http_proxy"} \
+            ${https_proxy:+"https_proxy=$https_proxy"} ${no_proxy:+"no_proxy=$no_proxy"} "$@"
+    fi
+}
+
+check_root() {
+    [ "$(id -u)" -ne 0 ] || return 0
+    if ! command -v sudo >/dev/null; then
+        refuse "Debian packages are missing, you are not root, and there is no sudo." \
+            "Let an administrator run, once:" "  apt-get install --no-install-recommends $1" "then call again."
+    fi
+    # Without a terminal sudo could not ask for the password.
+    if [ -t 0 ]; then sudo -v; else sudo -n true 2>/dev/null; fi || refuse \
+        "Debian packages are missing and sudo did not let you in." \
+        "Let an administrator run, once:" "  sudo apt-get install --no-install-recommends $1" "then call again."
+}
+
+install_debian_packages() {
+    missing=$(missing_packages)
+    [ -n "$missing" ] || return 0
+    check_root "$missing"
+    need_space "$apt_megabytes" /usr "Debian's packages"
+    log=$(mktemp)
+    say "Debian packages to install: $missing"
+    # A broken third-party source must not stop us: only the installation itself has to work.
+    say "apt-get update"
+    as_root apt-get -q update >"$log" 2>&1 || true
+    say "apt-get install (about $apt_megabytes MB with all they need, a few minutes)"
+    # shellcheck disable=SC2086  # a list of names
+    as_root apt-get -q -y -o DPkg::Lock::Timeout=300 install --no-install-recommends $missing >>"$log" 2>&1 || {
+        tail -n 15 "$log" >&2
+        refuse "apt could not install the packages; its last words stand above, all of them in $log." \
+            "No network? Check that apt reaches a mirror (/etc/apt/sources.list*, and Acquire::http::Proxy behind a proxy)." \
+            "Packages unknown? Debian's component \"main\" must be among the sources." \
+            "Another fault: \`dpkg --configure -a\` and \`apt-get -f install\` mend a broken state. Then call again."
+    }
+    rm -f "$log"
+}
+
+# --- pip ----------------------------------------------------------------------------------------------------
+
+# The pins in force. In an environment what dolfinx was built with keeps its version; only our direct needs are pinned.
+write_constraints() {
+    if [ "$origin" = debian ]; then
+        cat "constraints/debian-${release#debian }.txt"
+        return
+    fi
+    "$python" - constraints/environment.txt <<'END'
+import importlib.metadata, sys
+print(open(sys.argv[1]).read())
+for name in ("numpy", "scipy", "cffi", "mpi4py", "petsc4py", "h5py"):
+    try:
+        print(f"{name}=={importlib.metadata.version(name)}")
+    except importlib.metadata.PackageNotFoundError:
+        continue
+END
+}
+
+create_venv() {
+    # Kept when it runs on the same interpreter: others may be working in it.
+    if [ -x "$venv/bin/python" ] && [ "$(cat "$venv/.interpreter" 2>/dev/null)" = "$python $python_version" ]; then
+        return 0
+    fi
+    "$python" -c 'import ensurepip, venv' 2>/dev/null || refuse "$python has no venv module." \
+        "On Debian and Ubuntu: apt-get install python3-venv"
+    say "virtual environment .venv on $python ($python_version)"
+    "$python" -m venv --clear --system-site-packages "$venv" || refuse "cannot create $venv." \
+        "Is the folder writable? On Debian and Ubuntu: apt-get install python3-venv"
+    # A venv sees the packages of the base interpreter only; those of a virtual environment are joined by hand.
+    "$python" - "$venv" <<'END'
+import pathlib, site, sys
+if sys.prefix != sys.base_prefix:
+    folder = pathlib.Path(sys.argv[1], "lib", f"python{sys.version_info[0]}.{sys.version_info[1]}", "site-packages")
+    lines = [f"import site; site.addsitedir({path!r})\n" for path in site.getsitepackages()]
+    (folder / "environment_below.pth").write_text("".join(lines))
+END
+    printf '%s\n' "$python $python_version" >"$venv/.interpreter"
+}
+
+pip_install() {
+    "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check "$@" || refuse \
+        "pip could not install the Python packages; its reason stands above." \
+        "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
+        "Certificates? PIP_CERT names the file to trust. Disk full? About $venv_megabytes MB are needed here."
+}
+
+# h5py must share its HDF5 with dolfinx: PyPI's wheel brings another one, with which both fail.
+install_h5py() {
+    if "$venv/bin/python" -c 'import sys, importlib.util as u; sys.exit(u.find_spec("h5py") is None)'; then return 0; fi
+    say "h5py is missing beside this dolfinx: building it against the same HDF5"
+    HDF5_DIR=${HDF5_DIR:-${CONDA_PREFIX:-}}
+    if [ -z "$HDF5_DIR" ]; then unset HDF5_DIR; else export HDF5_DIR; fi
+    # h5py's MPI build wants the mpi4py that is there.
+    CC=mpicc HDF5_MPI=ON "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check --no-deps \
+        --no-binary h5py -c "$venv/constraints.txt" h5py || refuse "h5py could not be built against dolfinx's HDF5." \
+        "In conda: conda install -c conda-forge h5py" \
+        "Elsewhere: set HDF5_DIR to the folder that holds HDF5's include and lib, then call again."
+}
+
+check_imports() {
+    say "checking that dolfinx, h5py, numba, gmsh and VTK live together"
+    (cd "$venv" && "$venv/bin/python" -c '
+import dolfinx, h5py, numba, gmsh, meshio, pyvista, vtk, flight, fragfield') || refuse \
+        "the packages do not load together; Python's reason stands above." \
+        "Does a folder in PYTHONPATH or ~/.local hold other versions (h5py, numpy)? Remove them there, or set PYTHONNOUSERSITE=1." \
+        "Otherwise remove .venv and call again."
+}
+
+set_up() {
+    choose_python
+    if [ "$origin" = debian ]; then install_debian_packages; fi
+    check_versions
+    stamp="$root $python $versions $(cat setup.sh pyproject.toml constraints/*.txt | cksum)"
+    if [ "$(cat "$venv/.stamp" 2>/dev/null)" = "$stamp" ]; then return 0; fi
+    begin=$(date +%s)
+    say "dolfinx $dolfinx_version of $python, Python $python_version"
+    [ -w "$root" ] || refuse "$root is not writable, and .venv is missing or out of date there." \
+        "Let the folder's owner call \`sh setup.sh install\`, or copy the folder to a place of your own."
+    rm -f "$venv/.stamp"
+    [ -d "$venv/lib" ] || need_space "$venv_megabytes" "$root" "the Python packages"
+    create_venv
+    write_constraints >"$venv/constraints.txt"
+    say "Python packages, pinned by constraints/ (about $venv_megabytes MB, a few minutes)"
+    pip_install -c "$venv/constraints.txt" setuptools wheel
+    pip_install -c "$venv/constraints.txt" --no-build-isolation --editable ".[test,lint]"
+    install_h5py
+    check_imports
+    printf '%s\n' "$stamp" >"$venv/.stamp"
+    say "complete after $(($(date +%s) - begin)) s"
+}
+
+# --- running ------------------------------------------------------------------------------------------------
+
+prepare_running() {
+    if [ "$(id -u)" -eq 0 ]; then  # Open MPI refuses root otherwise
+        export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+    fi
+    if [ ! -w "$root" ]; then  # someone else's installation: compiled kernels go to a folder of one's own
+        NUMBA_CACHE_DIR=${NUMBA_CACHE_DIR:-${XDG_CACHE_HOME:-$HOME/.cache}/fragfield/numba}
+        export NUMBA_CACHE_DIR
+    fi
+}
+
+act=${1:-install}
+[ $# -eq 0 ] || shift
+case $act in
+    install | demo | test | lint | validate | bench) ;;
+    help | -h | --help) usage && exit 0 ;;
+    *)
+        printf 'setup: unknown act "%s".\n\n' "$act" >&2
+        usage >&2
+        exit 2
+        ;;
+esac
+
+root=$(cd -P -- "$(dirname -- "$0")" && pwd)
+cd "$root"
+venv=$root/.venv
+leave_own_venv
+set_up
+prepare_running
+bin=$venv/bin
+case $act in
+    install) say "ready: .venv/bin/fragfield --help" ;;
+    demo) exec "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo "$@" ;;
+    # A missing dolfinx or mpirun must fail here, not be skipped.
+    test) FRAGFIELD_REQUIRE_ALL=1 exec "$bin/python" -m pytest "$@" ;;
+    lint)
+        status=0
+        for check in "ruff check" "ruff format --check" mypy lint-imports; do
+            say "$check"
+            # shellcheck disable=SC2086  # a command and its arguments
+            set -- $check
+            tool=$1
+            shift
+            "$bin/$tool" "$@" || status=1
+        done
+        exit "$status"
+        ;;
+    validate) exec "$bin/python" -m validation "$@" ;;
+    bench) exec "$bin/python" -m benchmarks "$@" ;;
+esac
