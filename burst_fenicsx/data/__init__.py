@@ -1,0 +1,135 @@
+"""Built-in profiles, explosives and casings (TOML with sources), and the checked reading of files of that form."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from burst_fenicsx.errors import InputError
+
+__all__ = ["DATA_DIRECTORY", "LENGTH_UNITS", "Table", "nearest_name", "read_toml"]
+
+DATA_DIRECTORY = Path(__file__).parent
+LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+
+
+def nearest_name(name: str, allowed: Iterable[str]) -> str:
+    """Return a clause for a message: the nearest allowed name, if one is near, and all that are allowed."""
+    names = sorted(allowed)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"did you mean '{near[0]}'? " if near else ""
+    return f"{hint}allowed: {', '.join(names)}"
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    InputError
+        The file is missing, or is not TOML; the message names the file and the place.
+    """
+    try:
+        with path.open("rb") as stream:
+            return tomllib.load(stream)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a TOML file ({error})") from error
+
+
+class Table:
+    """A TOML table whose values are taken by name and type; faults are reported with file and key.
+
+    Parameters
+    ----------
+    values : mapping
+        The table.
+    where : str
+        File and table, as it shall stand at the start of a message.
+    allowed : iterable of str
+        Every key that the table may have.
+
+    Raises
+    ------
+    InputError
+        The table has a key that is not allowed.
+    """
+
+    def __init__(self, values: Any, where: str, allowed: Iterable[str]) -> None:
+        if not isinstance(values, Mapping):
+            raise InputError(f"{where}: found {values!r}, a table is expected")
+        self.values = values
+        self.where = where
+        names = set(allowed)
+        for key in values:
+            if key not in names:
+                raise InputError(f"{where}: unknown key '{key}'; {nearest_name(str(key), names)}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.values
+
+    def fault(self, key: str, expected: str) -> InputError:
+        """Return the error for the value of `key`, or for its absence."""
+        if key not in self.values:
+            return InputError(f"{self.where}: key '{key}' is missing; {expected}")
+        return InputError(f"{self.where}: {key} = {self.values[key]!r}; {expected}")
+
+    def text(self, key: str, default: str | None = None, choices: Iterable[str] | None = None) -> str:
+        """Return a string, one of `choices` if given."""
+        value = self.values.get(key, default)
+        if not isinstance(value, str):
+            raise self.fault(key, "a text is expected")
+        if choices is not None:
+            names = list(choices)
+            if value not in names:
+                raise self.fault(key, nearest_name(value, names))
+        return value
+
+    def number(
+        self,
+        key: str,
+        default: float | None = None,
+        *,
+        above: float | None = None,
+        below: float | None = None,
+        at_least: float | None = None,
+        unit: str = "",
+    ) -> float:
+        """Return a finite number within the open bounds `above`, `below` and the closed bound `at_least`."""
+        bounds = [f"above {above:g}"] if above is not None else []
+        bounds += [f"at least {at_least:g}"] if at_least is not None else []
+        bounds += [f"below {below:g}"] if below is not None else []
+        expected = " ".join(["a number", " and ".join(bounds), f"({unit})" if unit else "", "is expected"])
+        expected = " ".join(expected.split())
+        value = self.values.get(key, default)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.fault(key, expected)
+        number = float(value)
+        if number != number or abs(number) == float("inf"):
+            raise self.fault(key, expected)
+        if (above is not None and number <= above) or (below is not None and number >= below):
+            raise self.fault(key, expected)
+        if at_least is not None and number < at_least:
+            raise self.fault(key, expected)
+        return number
+
+    def numbers(self, key: str, length: int | None = None) -> list[float]:
+        """Return a list of finite numbers."""
+        expected = f"a list of {length} numbers is expected" if length is not None else "a list of numbers is expected"
+        value = self.values.get(key)
+        if not isinstance(value, list) or (length is not None and len(value) != length):
+            raise self.fault(key, expected)
+        for entry in value:
+            if isinstance(entry, bool) or not isinstance(entry, (int, float)) or entry != entry or abs(entry) == float("inf"):
+                raise self.fault(key, expected)
+        return [float(entry) for entry in value]
+
+    def table(self, key: str, allowed: Iterable[str]) -> Table:
+        """Return a table within this table."""
+        if key not in self.values:
+            raise self.fault(key, f"a table [{key}] is expected")
+        return Table(self.values[key], f"{self.where} [{key}]", allowed)
