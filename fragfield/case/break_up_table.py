@@ -1,0 +1,47 @@
+"""The table [break_up]: how the casing becomes fragments."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from fragfield.case.quantities import EnergyPerArea, Length, Mass, NumberOrWord, Quantity
+from fragfield.case.table import Table
+
+__all__ = ["BreakUpTable"]
+
+
+class BreakUpTable(Table):
+    """Mott's law per segment, its sampler, and the velocity that fragments inherit (Eqs. 19-31)."""
+
+    dimension: Literal[2, 3, "mixed"] = 2
+    """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
+    mixed_fraction: float = Field(default=0.5, ge=0.0, le=1.0)
+    """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
+    mean_mass: Annotated[float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "gurney_sarmousakis"))] = (
+        "mott"
+    )
+    """Law of the mean fragment mass (Eq. 21, or Gurney and Sarmousakis), or the mean itself."""
+    prefactor: Annotated[float | str, NumberOrWord(("paper",), 4.0)] = 4.0
+    """Factor C of Eq. 21 in SI; "paper" reads the printed 381.5 in grams."""
+    fracture_energy: EnergyPerArea = 14.7e4
+    """Energy W of fracture per area."""
+    rupture: Literal["critical_strain", "burst"] = "critical_strain"
+    """Radius and wall at rupture from the critical strain (Eq. 22) or from the burst."""
+    critical_strain: float = Field(default=0.75, gt=0.0)
+    """Strain at rupture; 0.5 to 1.0 for steel."""
+    velocity_source: Literal["burst", "gurney"] = "burst"
+    """Speed in Eq. 21: from the burst, or Eqs. 23-24."""
+    sampler: Literal["quantile", "graded"] = "quantile"
+    """Stratified inverse of the law, closing on the mass; or the paper's grades (Eqs. 26-29)."""
+    graded_m0: Annotated[float, Quantity("kg", "0 g", least=0.0)] = 0.0
+    """Mass of grade 0, for sampler = "graded"."""
+    graded_dm: Mass = 1e-4
+    """Mass between two grades, for sampler = "graded"."""
+    velocity: Literal["patch", "interpolation"] = "patch"
+    """Mean over the cells that a fragment covers, or interpolation at its centre (Eq. 30)."""
+    explosive_constant: float | None = Field(default=None, gt=0.0)
+    """B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); left out: by the name of the explosive."""
+    segments: list[Length] | None = None
+    """Stations at which every casing is cut into segments; left out: the segments of its profile."""

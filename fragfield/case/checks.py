@@ -1,0 +1,186 @@
+"""Faults of a case that no single key shows: each check returns lines `key: found ...; allowed: ...`."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from fragfield.case.quantities import show
+from fragfield.case.round_table import ExplosiveTable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from fragfield.case.burst_table import BurstTable
+    from fragfield.case.flight_table import FlightTable, WitnessTable
+    from fragfield.case.round_table import IgnitionTable, RoundTable
+    from fragfield.case.schema import Case
+
+__all__ = ["check_case", "check_charges"]
+
+
+def check_case(case: Case, *, burst: bool = True) -> list[str]:
+    """Faults that show before names are resolved.
+
+    Parameters
+    ----------
+    case : Case
+        As read.
+    burst : bool
+        Whether the case must describe a burst.
+    """
+    faults = list(_complete(case)) if burst else []
+    if case.burst is not None:
+        faults += _stop_rules(case.burst)
+    faults += _unique("round", [entry.name for entry in case.round])
+    faults += _unique("witness", [surface.name for surface in case.witness])
+    for number, entry in enumerate(case.round, start=1):
+        faults += _round(f"round[{number}]", entry)
+    faults += _flight(case.flight)
+    for number, surface in enumerate(case.witness, start=1):
+        faults += _witness(f"witness[{number}]", surface)
+    faults += _rising("break_up.segments", case.break_up.segments or [])
+    return faults
+
+
+def check_charges(case: Case) -> list[str]:
+    """Faults of a resolved case: heat of detonation, product constants, ignition points, rounds that overlap."""
+    faults: list[str] = []
+    for number, entry in enumerate(case.round, start=1):
+        if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
+            faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
+        if isinstance(entry.profile, dict):
+            faults += _ignition(f"round[{number}]", entry)
+    return faults or list(_overlaps(case.round))
+
+
+def _complete(case: Case) -> Iterator[str]:
+    if case.burst is None:
+        yield 'burst: missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"'
+    if not case.round:
+        yield "round: missing; needed: at least one table [[round]]"
+
+
+def _stop_rules(burst: BurstTable) -> Iterator[str]:
+    if burst.stop == "time" and burst.end_time is None:
+        yield 'burst.end_time: missing; stop = "time" needs it, for example end_time = "120 us"'
+    if burst.stop == "acceleration" and burst.end_time is not None:
+        yield (
+            f'burst.end_time: found {burst.end_time:g} s together with stop = "acceleration", which contradict '
+            'each other; allowed: stop = "time" with end_time, or stop = "acceleration" without (time_limit bounds it)'
+        )
+    if burst.end_time is not None and burst.end_time > burst.time_limit:
+        yield f"burst.end_time: found {burst.end_time:g} s; allowed: at most burst.time_limit, {burst.time_limit:g} s"
+    if burst.acceleration_window > burst.time_limit:
+        yield (
+            f"burst.acceleration_window: found {burst.acceleration_window:g} s; "
+            f"allowed: at most burst.time_limit, {burst.time_limit:g} s"
+        )
+
+
+def _unique(key: str, names: Sequence[str]) -> Iterator[str]:
+    for number, name in enumerate(names, start=1):
+        first = names.index(name) + 1
+        if number > first:
+            yield f"{key}[{number}].name: found {show(name)}, the name of {key}[{first}]; allowed: a name of its own"
+
+
+def _round(key: str, entry: RoundTable) -> Iterator[str]:
+    if (entry.profile is None) == (entry.mesh is None):
+        found = "neither" if entry.profile is None else "both"
+        yield f"{key}.profile: found {found} profile and mesh; allowed: one of the two"
+    if not any(entry.axis):
+        yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
+    if entry.ignition is not None and not entry.ignition:
+        yield (
+            f"{key}.ignition: found no ignition point, so nothing lights the charge; allowed: at least one point, "
+            'for example ignition = [{ station = "nose" }], or leave the key out for that one'
+        )
+
+
+def _flight(flight: FlightTable) -> Iterator[str]:
+    air, wind = flight.air, flight.wind
+    if air.model == "constant" and air.density is None:
+        yield 'flight.air.density: missing; model = "constant" needs it, for example density = "1.225 kg/m^3"'
+    if air.model == "standard" and air.density is not None:
+        yield 'flight.air.density: found with model = "standard"; allowed: only with model = "constant"'
+    columns = {"heights": wind.heights, "speeds": wind.speeds, "directions": wind.directions}
+    for key, column in columns.items():
+        if wind.model != "profile" and column is not None:
+            yield f'flight.wind.{key}: found with model = {show(wind.model)}; allowed: only with model = "profile"'
+        if wind.model == "profile" and (column is None or len(column) != len(wind.heights or [])):
+            found = len(column or [])
+            yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
+    if wind.model == "profile":
+        yield from _rising("flight.wind.heights", wind.heights or [])
+
+
+def _rising(key: str, values: Sequence[float]) -> Iterator[str]:
+    if any(after <= before for before, after in pairwise(values)):
+        yield f"{key}: found {show(list(values))} (m); allowed: values that rise"
+
+
+def _witness(key: str, surface: WitnessTable) -> Iterator[str]:
+    if surface.bottom is not None and surface.top is not None and not surface.top > surface.bottom:
+        yield f"{key}.top: found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m"
+
+
+def _products(key: str, products: str, explosive: ExplosiveTable) -> Iterator[str]:
+    if products == "jwl":
+        if explosive.jwl is None:
+            yield f'{key}.jwl: missing for "{explosive.name}"; burst.products = "jwl" needs A, B, R1, R2, omega and E0'
+        return
+    least = explosive.detonation_velocity**2 / 16.0
+    if not explosive.heat_of_detonation > least:
+        yield (
+            f"{key}.heat_of_detonation: found Q = {explosive.heat_of_detonation / 1e6:.4g} MJ/kg for {explosive.name}; "
+            f"allowed with burst.products = {show(products)}: more than D^2/16 = {least / 1e6:.4g} MJ/kg "
+            f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"'
+        )
+
+
+def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
+    from burst_fenicsx.geometry import profile_from_table
+
+    assert isinstance(entry.profile, dict)  # the caller's choice
+    profile = profile_from_table(entry.profile, where=key)
+    front, end = profile.charge_front, profile.charge_end
+    slack = 1e-9 * profile.length
+    for number, point in enumerate(entry.ignition or [], start=1):
+        place = f"{key}.ignition[{number}]"
+        station = float(point.station)
+        if not front - slack <= station <= end + slack:
+            yield (
+                f"{place}.station: found {_mm(station)}, outside the charge; "
+                f"allowed: {_mm(front)} to {_mm(end)} from the nose end"
+            )
+            continue
+        yield from _offset(place, point, float(profile.section(min(max(station, front), end)).charge_radius))
+
+
+def _offset(place: str, point: IgnitionTable, radius: float) -> Iterator[str]:
+    distance = math.hypot(*point.offset)
+    if distance > radius * (1.0 + 1e-9):
+        yield (
+            f"{place}.offset: found {_mm(distance)} from the axis, outside the charge; allowed: at most {_mm(radius)}, "
+            f"the charge's radius at station {_mm(float(point.station))}"
+        )
+
+
+def _overlaps(rounds: Sequence[RoundTable]) -> Iterator[str]:
+    from fragfield.case.placing import deepest_overlap, placed_body
+
+    bodies = [(number, placed_body(entry)) for number, entry in enumerate(rounds, start=1) if entry.profile is not None]
+    for i, (number, body) in enumerate(bodies):
+        for first, other in bodies[:i]:
+            depth = deepest_overlap(body, other)
+            if depth > 0.0:
+                yield (
+                    f'round[{number}].position: "{rounds[number - 1].name}" reaches {_mm(depth)} into '
+                    f'round[{first}] "{rounds[first - 1].name}"; allowed: rounds that do not overlap'
+                )
+
+
+def _mm(value: float) -> str:
+    return f"{value * 1e3:.6g} mm"

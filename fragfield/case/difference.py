@@ -1,0 +1,59 @@
+"""In which keys two cases differ."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case.quantities import show
+from fragfield.case.write import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from fragfield.case.schema import Case
+
+__all__ = ["differences"]
+
+
+def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _flat(entry, f"{path}.{key}" if path else key)
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        for i, entry in enumerate(value, start=1):
+            yield from _flat(entry, f"{path}[{i}]")
+    else:
+        yield path, value
+
+
+def differences(stored: Case, now: Case, within: Sequence[str] | None = None) -> list[str]:
+    """One line per key in which two resolved cases differ; the title does not count.
+
+    Parameters
+    ----------
+    stored, now : Case
+        Resolved cases.
+    within : sequence of str, optional
+        Only keys that are one of these or lie in one of these tables.
+
+    Returns
+    -------
+    list of str
+        Lines `key: stored 0.006 m, now 0.008 m`.
+    """
+    before, after = (dict(_flat(plain(case, units=True))) for case in (stored, now))
+    lines = []
+    for key in dict.fromkeys([*before, *after]):
+        if key == "title" or not (within is None or any(_lies_in(key, table) for table in within)):
+            continue
+        if before.get(key) != after.get(key):
+            lines.append(f"{key}: stored {_shown(before, key)}, now {_shown(after, key)}")
+    return lines
+
+
+def _lies_in(key: str, table: str) -> bool:
+    return key == table or key.startswith((f"{table}.", f"{table}["))
+
+
+def _shown(flat: dict[str, Any], key: str) -> str:
+    return show(flat[key]) if key in flat else "nothing"

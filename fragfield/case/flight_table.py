@@ -1,0 +1,126 @@
+"""The tables [flight], [[witness]] and [hazard]: how fragments fly and what is counted."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from fragfield.case.quantities import (
+    Angle,
+    ArealDensity,
+    Density,
+    Energy,
+    Length,
+    Place,
+    PositiveLength,
+    Quantity,
+    Speed,
+    Time,
+)
+from fragfield.case.table import Table
+
+__all__ = ["AirTable", "FlightTable", "GroundTable", "HazardTable", "IntegratorTable", "WindTable", "WitnessTable"]
+
+
+def _name_or_number(value: object) -> str:
+    return "<name>" if isinstance(value, str) else "<number>"
+
+
+class AirTable(Table):
+    """The air that fragments fly through."""
+
+    model: Literal["standard", "constant"] = "standard"
+    """The US Standard Atmosphere 1976, or one density everywhere."""
+    altitude: Length = 0.0
+    """Altitude of z = 0 above sea level, for model = "standard"."""
+    density: Annotated[float | None, Quantity("kg/m^3", "1.225 kg/m^3", least=0.0)] = None
+    """For model = "constant"; 0 is a vacuum."""
+    sound_speed: Speed = 340.294
+    """For model = "constant"."""
+
+
+class WindTable(Table):
+    """Horizontal wind."""
+
+    model: Literal["constant", "power_law", "profile"] = "constant"
+    """The same at all heights, growing with height, or given at heights."""
+    speed: Annotated[float, Quantity("m/s", "5 m/s", least=0.0)] = 0.0
+    """Speed; for model = "power_law" the one at `reference_height`."""
+    towards: Angle = 0.0
+    """Azimuth that the wind blows towards, from +x counter-clockwise."""
+    reference_height: PositiveLength = 10.0
+    """For model = "power_law"."""
+    exponent: float = Field(default=1.0 / 7.0, gt=0.0, lt=1.0)
+    """For model = "power_law"."""
+    heights: list[Length] | None = None
+    """For model = "profile": heights z, rising."""
+    speeds: list[Annotated[float, Quantity("m/s", "5 m/s", least=0.0)]] | None = None
+    """For model = "profile": one speed for each height."""
+    directions: list[Angle] | None = None
+    """For model = "profile": one azimuth for each height."""
+
+
+class GroundTable(Table):
+    """The flat ground."""
+
+    height: Length = 0.0
+    """z of the ground."""
+
+
+class IntegratorTable(Table):
+    """How trajectories are integrated."""
+
+    method: Literal["adaptive", "fixed"] = "adaptive"
+    """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
+    tolerance: float = Field(default=1e-6, gt=0.0, lt=1.0)
+    """Relative error of a step, for method = "adaptive"."""
+    step: Time = 1e-4
+    """For method = "fixed" (the paper: 0.1 ms)."""
+
+
+class FlightTable(Table):
+    """How fragments fly."""
+
+    air: AirTable = AirTable()
+    wind: WindTable = WindTable()
+    gravity: Annotated[float, Quantity("m/s^2", "9.80665 m/s^2", least=0.0)] = 9.80665
+    """Downward acceleration."""
+    drag: Annotated[
+        Annotated[str, Tag("<name>")] | Annotated[float, Tag("<number>")], Discriminator(_name_or_number)
+    ] = "shell_fragment"
+    """Drag coefficient over the Mach number: a built-in table, a .csv file, or a constant coefficient."""
+    shape_factor: Density = 2600.0
+    """k in the presented area (m / k)^(2/3): 2600 kg/m3 forged-steel shells, 3147 the 5:2:1 box."""
+    ground: GroundTable = GroundTable()
+    integrator: IntegratorTable = IntegratorTable()
+    trajectories: int = Field(default=200, ge=0)
+    """Number of trajectories kept for ParaView, spread over the fragments."""
+
+
+class WitnessTable(Table):
+    """A surface that records every fragment crossing it."""
+
+    name: str = Field(min_length=1)
+    """A name of its own."""
+    kind: Literal["cylinder"] = "cylinder"
+    """A vertical cylinder."""
+    radius: PositiveLength
+    """Radius of the cylinder."""
+    centre: Place = (0.0, 0.0, 0.0)
+    """A point of its axis; its z is the lower rim unless `bottom` is given."""
+    bottom: Length | None = None
+    """z of the lower rim; left out: the ground."""
+    top: Length | None = None
+    """z of the upper rim; left out: unbounded."""
+
+
+class HazardTable(Table):
+    """What counts as hazardous."""
+
+    energy: Energy = 79.0
+    """A fragment with this energy or more at impact is hazardous (58 ft lb)."""
+    density: ArealDensity = 1.0 / 55.7
+    """Acceptable number of hazardous fragments per area (one per 600 ft2)."""
+    sectors: int = Field(default=72, ge=1)
+    """Azimuth sectors; 72 are 5 degrees each."""

@@ -1,0 +1,181 @@
+"""From a file to a resolved case: read, check, and replace every name by what it stands for."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from fragfield.case.checks import check_case, check_charges
+from fragfield.case.messages import explain, join_faults
+from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
+from fragfield.case.schema import Case
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from burst_fenicsx.geometry import Profile
+
+__all__ = ["case_from_document", "load_case", "read_document", "read_resolved"]
+
+
+def read_document(path: Path) -> dict[str, Any]:
+    """Tables of a TOML file; raises InputError where it is missing, unreadable or not TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such case file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: a directory; a case file is needed") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not text in UTF-8 ({error.reason} at byte {error.start})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def load_case(path: Path, *, cell_size: str | None = None, burst: bool = True) -> Case:
+    """Read, check and resolve a case file.
+
+    Parameters
+    ----------
+    path : Path
+        The file; names of files in it are relative to its folder.
+    cell_size : str, optional
+        Replaces `burst.cell_size`, with its unit.
+    burst : bool
+        Whether the case must describe a burst; a flight of given fragments needs none.
+
+    Returns
+    -------
+    Case
+        Every default, material, contour and ignition point spelled out, in SI.
+
+    Raises
+    ------
+    InputError
+        Any fault; the message names file and key, what was found and what is allowed.
+    """
+    document = read_document(path)
+    source = str(path)
+    if cell_size is not None:
+        table = document.setdefault("burst", {})
+        if isinstance(table, dict):
+            table["cell_size"] = cell_size
+            source = f"{path} with --cell-size"
+    document.setdefault("title", path.stem)
+    return case_from_document(document, source=source, folder=path.parent, burst=burst)
+
+
+def read_resolved(path: Path) -> Case:
+    """Read a case that this program has resolved and written; raises InputError where it is not sound."""
+    return _validated(read_document(path), str(path))
+
+
+def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
+    """Check and resolve the tables of a case; as `load_case` for tables that are already read."""
+    case = _validated(document, source)
+    _raise(source, check_case(case, burst=burst))
+    case = _resolved(case, source, folder)
+    _raise(source, check_charges(case))
+    return case
+
+
+def _raise(source: str, faults: list[str]) -> None:
+    if faults:
+        raise InputError(join_faults(source, faults))
+
+
+def _validated(document: Mapping[str, Any], source: str) -> Case:
+    try:
+        return Case.model_validate(document)
+    except ValidationError as error:
+        raise InputError(join_faults(source, explain(error, Case))) from None
+
+
+def _resolved(case: Case, source: str, folder: Path) -> Case:
+    rounds = []
+    for number, entry in enumerate(case.round, start=1):
+        key = f"round[{number}]"
+        rounds.append(_resolved_round(entry, source, key, folder))
+    changes: dict[str, Any] = {"round": rounds}
+    if case.burst is not None and case.burst.stop is None:
+        stop = "acceleration" if case.burst.end_time is None else "time"
+        changes["burst"] = case.burst.model_copy(update={"stop": stop})
+    return case.model_copy(update=changes)
+
+
+def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:
+    from burst_fenicsx.materials.library import load_casing, load_explosive
+
+    def material(name: str, value: Any, load: Callable[[str], Any], table: type[ExplosiveTable | CasingTable]) -> Any:
+        if not isinstance(value, str):
+            return value
+        return _as_table(_told(partial(load, _located(value, folder)), f"{source}: {key}.{name}"), table)
+
+    changes: dict[str, Any] = {
+        "explosive": material("explosive", entry.explosive, load_explosive, ExplosiveTable),
+        "casing": material("casing", entry.casing, load_casing, CasingTable),
+    }
+    if entry.mesh is not None:
+        changes["mesh"] = str((folder / entry.mesh).resolve())
+        if not Path(changes["mesh"]).is_file():
+            raise InputError(f"{source}: {key}.mesh: no such file {changes['mesh']}")
+        return entry.model_copy(update=changes)
+    changes["profile"], profile = _profile(entry.profile, f"{source}: {key}.profile", folder)
+    changes["ignition"] = [_placed(point, profile) for point in (entry.ignition or [IgnitionTable()])]
+    return entry.model_copy(update=changes)
+
+
+def _located(name: str, folder: Path) -> str:
+    """A built-in name as it is, a file's name relative to the case's folder."""
+    return str(folder / name) if name.endswith(".toml") else name
+
+
+def _told(load: Callable[[], Any], where: str) -> Any:
+    """What `load` returns; its error, with file and key of the case before the message."""
+    from burst_fenicsx.errors import InputError as BurstInputError
+
+    try:
+        return load()
+    except BurstInputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _as_table(material: Any, table: type[ExplosiveTable | CasingTable]) -> ExplosiveTable | CasingTable:
+    """Turn the library's data (floats in SI, None for no softening) into a table of the case."""
+    values = dataclasses.asdict(material)
+    if table is CasingTable:
+        for key in ("shear_softening_strain", "tensile_softening_strain"):
+            values[key] = "none" if values[key] is None else values[key]
+    if values.get("jwl"):
+        values["jwl"] = JwlTable.model_construct(**values["jwl"])
+    return table.model_construct(**values)
+
+
+def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tuple[dict[str, Any], Profile]:
+    """Contour tables of a round, and the profile they make."""
+    from burst_fenicsx.geometry import load_profile, profile_from_table
+    from burst_fenicsx.geometry.files import PROFILES
+
+    if isinstance(value, dict):
+        return value, _told(partial(profile_from_table, value, where="inline"), where)
+    assert value is not None  # checked before: a round has a profile or a mesh
+    profile = _told(partial(load_profile, _located(value, folder)), where)
+    file = folder / value if value.endswith(".toml") else PROFILES / f"{value}.toml"
+    return {"name": profile.name, **read_document(file)}, profile
+
+
+def _placed(point: IgnitionTable, profile: Profile) -> IgnitionTable:
+    """Replace the words nose, middle and base by stations."""
+    if not isinstance(point.station, str):
+        return point
+    front, end = profile.charge_front, profile.charge_end
+    station = {"nose": front, "middle": 0.5 * (front + end), "base": end}[point.station]
+    return point.model_copy(update={"station": station})

@@ -1,0 +1,125 @@
+"""Turns what pydantic found into messages that a user can act on: key, what was found, what is allowed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, get_args
+
+from pydantic import BaseModel
+
+from fragfield.case.quantities import NumberOrWord, Quantity, Vector, show
+from fragfield.errors import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pydantic import ValidationError
+    from pydantic.fields import FieldInfo
+
+__all__ = ["explain", "join_faults", "key_path"]
+
+_MOST_FAULTS = 12
+_KINDS = {
+    "float_type": "a number without unit",
+    "finite_number": "a finite number",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "a string",
+    "list_type": "a list",
+    "model_type": "a table",
+    "dict_type": "a table",
+    "string_too_short": "a string that is not empty",
+}
+_LIMITS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+
+
+def key_path(location: Sequence[int | str]) -> str:
+    """Key path as messages show it, entries counted from 1: ("round", 1, "casing") is `round[2].casing`."""
+    path = ""
+    for step in location:
+        if isinstance(step, int):
+            path += f"[{step + 1}]"
+        elif not step.startswith("<"):  # tags of alternatives are no keys
+            path += f".{step}" if path else step
+    return path
+
+
+def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
+    """One line per fault, `key: found ...; allowed: ...`, in the order of the file's schema."""
+    return [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in error.errors(include_url=False)]
+
+
+def join_faults(source: str, faults: Sequence[str]) -> str:
+    """One message for a file: the fault itself when there is one, a list otherwise."""
+    if len(faults) == 1:
+        return f"{source}: {faults[0]}"
+    lines = list(faults[:_MOST_FAULTS])
+    if len(faults) > _MOST_FAULTS:
+        lines.append(f"and {len(faults) - _MOST_FAULTS} more")
+    return "\n  ".join([f"{source}: {len(faults)} faults", *lines])
+
+
+def _text(fault: Any, model: type[BaseModel]) -> str:
+    kind, found, context = fault["type"], fault["input"], fault.get("ctx", {})
+    if kind == "quantity":
+        return fault["msg"]
+    if kind == "extra_forbidden":
+        names = sorted(_keys_beside(fault["loc"], model))
+        return f"unknown key{nearest(str(fault['loc'][-1]), names)}; allowed here: {', '.join(names)}"
+    if kind == "missing":
+        return f"missing; needed: {_needed(fault['loc'], model)}"
+    if kind == "literal_error":
+        hint = nearest(found, _words(context["expected"])) if isinstance(found, str) else ""
+        return f"found {show(found)}{hint}; allowed: {context['expected'].replace(chr(39), chr(34))}"
+    if kind in _LIMITS:
+        words, key = _LIMITS[kind]
+        return f"found {show(found)}; allowed: {words} {context[key]:g}"
+    if kind in _KINDS:
+        allowed = _KINDS[kind]
+        if "<name>" in fault["loc"][-1:]:
+            allowed = "a name, a file, or a table"
+        if "<number>" in fault["loc"][-1:]:
+            allowed = "a name, a file, or a number"
+        return f"found {show(found)}; allowed: {allowed}"
+    return f"found {show(found)}; {fault['msg'][0].lower()}{fault['msg'][1:]}"
+
+
+def _words(expected: str) -> list[str]:
+    return [part for part in expected.split("'")[1::2] if part]
+
+
+def _tables_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _tables_in(part)
+
+
+def _table_of(location: Sequence[int | str], model: type[BaseModel]) -> type[BaseModel]:
+    """Model of the table in which the last key of a location stands."""
+    table = model
+    for step in location[:-1]:
+        if isinstance(step, str) and step in table.model_fields:
+            table = next(_tables_in(table.model_fields[step].annotation), table)
+    return table
+
+
+def _keys_beside(location: Sequence[int | str], model: type[BaseModel]) -> list[str]:
+    return list(_table_of(location, model).model_fields)
+
+
+def _needed(location: Sequence[int | str], model: type[BaseModel]) -> str:
+    field = _table_of(location, model).model_fields[str(location[-1])]
+    marks = [mark.allowed for mark in _marks(field) if isinstance(mark, (Quantity, NumberOrWord, Vector))]
+    description = (field.description or "a value").rstrip(".")
+    return "; ".join([description[0].lower() + description[1:], *marks])
+
+
+def _marks(field: FieldInfo) -> Iterator[Any]:
+    yield from field.metadata
+    for part in get_args(field.annotation):
+        yield from getattr(part, "__metadata__", ())

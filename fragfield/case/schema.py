@@ -1,0 +1,31 @@
+"""The case file as a whole."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from fragfield.case.break_up_table import BreakUpTable
+from fragfield.case.burst_table import BurstTable
+from fragfield.case.flight_table import FlightTable, HazardTable, WitnessTable
+from fragfield.case.round_table import RoundTable
+from fragfield.case.table import Table
+
+__all__ = ["Case"]
+
+
+class Case(Table):
+    """Everything that a run depends on. Values are in SI once read; field names are the file's keys."""
+
+    title: str = ""
+    """One line for reports."""
+    seed: int = Field(default=1, ge=0, lt=2**63)
+    """Seed of every random number."""
+    burst: BurstTable | None = None
+    """Needed by every command except `fly`."""
+    round: list[RoundTable] = Field(default_factory=list)
+    """The cased charges."""
+    break_up: BreakUpTable = BreakUpTable()
+    flight: FlightTable = FlightTable()
+    witness: list[WitnessTable] = Field(default_factory=list)
+    """Surfaces that record fragments."""
+    hazard: HazardTable = HazardTable()

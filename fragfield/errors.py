@@ -1,0 +1,56 @@
+"""Which failures are the user's to mend, which are numerical, and which exit code each has."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = [
+    "EXIT_DONE",
+    "EXIT_FAULT",
+    "EXIT_INPUT",
+    "EXIT_INTERRUPTED",
+    "EXIT_NUMERICAL",
+    "InputError",
+    "exit_code_of",
+    "nearest",
+]
+
+EXIT_DONE = 0
+EXIT_FAULT = 1  # a fault of the program itself
+EXIT_INPUT = 2
+EXIT_NUMERICAL = 3
+EXIT_INTERRUPTED = 130
+
+# Looked up among the modules that are loaded, so that telling errors apart loads nothing.
+_INPUT_ERRORS = ("burst_fenicsx.errors", "transition.errors", "flight.errors", "transition", "flight")
+
+
+class InputError(ValueError):
+    """The input cannot be used; the message names the file, the key, what was found and what is allowed."""
+
+
+def _loaded(name: str, modules: Iterable[str]) -> tuple[type[BaseException], ...]:
+    found = (getattr(sys.modules.get(module), name, None) for module in modules)
+    return tuple(error for error in found if isinstance(error, type) and issubclass(error, BaseException))
+
+
+def exit_code_of(error: BaseException) -> int:
+    """Exit code of the command line for an error: 2 input, 3 numerical stop, 130 interrupted, 1 anything else."""
+    if isinstance(error, KeyboardInterrupt):
+        return EXIT_INTERRUPTED
+    if isinstance(error, (InputError, *_loaded("InputError", _INPUT_ERRORS))):
+        return EXIT_INPUT
+    if isinstance(error, _loaded("NumericalStop", ("burst_fenicsx.errors",))):
+        return EXIT_NUMERICAL
+    return EXIT_FAULT
+
+
+def nearest(name: str, allowed: Iterable[str]) -> str:
+    """' (did you mean "..."?)' with the nearest allowed name, or an empty string when none is near."""
+    close = difflib.get_close_matches(name, list(allowed), n=1, cutoff=0.6)
+    return f' (did you mean "{close[0]}"?)' if close else ""

@@ -1,0 +1,71 @@
+"""One log file for a run, written by rank 0; warnings also go to stderr."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+__all__ = ["logged", "to_stderr"]
+
+_OURS = ("fragfield", "burst_fenicsx", "transition", "flight")
+_FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
+
+
+class _Short(logging.Formatter):
+    """Level and message, as a person at the terminal wants them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return f"{record.levelname.lower()}: {record.getMessage()}"
+
+
+@contextmanager
+def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]:
+    loggers = [logging.getLogger(name) for name in names]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.addHandler(handler)
+        logger.setLevel(min(logger.level or logging.INFO, logging.INFO))
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.removeHandler(handler)
+            logger.setLevel(level)
+        handler.close()
+
+
+@contextmanager
+def logged(path: Path, *, fresh: bool) -> Iterator[None]:
+    """Write what the packages log, and Python's warnings, to a file.
+
+    Parameters
+    ----------
+    path : Path
+        The log file.
+    fresh : bool
+        Start the file anew; otherwise go on at its end.
+    """
+    handler = logging.FileHandler(path, mode="w" if fresh else "a", encoding="utf-8")
+    handler.setFormatter(logging.Formatter(_FORMAT))
+    logging.captureWarnings(capture=True)
+    try:
+        with _handled(handler, (*_OURS, "py.warnings")):
+            yield
+    finally:
+        logging.captureWarnings(capture=False)
+
+
+@contextmanager
+def to_stderr(*, quiet: bool) -> Iterator[None]:
+    """Show warnings on stderr, with `quiet` errors only."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.ERROR if quiet else logging.WARNING)
+    handler.setFormatter(_Short())
+    with _handled(handler, _OURS):
+        yield
