@@ -1,0 +1,103 @@
+"""The O-grid of a round's section: a rounded square of N x N quadrilaterals, rings around it, and the wall's rings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["CORE_RADIUS", "CORE_SIDE_RADIUS", "SectionGrid", "equal_area_factor", "section_grid"]
+
+# Corner distance of the core square over the disc's radius, and the turn of each of its sides' arcs: with them the three angles
+# at a corner of the core are 138 and twice 111 degrees, and core and ring cells are of like size.
+CORE_RADIUS = 0.80
+SIDE_TURN = np.radians(24.0)
+CORE_SIDE_RADIUS = CORE_RADIUS * np.sqrt(0.5) * (1.0 + np.tan(SIDE_TURN / 2.0))
+
+
+@dataclass(frozen=True)
+class SectionGrid:
+    """Topology and shape of one section; the nodes of every layer are this grid, scaled by the layer's two radii.
+
+    Attributes
+    ----------
+    inner : numpy.ndarray, shape (n, 2)
+        Nodes times the radius of the boundary between cavity and wall.
+    outer : numpy.ndarray, shape (n, 2)
+        Nodes times the outer radius; a node lies at `inner * r_i + outer * r_o`.
+    quads : numpy.ndarray, int64, shape (k, 4)
+        Counter-clockwise quadrilaterals, the cavity's first.
+    cavity_quads : int
+        How many of them lie within the cavity.
+    """
+
+    inner: NDArray[np.float64]
+    outer: NDArray[np.float64]
+    quads: NDArray[np.int64]
+    cavity_quads: int
+
+    def nodes(self, inner_radius: float, outer_radius: float) -> NDArray[np.float64]:
+        """Return the nodes of a layer across the axis (m), shape (n, 2)."""
+        return self.inner * inner_radius + self.outer * outer_radius
+
+
+def equal_area_factor(sides: int) -> float:
+    """Return the factor on the radius for which a regular polygon has the area of the circle: sqrt(a / sin a), a = 2 pi / n."""
+    angle = 2.0 * np.pi / sides
+    return float(np.sqrt(angle / np.sin(angle)))
+
+
+def section_grid(core: int, rings: int, wall: int) -> SectionGrid:
+    """Build the section.
+
+    Parameters
+    ----------
+    core : int
+        Cells along a side of the core square, N; the circumference has 4 N.
+    rings : int
+        Rings of cells between core and wall.
+    wall : int
+        Rings of cells through the wall.
+    """
+    around = 4 * core
+    angle = -0.25 * np.pi + 2.0 * np.pi * np.arange(around) / around
+    circle = equal_area_factor(around) * np.column_stack([np.cos(angle), np.sin(angle)])
+
+    square = _rounded_square(core)
+    edge = np.arange(core)
+    last = core
+    grid = np.arange((core + 1) ** 2).reshape(core + 1, core + 1)  # [row along y, column along x]
+    perimeter = np.concatenate([grid[edge, last], grid[last, last - edge], grid[last - edge, 0], grid[0, edge]])
+
+    start = square[perimeter]
+    share = np.arange(1, rings + 1)[:, None, None] / rings
+    ring_nodes = ((1.0 - share) * start + share * circle).reshape(-1, 2)
+    depth = np.arange(1, wall + 1)[:, None, None] / wall
+    inner = np.concatenate([square, ring_nodes, ((1.0 - depth) * circle).reshape(-1, 2)])
+    outer = np.concatenate([np.zeros_like(square), np.zeros_like(ring_nodes), (depth * circle).reshape(-1, 2)])
+
+    core_quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
+    loops = len(square) + np.arange((rings + wall) * around).reshape(rings + wall, around)
+    loops = np.concatenate([perimeter[None, :], loops])
+    following = np.roll(loops, -1, axis=1)
+    ring_quads = np.stack([loops[:-1], loops[1:], following[1:], following[:-1]], axis=-1).reshape(-1, 4)
+    quads = np.concatenate([core_quads, ring_quads]).astype(np.int64)
+    return SectionGrid(inner, outer, quads, core * core + rings * around)
+
+
+def _rounded_square(core: int) -> NDArray[np.float64]:
+    """Nodes of the core over the disc's radius, row by row: a transfinite map between four arcs, shape ((N + 1)^2, 2)."""
+    half = CORE_RADIUS * np.sqrt(0.5)
+    arc_radius = half / np.sin(SIDE_TURN)
+    place = np.linspace(-1.0, 1.0, core + 1)
+    along = arc_radius * np.sin(SIDE_TURN * place)
+    height = half - arc_radius * np.cos(SIDE_TURN) + arc_radius * np.cos(SIDE_TURN * place)
+    # Opposite sides mirror each other, so the transfinite map is a product: each row is a scaled arc.
+    u, v = np.meshgrid(place, place)
+    x = u * height[:, None] + along[None, :] - half * u
+    y = v * height[None, :] + along[:, None] - half * v
+    return np.column_stack([x.ravel(), y.ravel()])

@@ -1,0 +1,118 @@
+"""From the cell size to the counts of an O-grid: layers along the axis and cells across the section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from burst_fenicsx.geometry import Profile
+
+__all__ = ["FEWEST_WALL_CELLS", "GridCounts", "grid_counts", "layer_stations"]
+
+FEWEST_WALL_CELLS = 3
+FEWEST_CORE_CELLS = 4  # a circumference of 16
+CLOSEST = 0.4  # of the spacing: a corner of a contour nearer to another boundary gets no layer of its own
+LARGEST_ROUND = 50_000_000  # cells
+
+
+@dataclass(frozen=True)
+class GridCounts:
+    """Counts of an O-grid: cells along the core's side, rings around it, cells through the wall; layer boundaries (m)."""
+
+    core: int
+    rings: int
+    wall: int
+    stations: NDArray[np.float64]
+
+
+def layer_stations(profile: Profile, spacing: float) -> NDArray[np.float64]:
+    """Return the stations of the layer boundaries (m), with steps of about `spacing`.
+
+    The ends of the round and of the cavity and the charge's front are always boundaries, so that the parts are exact. Corners of the
+    contours and ends of segments are boundaries unless they lie within 0.4 spacings of another.
+    """
+    fixed = {0.0, profile.length, profile.cavity.start, profile.cavity.end, profile.charge_front}
+    cuts = sorted(fixed)
+    wanted = [segment.start for segment in profile.segments]
+    wanted += [*profile.outer.stations, *profile.cavity.stations]
+    for station in wanted:
+        if min(abs(station - cut) for cut in cuts) >= CLOSEST * spacing:
+            cuts = sorted([*cuts, station])
+    pieces = [
+        np.linspace(low, high, max(1, round((high - low) / spacing)) + 1)[1:] for low, high in zip(cuts, cuts[1:])
+    ]
+    return np.concatenate([[0.0], *pieces])
+
+
+def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
+    """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
+
+    The wall gets its mean thickness over the cell size, but never fewer than three cells. The other counts and the
+    axial spacing (within a quarter of the cell size) are those of the least misfit: of the number of cells to volume over cell size
+    cubed, of core, ring and wall cells to each other, and of the spacing to the cell size.
+
+    Raises
+    ------
+    InputError
+        The cell size is not a positive length, is larger than the round, or asks for more than fifty million cells.
+    """
+    volumes = profile.volumes()
+    meshed = volumes.casing + volumes.charge + volumes.fuze
+    if not cell_size > 0.0 or not np.isfinite(cell_size):
+        raise InputError(f"cell_size = {cell_size!r} m; a positive length is expected")
+    if cell_size > 0.5 * profile.max_radius:
+        raise InputError(
+            f"cell_size = {cell_size * 1e3:g} mm; at most a quarter of the round's diameter is allowed "
+            f"({profile.name}: {profile.max_radius * 500:g} mm)"
+        )
+    target = meshed / cell_size**3
+    if target > LARGEST_ROUND:
+        smallest = (meshed / LARGEST_ROUND) ** (1.0 / 3.0)
+        raise InputError(
+            f"cell_size = {cell_size * 1e3:g} mm makes {target:.3g} cells; at most {LARGEST_ROUND:.1g} are allowed "
+            f"({profile.name}: at least {smallest * 1e3:.2g} mm)"
+        )
+
+    hollow = np.linspace(profile.charge_front, profile.cavity.end, 201)
+    section = profile.section(hollow)
+    inner = float(np.sqrt(np.mean(section.inner_radius**2)))
+    outer = float(np.sqrt(np.mean(section.outer_radius**2)))
+    wall = max(FEWEST_WALL_CELLS, round(float(np.mean(section.wall)) / cell_size))
+    around = 2.0 * np.pi * inner / cell_size
+    ring_depth = inner * (1.0 - 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS))
+
+    best: tuple[float, GridCounts] | None = None
+    for factor in np.linspace(0.8, 1.25, 46):
+        stations = layer_stations(profile, factor * cell_size)
+        layers = len(stations) - 1
+        centres = 0.5 * (stations[1:] + stations[:-1])
+        empty = 0
+        if volumes.void > 0.0:
+            empty = int(np.count_nonzero((centres > profile.cavity.start) & (centres < profile.charge_front)))
+        for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0))):
+            core_cell = 0.5 * np.pi * 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS) * inner / core
+            ring_width = 2.0 * np.pi * (inner - 0.5 * ring_depth) / (4 * core)
+            outer_width = 2.0 * np.pi * outer / (4 * core)
+            for rings in range(max(1, round(0.7 * ring_depth / ring_width)), 3 + round(1.4 * ring_depth / ring_width)):
+                cavity_cells = core**2 + 4 * core * rings
+                cells = (cavity_cells + 4 * core * wall) * layers - empty * cavity_cells
+                misfit = (
+                    20.0 * np.log(cells / target) ** 2
+                    + 2.0 * np.log(factor) ** 2
+                    + np.log(ring_depth / rings / ring_width) ** 2
+                    + 0.5 * np.log(core_cell / cell_size) ** 2
+                    + 0.5 * np.log(outer_width / cell_size) ** 2
+                )
+                if best is None or misfit < best[0]:
+                    best = (float(misfit), GridCounts(core, rings, wall, stations))
+    if best is None:
+        raise InputError(f"cell_size = {cell_size * 1e3:g} mm: no grid was found for {profile.name}")
+    return best[1]
