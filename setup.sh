@@ -12,8 +12,8 @@ set -eu
 supported_dolfinx="0.5 0.9 0.10 0.11"
 apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-venv openmpi-bin ca-certificates gcc libc6-dev
 libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
-apt_megabytes=2200
-venv_megabytes=1600
+apt_megabytes=2300
+venv_megabytes=1700
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -219,8 +219,15 @@ END
     printf '%s\n' "$python $python_version" >"$venv/.interpreter"
 }
 
+# pip_install ARGUMENT...: pinned, also while pip builds a package. The path is relative since pip splits it at spaces.
 pip_install() {
-    "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check "$@" || refuse \
+    PIP_CONSTRAINT=.venv/constraints.txt${PIP_CONSTRAINT:+ $PIP_CONSTRAINT} \
+        "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check "$@"
+}
+
+install_python_packages() {
+    say "Python packages, pinned by constraints/ (about $venv_megabytes MB, a few minutes)"
+    pip_install --editable ".[test,lint]" || refuse \
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About $venv_megabytes MB are needed here."
@@ -232,9 +239,7 @@ install_h5py() {
     say "h5py is missing beside this dolfinx: building it against the same HDF5"
     HDF5_DIR=${HDF5_DIR:-${CONDA_PREFIX:-}}
     if [ -z "$HDF5_DIR" ]; then unset HDF5_DIR; else export HDF5_DIR; fi
-    # h5py's MPI build wants the mpi4py that is there.
-    CC=mpicc HDF5_MPI=ON "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check --no-deps \
-        --no-binary h5py -c "$venv/constraints.txt" h5py || refuse "h5py could not be built against dolfinx's HDF5." \
+    CC=mpicc HDF5_MPI=ON pip_install --no-deps --no-binary h5py h5py || refuse "h5py could not be built against dolfinx's HDF5." \
         "In conda: conda install -c conda-forge h5py" \
         "Elsewhere: set HDF5_DIR to the folder that holds HDF5's include and lib, then call again."
 }
@@ -262,9 +267,7 @@ set_up() {
     [ -d "$venv/lib" ] || need_space "$venv_megabytes" "$root" "the Python packages"
     create_venv
     write_constraints >"$venv/constraints.txt"
-    say "Python packages, pinned by constraints/ (about $venv_megabytes MB, a few minutes)"
-    pip_install -c "$venv/constraints.txt" setuptools wheel
-    pip_install -c "$venv/constraints.txt" --no-build-isolation --editable ".[test,lint]"
+    install_python_packages
     install_h5py
     check_imports
     printf '%s\n' "$stamp" >"$venv/.stamp"

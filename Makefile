@@ -1,0 +1,8 @@
+# Names for `sh setup.sh ACT`; arguments go through ARGS, for instance `make test ARGS="-k mott"`.
+.PHONY: setup demo test validate bench lint
+
+setup:
+	@sh setup.sh install
+
+demo test validate bench lint:
+	@sh setup.sh $@ $(ARGS)
