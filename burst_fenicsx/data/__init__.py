@@ -59,7 +59,7 @@ class Table:
         The table has a key that is not allowed.
     """
 
-    def __init__(self, values: Any, where: str, allowed: Iterable[str]) -> None:
+    def __init__(self, values: object, where: str, allowed: Iterable[str]) -> None:
         if not isinstance(values, Mapping):
             raise InputError(f"{where}: found {values!r}, a table is expected")
         self.values = values
@@ -124,7 +124,12 @@ class Table:
         if not isinstance(value, list) or (length is not None and len(value) != length):
             raise self.fault(key, expected)
         for entry in value:
-            if isinstance(entry, bool) or not isinstance(entry, (int, float)) or entry != entry or abs(entry) == float("inf"):
+            if (
+                isinstance(entry, bool)
+                or not isinstance(entry, (int, float))
+                or entry != entry
+                or abs(entry) == float("inf")
+            ):
                 raise self.fault(key, expected)
         return [float(entry) for entry in value]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,13 +64,13 @@ class Contour:
                 f"{self.name}: {len(stations)} stations, {len(radii)} radii and {len(arcs)} arcs; "
                 "as many radii as stations and one arc fewer are needed"
             )
-        for before, after in zip(stations, stations[1:]):
+        for before, after in pairwise(stations):
             if not after > before:
                 raise InputError(
-                    f"{self.name}: stations must increase from nose to base, found {_mm(before)} followed by {_mm(after)} "
-                    "(a step in radius needs a short cone)"
+                    f"{self.name}: stations must increase from nose to base, found {_mm(before)} followed "
+                    f"by {_mm(after)} (a step in radius needs a short cone)"
                 )
-        for station, radius in zip(stations, radii):
+        for station, radius in zip(stations, radii, strict=True):
             if not radius >= 0.0:
                 raise InputError(f"{self.name}: radius {_mm(radius)} at station {_mm(station)}; it may not be negative")
         for index in range(len(arcs)):
@@ -83,7 +84,9 @@ class Contour:
         chord = float(np.hypot(end - start, self.radii[index + 1] - self.radii[index]))
         place = f"{self.name}: arc radius {_mm(arc)} between stations {_mm(start)} and {_mm(end)}"
         if abs(arc) < 0.5 * chord * (1.0 - 1e-12):
-            raise InputError(f"{place} is too small for its chord of {_mm(chord)}; at least {_mm(0.5 * chord)} is needed")
+            raise InputError(
+                f"{place} is too small for its chord of {_mm(chord)}; at least {_mm(0.5 * chord)} is needed"
+            )
         if abs(arc) > LARGEST_RADIUS_OVER_CHORD * chord:
             raise InputError(f"{place} is flatter than {LARGEST_RADIUS_OVER_CHORD:g} chords; use 0 for a straight line")
         centre, centre_radius = self._arc_centres[index]
@@ -92,7 +95,8 @@ class Contour:
         if np.any(sign * (ends - centre_radius) < -1e-9 * abs(arc)):
             smallest = chord**2 / (2.0 * abs(self.radii[index + 1] - self.radii[index]))
             raise InputError(
-                f"{place} turns back along the axis; a radius of at least {_mm(smallest)} keeps to one radius per station"
+                f"{place} turns back along the axis; a radius of at least {_mm(smallest)} "
+                "keeps to one radius per station"
             )
         if arc < 0.0 and start < centre < end and centre_radius + arc < 0.0:
             raise InputError(f"{place} reaches over the axis")
@@ -221,7 +225,9 @@ class Contour:
         return float(np.pi * (primitive(high - centre) - primitive(low - centre)))
 
     @classmethod
-    def from_points(cls, points: Sequence[Sequence[float]], arcs: Sequence[float] = (), name: str = "contour") -> Contour:
+    def from_points(
+        cls, points: Sequence[Sequence[float]], arcs: Sequence[float] = (), name: str = "contour"
+    ) -> Contour:
         """Return the contour through points (station, radius) (m)."""
         stations = tuple(float(point[0]) for point in points)
         return cls(stations, tuple(float(point[1]) for point in points), tuple(float(arc) for arc in arcs), name)

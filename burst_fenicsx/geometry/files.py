@@ -39,7 +39,9 @@ def load_profile(name_or_path: str | Path) -> Profile:
     elif text in profile_names():
         path = PROFILES / f"{text}.toml"
     else:
-        raise InputError(f"profile '{text}' is unknown; {nearest_name(text, profile_names())}; or a path that ends in .toml")
+        raise InputError(
+            f"profile '{text}' is unknown; {nearest_name(text, profile_names())}; or a path that ends in .toml"
+        )
     return profile_from_table(read_toml(path), where=path.name if path.parent == PROFILES else text, name=path.stem)
 
 
@@ -52,7 +54,7 @@ def profile_from_table(values: Mapping[str, Any], where: str, name: str = "profi
         source = "..."
         [outer]                                 # from the nose end (station 0) to the base
         points = [[0, 30], [200, 77.5], [600, 77.5]]    # station, radius
-        arcs = [900, 0]                         # optional, a signed radius per piece: 0 straight, + bulges outwards, - inwards
+        arcs = [900, 0]                         # optional, signed radius per piece: 0 straight, + outwards
         [cavity]                                # the same form
         [charge]
         front = 80                              # the charge fills the cavity from its base end up to here

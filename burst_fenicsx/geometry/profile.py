@@ -73,8 +73,8 @@ class Profile:
     Raises
     ------
     InputError
-        The contours cross, the cavity or the charge front lies outside, the fuze is missing or superfluous, or the segments
-        leave gaps.
+        The contours cross, the cavity or the charge front lies outside, the fuze is missing or superfluous, or the
+        segments leave gaps.
     """
 
     name: str
@@ -89,7 +89,9 @@ class Profile:
     def __post_init__(self) -> None:
         outer, cavity = self.outer, self.cavity
         if outer.start != 0.0:
-            raise InputError(f"{outer.name}: the first station is {outer.start * 1e3:.6g} mm; the nose end must be station 0")
+            raise InputError(
+                f"{outer.name}: the first station is {outer.start * 1e3:.6g} mm; the nose end must be station 0"
+            )
         if cavity.start < 0.0 or cavity.end > outer.end * (1.0 + 1e-12):
             raise InputError(
                 f"{cavity.name}: runs from {cavity.start * 1e3:.6g} to {cavity.end * 1e3:.6g} mm; "
@@ -104,7 +106,9 @@ class Profile:
 
     def _check_wall(self) -> None:
         corners = [s for s in self.outer.stations if self.cavity.start < s < self.cavity.end]
-        stations = np.concatenate([np.linspace(self.cavity.start, self.cavity.end, SAMPLES), self.cavity.stations, corners])
+        stations = np.concatenate(
+            [np.linspace(self.cavity.start, self.cavity.end, SAMPLES), self.cavity.stations, corners]
+        )
         wall = self.outer.radius(stations) - self.cavity.radius(stations)
         worst = int(np.argmin(wall))
         if wall[worst] <= 0.0:
@@ -114,7 +118,9 @@ class Profile:
                     f"{self.name}: the cavity crosses the outer contour; worst at station {where}, where the wall is "
                     f"{wall[worst] * 1e3:.4g} mm; it must be positive everywhere"
                 )
-            raise InputError(f"{self.name}: the cavity touches the outer contour at station {where}; the wall must be positive")
+            raise InputError(
+                f"{self.name}: the cavity touches the outer contour at station {where}; the wall must be positive"
+            )
 
     def _check_charge(self) -> None:
         cavity = self.cavity
@@ -126,17 +132,23 @@ class Profile:
         if self.charge_front > cavity.start and self.fuze is None:
             raise InputError(
                 f"{self.name} [fuze]: missing; the cavity before the charge ({cavity.start * 1e3:.6g} to "
-                f"{self.charge_front * 1e3:.6g} mm) needs fill = \"inert\" with a mass, or fill = \"void\""
+                f'{self.charge_front * 1e3:.6g} mm) needs fill = "inert" with a mass, or fill = "void"'
             )
         if self.charge_front == cavity.start and self.fuze is not None:
             raise InputError(f"{self.name} [fuze]: the charge fills the whole cavity; there is no room for a fuze")
         if self.fuze is not None:
             if self.fuze.fill not in ("inert", "void"):
-                raise InputError(f"{self.name} [fuze]: fill = '{self.fuze.fill}'; {nearest_name(self.fuze.fill, ('inert', 'void'))}")
+                raise InputError(
+                    f"{self.name} [fuze]: fill = '{self.fuze.fill}'; {nearest_name(self.fuze.fill, ('inert', 'void'))}"
+                )
             if self.fuze.fill == "inert" and not self.fuze.mass > 0.0:
-                raise InputError(f"{self.name} [fuze]: mass = {self.fuze.mass:g}; an inert fuze needs a mass above 0 (kg)")
+                raise InputError(
+                    f"{self.name} [fuze]: mass = {self.fuze.mass:g}; an inert fuze needs a mass above 0 (kg)"
+                )
             if self.fuze.fill == "void" and self.fuze.mass != 0.0:
-                raise InputError(f"{self.name} [fuze]: mass = {self.fuze.mass:g}; a void has no mass (use fill = \"inert\")")
+                raise InputError(
+                    f'{self.name} [fuze]: mass = {self.fuze.mass:g}; a void has no mass (use fill = "inert")'
+                )
 
     @property
     def length(self) -> float:

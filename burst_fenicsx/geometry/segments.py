@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -87,7 +88,7 @@ def automatic_segments(outer: Contour, cavity: Contour, charge_front: float) -> 
     cuts.append(end)
 
     stations: list[float] = [start]
-    for low, high in zip(cuts, cuts[1:]):
+    for low, high in pairwise(cuts):
         places = np.linspace(low, high, 41)
         radius = outer.radius(places)
         wall = radius - cavity.radius(places)
@@ -96,7 +97,7 @@ def automatic_segments(outer: Contour, cavity: Contour, charge_front: float) -> 
         stations += [float(value) for value in np.linspace(low, high, pieces + 1)[1:]]
 
     segments = [Segment("nose", 0.0, start, "nose")] if start > 0.0 else []
-    for number, (low, high) in enumerate(zip(stations, stations[1:]), start=1):
+    for number, (low, high) in enumerate(pairwise(stations), start=1):
         segments.append(Segment(f"wall {number}", low, high, "wall"))
     if end < length:
         segments.append(Segment("base", end, length, "base"))

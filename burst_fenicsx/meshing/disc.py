@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 __all__ = ["CORE_RADIUS", "CORE_SIDE_RADIUS", "SectionGrid", "equal_area_factor", "section_grid"]
 
-# Corner distance of the core square over the disc's radius, and the turn of each of its sides' arcs: with them the three angles
-# at a corner of the core are 138 and twice 111 degrees, and core and ring cells are of like size.
+# Corner distance of the core square over the disc's radius, and the turn of each of its sides' arcs: with them the
+# three angles at a corner of the core are 138 and twice 111 degrees, and core and ring cells are of like size.
 CORE_RADIUS = 0.80
 SIDE_TURN = np.radians(24.0)
 CORE_SIDE_RADIUS = CORE_RADIUS * np.sqrt(0.5) * (1.0 + np.tan(SIDE_TURN / 2.0))
@@ -46,7 +46,10 @@ class SectionGrid:
 
 
 def equal_area_factor(sides: int) -> float:
-    """Return the factor on the radius for which a regular polygon has the area of the circle: sqrt(a / sin a), a = 2 pi / n."""
+    """Return the factor on the radius that gives a regular polygon its circle's area.
+
+    It is sqrt(a / sin a) with a = 2 pi / n.
+    """
     angle = 2.0 * np.pi / sides
     return float(np.sqrt(angle / np.sin(angle)))
 
@@ -90,7 +93,7 @@ def section_grid(core: int, rings: int, wall: int) -> SectionGrid:
 
 
 def _rounded_square(core: int) -> NDArray[np.float64]:
-    """Nodes of the core over the disc's radius, row by row: a transfinite map between four arcs, shape ((N + 1)^2, 2)."""
+    """Nodes of the core over the disc's radius, row by row, shape ((N + 1)^2, 2): transfinite between four arcs."""
     half = CORE_RADIUS * np.sqrt(0.5)
     arc_radius = half / np.sin(SIDE_TURN)
     place = np.linspace(-1.0, 1.0, core + 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,8 +54,8 @@ def read_gmsh(
     unit : str
         Unit of the file's lengths: "m", "cm", "mm" or "in".
     file_position, file_axis : sequence of float
-        Centre of the base plane and direction from base to nose in the file's coordinates (in `unit`). By default the axis is +z through x = y = 0
-        and the base is the lowest node along it.
+        Centre of the base plane and direction from base to nose in the file's coordinates (in `unit`). By default the
+        axis is +z through x = y = 0 and the base is the lowest node along it.
     position, axis : sequence of float
         Where the round shall stand in the world (m), as for `Round`.
     segments : sequence, optional
@@ -71,8 +72,9 @@ def read_gmsh(
     Raises
     ------
     InputError
-        Unreadable file; cells that are not linear hexahedra; a missing, empty or unknown physical group; cells in no group; inverted
-        cells; parts that do not share nodes or fall apart; a round off its axis; segments that do not fit.
+        Unreadable file; cells that are not linear hexahedra; a missing, empty or unknown physical group; cells in no
+        group; inverted cells; parts that do not share nodes or fall apart; a round off its axis; segments that do not
+        fit.
     """
     path = Path(path)
     if unit not in LENGTH_UNITS:
@@ -106,7 +108,9 @@ def read_gmsh(
     segment = np.where(part == Part.CASING, np.searchsorted(ends, station), -1).astype(np.int32)
     for index, piece in enumerate(pieces):
         if not np.any(segment == index):
-            raise InputError(f"{path}: segment '{piece.name}' holds no casing cell; fewer or longer segments are needed")
+            raise InputError(
+                f"{path}: segment '{piece.name}' holds no casing cell; fewer or longer segments are needed"
+            )
     return HexahedralMesh(
         nodes=place(local, position, axis),
         cells=cells,
@@ -129,19 +133,21 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[n
     tags = content.cell_data.get("gmsh:physical", [None] * len(content.cells))
     cells: list[NDArray[np.int64]] = []
     parts: list[NDArray[np.int32]] = []
-    for block, tag in zip(content.cells, tags):
+    for block, tag in zip(content.cells, tags, strict=True):
         if block.type.rstrip("0123456789") in FLAT:
             continue
-        group = sorted({names.get(int(value), "none") for value in np.unique(tag)}) if tag is not None else ["none"]
+        group = ["none"]
+        if tag is not None:
+            group = sorted({names.get(int(value), "none") for value in np.unique(tag)})
         if block.type != "hexahedron":
             raise InputError(
-                f"{path}: {len(block.data)} cells of type '{block.type}' in group '{', '.join(group)}'; only linear hexahedra "
-                "(8 nodes) are allowed"
+                f"{path}: {len(block.data)} cells of type '{block.type}' in group '{', '.join(group)}'; "
+                "only linear hexahedra (8 nodes) are allowed"
             )
         if "none" in group:
             raise InputError(
-                f"{path}: {len(block.data)} hexahedra hold cells of no physical volume; every cell must belong to one of "
-                f"{', '.join(GROUPS)}"
+                f"{path}: {len(block.data)} hexahedra hold cells of no physical volume; "
+                f"every cell must belong to one of {', '.join(GROUPS)}"
             )
         cells.append(np.asarray(block.data, dtype=np.int64))
         parts.append(np.array([GROUPS[names[int(value)]] for value in tag], dtype=np.int32))
@@ -149,11 +155,13 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[n
     for name in REQUIRED:
         if not np.any(found == GROUPS[name]):
             present = ", ".join(f"'{other}'" for other in names.values()) or "none"
-            raise InputError(f"{path}: no hexahedra in a physical volume '{name}'; found {present}; needed: casing and charge")
+            raise InputError(
+                f"{path}: no hexahedra in a physical volume '{name}'; found {present}; needed: casing and charge"
+            )
     return np.asarray(content.points, dtype=np.float64)[:, :3], np.concatenate(cells), found
 
 
-def _parse(path: Path) -> Any:
+def _parse(path: Path) -> Any:  # noqa: ANN401 - meshio is untyped
     import meshio  # only here: meshes of built-in profiles need none of it
 
     if not path.is_file():
@@ -164,7 +172,7 @@ def _parse(path: Path) -> Any:
         # meshio reports to the console, and leaves the program (SystemExit) on some faults
         with contextlib.redirect_stdout(io.StringIO()):
             return meshio.read(path, file_format="gmsh")
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a foreign reader raises on a broken file
+    except (Exception, SystemExit) as error:
         raise InputError(f"{path}: not a readable gmsh mesh ({type(error).__name__}: {error})") from error
 
 
@@ -178,8 +186,8 @@ def _check_cells(mesh: HexahedralMesh, path: Path) -> None:
     if len(bad):
         first = int(bad[0])
         raise InputError(
-            f"{path}: {len(bad)} inverted or flat hexahedra; the first is hexahedron {first + 1} in file order, in group "
-            f"'{_group(int(mesh.part[first]))}', with scaled Jacobian {scaled[first]:.3g}; all must be positive"
+            f"{path}: {len(bad)} inverted or flat hexahedra; the first is hexahedron {first + 1} in file order, "
+            f"in group '{_group(int(mesh.part[first]))}', with scaled Jacobian {scaled[first]:.3g}; all must be positive"
         )
 
 
@@ -188,8 +196,8 @@ def _check_connection(mesh: HexahedralMesh, path: Path) -> None:
     for name in ("charge", "fuze"):
         if len(nodes[name]) and not np.intersect1d(nodes[name], nodes["casing"], assume_unique=True).size:
             raise InputError(
-                f"{path}: group '{name}' shares no nodes with group 'casing'; parts that touch must share their nodes (in gmsh: "
-                "BooleanFragments, or Coherence for transfinite volumes, before meshing)"
+                f"{path}: group '{name}' shares no nodes with group 'casing'; parts that touch must share "
+                "their nodes (in gmsh: BooleanFragments, or Coherence for transfinite volumes, before meshing)"
             )
     for name, part in GROUPS.items():
         if not len(nodes[name]):
@@ -199,8 +207,8 @@ def _check_connection(mesh: HexahedralMesh, path: Path) -> None:
             smallest = int(np.argmin(np.bincount(label)))
             first = int(np.flatnonzero(mesh.part == part)[np.flatnonzero(label == smallest)[0]])
             raise InputError(
-                f"{path}: group '{name}' falls into {pieces} pieces that share no nodes (hexahedron {first + 1} in file order belongs to "
-                "the smallest); each part must be one piece"
+                f"{path}: group '{name}' falls into {pieces} pieces that share no nodes (hexahedron {first + 1} "
+                "in file order belongs to the smallest); each part must be one piece"
             )
 
 
@@ -226,12 +234,14 @@ def _check_axis(mesh: HexahedralMesh, path: Path, unit: str) -> None:
     scale = 1.0 / LENGTH_UNITS[unit]
     if offset > LARGEST_OFFSET * largest:
         raise InputError(
-            f"{path}: the casing's centre lies {offset * scale:.4g} {unit} from the round's axis; file_position and file_axis must give "
-            f"the centre of the base and the direction to the nose in the file's coordinates"
+            f"{path}: the casing's centre lies {offset * scale:.4g} {unit} from the round's axis; "
+            "file_position and file_axis must give the centre of the base and the direction to the nose in the file's "
+            "coordinates"
         )
     if mesh.nodes[:, 2].min() < -1e-6 * (np.ptp(mesh.nodes[:, 2])):
         raise InputError(
-            f"{path}: nodes lie {-mesh.nodes[:, 2].min() * scale:.4g} {unit} behind the base plane given by file_position and file_axis"
+            f"{path}: nodes lie {-mesh.nodes[:, 2].min() * scale:.4g} {unit} behind the base plane "
+            "given by file_position and file_axis"
         )
 
 
@@ -246,14 +256,16 @@ def _segments(
         return check_segments(given, length, f"{path}: segments")
     if wanted is not None:
         cuts = [float(entry) for entry in wanted if not isinstance(entry, Segment)]
-        if any(not 0.0 < cut < length for cut in cuts) or any(b <= a for a, b in zip(cuts, cuts[1:])):
-            raise InputError(f"{path}: segments = {cuts} m; stations increasing between 0 and {length:.6g} m are expected")
+        if any(not 0.0 < cut < length for cut in cuts) or any(b <= a for a, b in pairwise(cuts)):
+            raise InputError(
+                f"{path}: segments = {cuts} m; stations increasing between 0 and {length:.6g} m are expected"
+            )
     else:
         cuts = [float(cut) for cut in np.linspace(front, back, WALL_PIECES + 1)]
         cuts = [cut for cut in cuts if slack < cut < length - slack]
     stations = [0.0, *cuts, length]
     pieces = []
-    for number, (low, high) in enumerate(zip(stations, stations[1:]), start=1):
+    for number, (low, high) in enumerate(pairwise(stations), start=1):
         kind: SegmentKind = "nose" if high <= front + slack else "base" if low >= back - slack else "wall"
         pieces.append(Segment(f"{kind} {number}" if kind == "wall" else kind, low, high, kind))
     return check_segments(pieces, length, f"{path}: segments")

@@ -75,7 +75,7 @@ def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
     offsets = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes[:-1])])
     return HexahedralMesh(
         nodes=np.concatenate([mesh.nodes for mesh in meshes]),
-        cells=np.concatenate([mesh.cells + offset for mesh, offset in zip(meshes, offsets)]),
+        cells=np.concatenate([mesh.cells + offset for mesh, offset in zip(meshes, offsets, strict=True)]),
         part=np.concatenate([mesh.part for mesh in meshes]),
         round=np.concatenate([mesh.round for mesh in meshes]),
         segment=np.concatenate([mesh.segment for mesh in meshes]),

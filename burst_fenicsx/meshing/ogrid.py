@@ -1,17 +1,17 @@
 """All-hexahedral O-grid of a whole round: one section, scaled and stacked layer by layer from nose to base.
 
-Layers are planes across the axis: parts and segments end exactly on them, and a contour's slope only shears its cells (a slope of
-30 degrees costs 13 % of the scaled Jacobian), so tilted layers would gain little and lose that.
+Layers are planes across the axis: parts and segments end exactly on them, and a contour's slope only shears its cells
+(a slope of 30 degrees costs 13 % of the scaled Jacobian), so tilted layers would gain little and lose that.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.meshing.disc import CORE_RADIUS, SectionGrid, section_grid
+from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, SectionGrid, section_grid
 from burst_fenicsx.meshing.gmsh_import import read_gmsh
 from burst_fenicsx.meshing.mesh import HexahedralMesh
 from burst_fenicsx.meshing.placement import place
@@ -33,13 +33,14 @@ LEAST_SCALED_JACOBIAN = 0.2
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
 
-def mesh_round(round: Round, cell_size: float, round_index: int = 0) -> HexahedralMesh:
+def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0) -> HexahedralMesh:
     """Mesh a round, or read its mesh file, and place it in the world.
 
     Parameters
     ----------
-    round : Round
-        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in metres, base centre at its lowest z).
+    cased_round : Round
+        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in metres, base at its
+        lowest z).
     cell_size : float
         Edge of the mean cell (m); of no concern to a mesh file.
     round_index : int
@@ -50,12 +51,18 @@ def mesh_round(round: Round, cell_size: float, round_index: int = 0) -> Hexahedr
     InputError
         The round has neither or both of profile and mesh file, or its shape or mesh is not sound.
     """
-    if (round.profile is None) == (round.mesh_file is None):
-        raise InputError(f"round '{round.name}': exactly one of profile and mesh file is expected")
-    if round.profile is not None:
-        return mesh_profile(round.profile, cell_size, position=round.position, axis=round.axis, round_index=round_index)
-    assert round.mesh_file is not None
-    return read_gmsh(round.mesh_file, position=round.position, axis=round.axis, round_index=round_index)
+    where = f"round '{cased_round.name}'"
+    place_and_index: dict[str, Any] = {
+        "position": cased_round.position,
+        "axis": cased_round.axis,
+        "round_index": round_index,
+    }
+    if cased_round.profile is not None and cased_round.mesh_file is None:
+        return mesh_profile(cased_round.profile, cell_size, **place_and_index)
+    if cased_round.mesh_file is not None and cased_round.profile is None:
+        return read_gmsh(cased_round.mesh_file, **place_and_index)
+    found = "both" if cased_round.profile is not None else "neither"
+    raise InputError(f"{where}: found {found} of profile and mesh file; exactly one is expected")
 
 
 def mesh_profile(
@@ -111,16 +118,15 @@ def mesh_profile(
     cells = np.concatenate([front + section_nodes, front], axis=2)
     part, segment, station = _names(profile, stations, grid)
 
-    cells, part, segment, station = (a.reshape(layers * len(grid.quads), *a.shape[2:]) for a in (cells, part, segment, station))
-    filled = part >= 0
-    nodes, cells = _used(local.reshape(-1, 3), cells[filled])
+    filled = part.ravel() >= 0
+    nodes, used_cells = _used(local.reshape(-1, 3), cells.reshape(-1, 8)[filled])
     mesh = HexahedralMesh(
         nodes=place(nodes, position, axis),
-        cells=cells,
-        part=part[filled],
-        round=np.full(len(cells), round_index, dtype=np.int32),
-        segment=segment[filled],
-        station=station[filled],
+        cells=used_cells,
+        part=part.ravel()[filled],
+        round=np.full(len(used_cells), round_index, dtype=np.int32),
+        segment=segment.ravel()[filled],
+        station=station.ravel()[filled],
         segments=(profile.segments,),
         lengths=(profile.length,),
     )
@@ -129,25 +135,27 @@ def mesh_profile(
 
 
 def _check_ends(profile: Profile) -> None:
-    for contour, least in ((profile.outer, SMALLEST_END), (profile.cavity, SMALLEST_END)):
-        for station, radius in zip((contour.start, contour.end), (contour.radii[0], contour.radii[-1])):
-            if radius < least * profile.max_radius:
+    least = SMALLEST_END * profile.max_radius
+    for contour in (profile.outer, profile.cavity):
+        for station, radius in ((contour.start, contour.radii[0]), (contour.end, contour.radii[-1])):
+            if radius < least:
                 raise InputError(
-                    f"{contour.name}: radius {radius * 1e3:.4g} mm at its end, station {station * 1e3:.6g} mm; an O-grid needs "
-                    f"a flat end of at least {least:g} of the largest radius ({least * profile.max_radius * 1e3:.4g} mm): cut the tip off"
+                    f"{contour.name}: radius {radius * 1e3:.4g} mm at its end, station {station * 1e3:.6g} mm; "
+                    f"an O-grid needs a flat end of at least {SMALLEST_END:g} of the largest radius "
+                    f"({least * 1e3:.4g} mm): cut the tip off"
                 )
 
 
 def _band_radii(profile: Profile, counts: GridCounts, outer: NDArray[np.float64]) -> NDArray[np.float64]:
     """Radius of the boundary between cavity and wall blocks at every layer boundary (m).
 
-    The cavity's contour where there is one. In a solid end it runs on from the cavity's end to the share of the outer radius at
-    which rings and wall cells are of one size, within the end's length or one radius.
+    The cavity's contour where there is one. In a solid end it runs on from the cavity's end to the share of the outer
+    radius at which wall cells are as deep as the smallest within, within the end's length or one radius.
     """
     stations, cavity = counts.stations, profile.cavity
     inner = cavity.radius(np.clip(stations, cavity.start, cavity.end))
-    even = (1.0 + counts.wall * (1.0 - CORE_RADIUS) / max(counts.rings, 1)) ** -1
-    even = float(np.clip(even, 0.4, 0.8))
+    smallest = min((1.0 - CORE_RADIUS) / counts.rings, 0.5 * np.pi * CORE_SIDE_RADIUS / counts.core)
+    even = 1.0 / (1.0 + counts.wall * smallest)
     for end, solid, room in (
         (cavity.start, stations < cavity.start, cavity.start),
         (cavity.end, stations > cavity.end, profile.length - cavity.end),
@@ -193,6 +201,7 @@ def _check_shape(mesh: HexahedralMesh, profile: Profile, cell_size: float) -> No
     if found.min_scaled_jacobian < LEAST_SCALED_JACOBIAN:
         worst = mesh.station[found.worst_cell]
         raise InputError(
-            f"{profile.name} meshed with {cell_size * 1e3:g} mm: scaled Jacobian {found.min_scaled_jacobian:.3f} at station "
-            f"{worst * 1e3:.4g} mm; at least {LEAST_SCALED_JACOBIAN:g} is needed: make the contours there less steep, or the cells smaller"
+            f"{profile.name} meshed with {cell_size * 1e3:g} mm: scaled Jacobian {found.min_scaled_jacobian:.3f} "
+            f"at station {worst * 1e3:.4g} mm; at least {LEAST_SCALED_JACOBIAN:g} is needed: make the contours there "
+            "less steep, or the cells smaller"
         )

@@ -19,8 +19,8 @@ __all__ = ["frame", "place", "to_local"]
 def frame(axis: Sequence[float]) -> NDArray[np.float64]:
     """Return the right-handed frame of a round: rows e1, e2 and the unit axis (base to nose), shape (3, 3).
 
-    It is the shortest rotation that carries +z to the axis, applied to x and y; for -z it is half a turn about x. So for the axis +z
-    e1 = x and e2 = y.
+    It is the shortest rotation that carries +z to the axis, applied to x and y; for -z it is half a turn about x. So
+    for the axis +z e1 = x and e2 = y.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +26,7 @@ LARGEST_ROUND = 50_000_000  # cells
 
 @dataclass(frozen=True)
 class GridCounts:
-    """Counts of an O-grid: cells along the core's side, rings around it, cells through the wall; layer boundaries (m)."""
+    """Cells along the core's side, rings around it, cells through the wall, and layer boundaries (m)."""
 
     core: int
     rings: int
@@ -36,8 +37,8 @@ class GridCounts:
 def layer_stations(profile: Profile, spacing: float) -> NDArray[np.float64]:
     """Return the stations of the layer boundaries (m), with steps of about `spacing`.
 
-    The ends of the round and of the cavity and the charge's front are always boundaries, so that the parts are exact. Corners of the
-    contours and ends of segments are boundaries unless they lie within 0.4 spacings of another.
+    The ends of the round and of the cavity and the charge's front are always boundaries, so that the parts are exact.
+    Corners of the contours and ends of segments are boundaries unless they lie within 0.4 spacings of another.
     """
     fixed = {0.0, profile.length, profile.cavity.start, profile.cavity.end, profile.charge_front}
     cuts = sorted(fixed)
@@ -46,9 +47,7 @@ def layer_stations(profile: Profile, spacing: float) -> NDArray[np.float64]:
     for station in wanted:
         if min(abs(station - cut) for cut in cuts) >= CLOSEST * spacing:
             cuts = sorted([*cuts, station])
-    pieces = [
-        np.linspace(low, high, max(1, round((high - low) / spacing)) + 1)[1:] for low, high in zip(cuts, cuts[1:])
-    ]
+    pieces = [np.linspace(low, high, max(1, round((high - low) / spacing)) + 1)[1:] for low, high in pairwise(cuts)]
     return np.concatenate([[0.0], *pieces])
 
 
@@ -56,8 +55,8 @@ def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
     """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
 
     The wall gets its mean thickness over the cell size, but never fewer than three cells. The other counts and the
-    axial spacing (within a quarter of the cell size) are those of the least misfit: of the number of cells to volume over cell size
-    cubed, of core, ring and wall cells to each other, and of the spacing to the cell size.
+    axial spacing (within a quarter of the cell size) are those of the least misfit: of the number of cells to volume
+    over cell size cubed, of core, ring and wall cells to each other, and of the spacing to the cell size.
 
     Raises
     ------
