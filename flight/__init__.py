@@ -1,8 +1,44 @@
-"""Flight of fragments through air to the ground, and the hazard they make."""
+"""Flight of fragments through air to the ground, and the hazard they make.
+
+>>> import flight
+>>> fragments = flight.Fragments.from_arrays(mass=0.01, position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
+>>> result = flight.fly(fragments, witnesses=[flight.Cylinder(radius=7.62, name="ring")])
+>>> print(f"{result.landing['distance'][0]:.0f} m, {result.hits_on('ring')['speed'][0]:.0f} m/s at the ring")
+"""
 
 from __future__ import annotations
 
+from flight.air import VACUUM, ConstantAir, StandardAtmosphere
+from flight.drag import Drag
 from flight.errors import FlightWarning, InputError
 from flight.fragments import Fragments
+from flight.integrate import FlightProgress, fly
+from flight.integrator import Adaptive, Domain, FixedStep
+from flight.result import HITS, LANDING, FlightResult, Status, Trajectories, to_pandas
+from flight.targets import Cylinder, Panel, Polygon
+from flight.wind import Wind
 
-__all__ = ["FlightWarning", "Fragments", "InputError"]
+__all__ = [
+    "HITS",
+    "LANDING",
+    "VACUUM",
+    "Adaptive",
+    "ConstantAir",
+    "Cylinder",
+    "Domain",
+    "Drag",
+    "FixedStep",
+    "FlightProgress",
+    "FlightResult",
+    "FlightWarning",
+    "Fragments",
+    "InputError",
+    "Panel",
+    "Polygon",
+    "StandardAtmosphere",
+    "Status",
+    "Trajectories",
+    "Wind",
+    "fly",
+    "to_pandas",
+]

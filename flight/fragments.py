@@ -114,9 +114,11 @@ class Fragments:
         """Kinetic energy of all fragments (J)."""
         return float(0.5 * self.mass @ self.speed**2)
 
-    def select(self, which: ArrayLike) -> Fragments:
-        """Return the fragments named by a mask or by indices, in that order."""
-        chosen = np.asarray(which)
+    def select(self, which: ArrayLike | slice) -> Fragments:
+        """Return the fragments named by a mask, a slice or by indices, in that order."""
+        chosen = which if isinstance(which, slice) else np.asarray(which)
+        if isinstance(chosen, np.ndarray) and chosen.size == 0:
+            chosen = chosen.astype(np.int64)
         return Fragments(**{f.name: np.ascontiguousarray(getattr(self, f.name)[chosen]) for f in fields(self)})
 
     @classmethod

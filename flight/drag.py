@@ -1,0 +1,142 @@
+"""Drag coefficient over Mach number: built-in tables, a table of one's own, or a constant."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.errors import InputError, nearest
+from flight.tables import evaluate_pieces, monotone_pieces
+from flight.text_tables import read_columns
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["BUILT_IN", "Drag"]
+
+BUILT_IN = {
+    "shell_fragment": "shell_fragment_tp12.csv",
+    "sphere": "sphere_gs.csv",
+    "cube_face_on": "cube_face_on_hoerner.csv",
+    "cube_corner_on": "cube_corner_on_hoerner.csv",
+}
+MOST_BINS = 4096  # of the look-up grid; finer tables walk a few entries
+
+
+@dataclass(frozen=True, eq=False)
+class Drag:
+    """Drag coefficient over Mach number, referred to the presented area A = (m/k)^(2/3).
+
+    Between entries a cubic that never overshoots (PCHIP); below the first and above the last entry the coefficient is
+    constant, and `fly` counts the fragments that went there.
+
+    Attributes
+    ----------
+    mach, coefficient : (n,) float64
+        Entries, Mach rising. A single entry is a constant coefficient.
+    name, source : str
+        For reports.
+    """
+
+    mach: NDArray[np.float64]
+    coefficient: NDArray[np.float64]
+    name: str = "table"
+    source: str = field(default="", repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse a table that cannot be read."""
+        mach, coefficient = self.mach, self.coefficient
+        if mach.ndim != 1 or mach.size == 0 or coefficient.shape != mach.shape:
+            raise InputError(f"drag {self.name}: {mach.shape} Mach numbers and {coefficient.shape} coefficients")
+        bad = ~(np.isfinite(mach) & (mach >= 0.0) & np.isfinite(coefficient) & (coefficient >= 0.0))
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise InputError(
+                f"drag {self.name}: entry {row} is Mach {mach[row]}, coefficient {coefficient[row]}; "
+                "both must be finite and not negative"
+            )
+        falling = np.diff(mach) <= 0.0
+        if falling.any():
+            row = int(np.argmax(falling)) + 1
+            raise InputError(
+                f"drag {self.name}: Mach {mach[row]} follows {mach[row - 1]} in entry {row}; sort the table by rising Mach"
+            )
+
+    @classmethod
+    def constant(cls, coefficient: float) -> Drag:
+        """One coefficient at every Mach number."""
+        if not (math.isfinite(coefficient) and coefficient >= 0.0):
+            raise InputError(f"drag: constant coefficient is {coefficient}, needed: zero or more")
+        return cls(np.zeros(1), np.array([float(coefficient)]), "constant")
+
+    @classmethod
+    def named(cls, name: str) -> Drag:
+        """Return a built-in table: shell_fragment, sphere, cube_face_on or cube_corner_on."""
+        if name not in BUILT_IN:
+            raise InputError(f"drag: unknown table {name!r}{nearest(name, BUILT_IN)}, or give a .csv file")
+        with resources.as_file(resources.files("flight") / "data" / "drag" / BUILT_IN[name]) as path:
+            return cls._from_file(path, name)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Drag:
+        """Read a table of one's own: CSV with the columns mach, cd; lines that start with # say the source."""
+        return cls._from_file(Path(path), str(path))
+
+    @classmethod
+    def of(cls, value: Drag | str | Path | float) -> Drag:
+        """Return the drag that a user means by a Drag, a built-in name, a .csv file or a number."""
+        if isinstance(value, Drag):
+            return value
+        if isinstance(value, int | float):
+            return cls.constant(float(value))
+        if isinstance(value, Path) or str(value).lower().endswith(".csv"):
+            return cls.read(value)
+        return cls.named(str(value))
+
+    @classmethod
+    def _from_file(cls, path: Path, name: str) -> Drag:
+        columns = read_columns(path)
+        if set(columns) != {"mach", "cd"}:
+            raise InputError(f"{path}: columns are {', '.join(columns)}; a drag table has mach, cd")
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        source = " ".join(line.lstrip("# ").strip() for line in lines if line.startswith("#"))
+        return cls(columns["mach"], columns["cd"], name, source)
+
+    @property
+    def lowest_mach(self) -> float:
+        """Mach number below which the coefficient is extrapolated (0 for a constant)."""
+        return float(self.mach[0]) if self.mach.size > 1 else 0.0
+
+    @property
+    def highest_mach(self) -> float:
+        """Mach number above which the coefficient is extrapolated (infinite for a constant)."""
+        return float(self.mach[-1]) if self.mach.size > 1 else math.inf
+
+    def at(self, mach: ArrayLike) -> NDArray[np.float64]:
+        """Drag coefficient at Mach numbers."""
+        place = np.asarray(mach, dtype=np.float64)
+        return evaluate_pieces(self.mach, monotone_pieces(self.mach, self.coefficient), place)
+
+    def table(self) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
+        """Rows for the kernels (n+1, 5): lower Mach, four coefficients; the row of each bin's lower end; bins per Mach.
+
+        The first row stands for all below the first entry, the last for all above the last.
+        """
+        size = self.mach.size
+        rows = np.zeros((size + 1, 5))
+        rows[0, 0], rows[0, 1] = self.mach[0], self.coefficient[0]
+        rows[1:, 0] = self.mach
+        rows[-1, 1] = self.coefficient[-1]
+        if size == 1:
+            return rows, np.zeros(1, dtype=np.int64), 1.0
+        rows[1:-1, 1:] = monotone_pieces(self.mach, self.coefficient)
+        width = max(float(np.diff(self.mach).min()), float(self.mach[-1]) / MOST_BINS)
+        edges = width * np.arange(int(math.ceil(float(self.mach[-1]) / width)) + 1)
+        # one bin lower than the edge says: rounding of mach * bins must never overshoot the row
+        first = np.searchsorted(self.mach, edges * (1.0 - 1e-12) - 1e-300, side="right")
+        return rows, first.astype(np.int64), 1.0 / width

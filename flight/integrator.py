@@ -1,0 +1,59 @@
+"""How a flight is stepped and where it ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flight.errors import InputError
+
+__all__ = ["Adaptive", "Domain", "FixedStep", "Integrator"]
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Dormand-Prince 5(4) with a step that keeps the error per step below `tolerance` of the velocity.
+
+    `longest_step` (s) bounds the step where the air has layers thinner than a step would see.
+    """
+
+    tolerance: float = 1e-6
+    longest_step: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be stepped."""
+        if not 1e-14 <= self.tolerance <= 1e-2:
+            raise InputError(f"integrator: tolerance is {self.tolerance}, allowed: 1e-14 to 1e-2")
+        if not self.longest_step > 0.0:
+            raise InputError(f"integrator: longest step is {self.longest_step} s, needed: above zero")
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """The same formula of fifth order with one step size (s); the paper's is 1e-4 s."""
+
+    step: float = 1e-4
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be stepped."""
+        if not (math.isfinite(self.step) and self.step > 0.0):
+            raise InputError(f"integrator: fixed step is {self.step} s, needed: above zero")
+
+
+Integrator = Adaptive | FixedStep
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Where a fragment counts as gone: beyond a horizontal radius from the origin, above a ceiling, below a floor (m)."""
+
+    radius: float = math.inf
+    ceiling: float = math.inf
+    floor: float = -math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse an empty domain."""
+        if not self.radius > 0.0:
+            raise InputError(f"domain: radius is {self.radius} m, needed: above zero")
+        if not self.floor < self.ceiling:
+            raise InputError(f"domain: floor {self.floor} m is not below ceiling {self.ceiling} m")

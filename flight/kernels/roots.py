@@ -1,0 +1,109 @@
+"""Every place where a polynomial changes its sign on a step, none missed and none twice.
+
+Polynomials are in Bernstein form on [0, 1]. The number of sign changes among the coefficients bounds the number of roots
+(Descartes' rule) and is exact for 0 and 1, so intervals are halved until each holds at most one (Lane and Riesenfeld 1981).
+A zero counts as positive at both ends of a step, hence a crossing that falls on the joint of two steps is found once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+__all__ = ["LARGEST_DEGREE", "STACK_SHAPE", "sign_changes"]
+
+LARGEST_DEGREE = 8
+STACK_SHAPE = (72, LARGEST_DEGREE + 3)  # coefficients, then lower and upper end; one row an open interval
+NOISE = 64.0 * np.finfo(np.float64).eps
+NARROWEST = 2.0**-60
+
+
+@njit(error_model="numpy")
+def _variations(row, degree):
+    """Sign changes in the sequence of coefficients, zeros as positive."""
+    count = 0
+    before = row[0] >= 0.0
+    for i in range(1, degree + 1):
+        after = row[i] >= 0.0
+        if after != before:
+            count += 1
+            before = after
+    return count
+
+
+@njit(error_model="numpy")
+def _single_root(row, degree, work):
+    """Place in [0, 1] of the only sign change: Newton's method kept inside a bracket by bisection."""
+    low, high = 0.0, 1.0
+    low_positive = row[0] >= 0.0
+    denominator = row[0] - row[degree]
+    t = row[0] / denominator if denominator != 0.0 else 0.5
+    for _ in range(100):
+        if not low <= t <= high:
+            t = 0.5 * (low + high)
+        for i in range(degree + 1):
+            work[i] = row[i]
+        slope = 0.0
+        for level in range(degree, 0, -1):
+            if level == 1:
+                slope = degree * (work[1] - work[0])
+            for i in range(level):
+                work[i] += t * (work[i + 1] - work[i])
+        value = work[0]
+        if (value >= 0.0) == low_positive:
+            low = t
+        else:
+            high = t
+        if value == 0.0 or high - low < 1e-16:
+            break
+        following = t - value / slope if slope != 0.0 else -1.0
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - t) <= 1e-16:
+            break
+        t = following
+    return t
+
+
+@njit(error_model="numpy")
+def sign_changes(stack, degree, scale, roots):
+    """Find all sign changes on [0, 1] of the polynomial whose coefficients stand in stack[0, :degree + 1].
+
+    `scale` is the size of the numbers whose difference the coefficients are: below 64 ulp of it a sign is noise, and an
+    interval of noise counts by the signs of its ends. Fills `roots` (LARGEST_DEGREE,) rising; returns how many.
+    """
+    low_column, high_column = LARGEST_DEGREE + 1, LARGEST_DEGREE + 2
+    stack[0, low_column], stack[0, high_column] = 0.0, 1.0
+    depth, found = 1, 0
+    work = stack[STACK_SHAPE[0] - 1]
+    while depth > 0 and found < roots.size:
+        depth -= 1
+        row = stack[depth]
+        changes = _variations(row, degree)
+        if changes == 0:
+            continue
+        low, high = row[low_column], row[high_column]
+        if changes == 1:
+            roots[found] = low + (high - low) * _single_root(row, degree, work)
+            found += 1
+            continue
+        largest = 0.0
+        for i in range(degree + 1):
+            largest = max(largest, abs(row[i]))
+        if largest <= NOISE * scale or high - low < NARROWEST:
+            if (row[0] >= 0.0) != (row[degree] >= 0.0):
+                roots[found] = 0.5 * (low + high)
+                found += 1
+            continue
+        # halve (de Casteljau): the right half stays in this row, the left half goes on top and is looked at first
+        left = stack[depth + 1]
+        middle = 0.5 * (low + high)
+        left[0] = row[0]
+        for level in range(1, degree + 1):
+            for i in range(degree + 1 - level):
+                row[i] = 0.5 * (row[i] + row[i + 1])
+            left[level] = row[0]
+        left[low_column], left[high_column] = low, middle
+        row[low_column], row[high_column] = middle, high
+        depth += 2
+    return found

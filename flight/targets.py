@@ -1,0 +1,192 @@
+"""Witness surfaces: they record every fragment that crosses them and stop none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Cylinder", "Panel", "Polygon", "Witness", "pack"]
+
+CYLINDER, RECTANGLE, POLYGON, COLUMNS = 0, 1, 2, 23  # as in flight.kernels.surfaces
+SLACK = 1e-9  # by which boxes are wider than their surface, relative and in m: rounding must not cut an edge off
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A vertical cylinder (a witness ring): radius (m), axis at `centre` (x, y), from `bottom` to `top` (z, m).
+
+    Without bottom and top it reaches over all heights.
+    """
+
+    radius: float
+    centre: tuple[float, float] = (0.0, 0.0)
+    bottom: float = -math.inf
+    top: float = math.inf
+    name: str = "cylinder"
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a cylinder."""
+        if not (math.isfinite(self.radius) and self.radius > 0.0):
+            raise InputError(f"witness {self.name}: radius is {self.radius} m, needed: above zero")
+        _vector(self.name, "centre", self.centre, 2)
+        if not self.bottom < self.top:
+            raise InputError(f"witness {self.name}: bottom {self.bottom} m is not below top {self.top} m")
+
+    @property
+    def area(self) -> float:
+        """Area (m2), infinite over all heights."""
+        return 2.0 * math.pi * self.radius * (self.top - self.bottom)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A plane rectangle: `centre` (m), `normal`, `width` across and `height` along `up` (m)."""
+
+    centre: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    width: float
+    height: float
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    name: str = "panel"
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a rectangle."""
+        for what in ("centre", "normal", "up"):
+            _vector(self.name, what, getattr(self, what), 3)
+        for what in ("width", "height"):
+            value = getattr(self, what)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"witness {self.name}: {what} is {value} m, needed: above zero")
+        self.axes()
+
+    @property
+    def area(self) -> float:
+        """Area (m2)."""
+        return self.width * self.height
+
+    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Unit normal, unit vector along the width and unit vector along the height."""
+        normal = _unit(self.name, "normal", np.asarray(self.normal, dtype=np.float64))
+        up = np.asarray(self.up, dtype=np.float64)
+        across = np.cross(up, normal)
+        if np.linalg.norm(across) <= 1e-9 * np.linalg.norm(up):
+            raise InputError(
+                f"witness {self.name}: up {self.up} is along the normal {self.normal}; a level panel needs another up"
+            )
+        across = _unit(self.name, "up", across)
+        return normal, across, np.cross(normal, across)
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """A plane polygon, convex or not: its corners (n, 3) in order (m), at least three, in one plane to 1e-6 of its size."""
+
+    corners: NDArray[np.float64]
+    name: str = "polygon"
+
+    def __init__(self, corners: ArrayLike, name: str = "polygon") -> None:
+        """Take the corners as anything NumPy can read."""
+        object.__setattr__(self, "name", name)
+        try:
+            object.__setattr__(self, "corners", np.array(corners, dtype=np.float64))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"witness {name}: corners cannot be read as numbers ({error})") from None
+        if self.corners.ndim != 2 or self.corners.shape[1] != 3 or len(self.corners) < 3:
+            raise InputError(f"witness {name}: corners have shape {self.corners.shape}, needed (n, 3) with n of 3 or more")
+        if not np.isfinite(self.corners).all():
+            raise InputError(f"witness {name}: a corner is not a finite number")
+        normal, _, _ = self.axes()
+        off = float(np.abs((self.corners - self.corners.mean(axis=0)) @ normal).max())
+        size = float(np.ptp(self.corners, axis=0).max())
+        if off > 1e-6 * size:
+            raise InputError(f"witness {name}: the corners leave their plane by {off:.3g} m; split it into triangles")
+
+    @property
+    def area(self) -> float:
+        """Area (m2)."""
+        return float(np.linalg.norm(self._area_vector()))
+
+    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Unit normal and two unit vectors in the plane."""
+        vector = self._area_vector()
+        size = float(np.ptp(self.corners, axis=0).max())
+        if not np.linalg.norm(vector) > 1e-12 * size**2:
+            raise InputError(f"witness {self.name}: the corners enclose no area")
+        normal = vector / np.linalg.norm(vector)
+        along = np.eye(3)[int(np.argmin(np.abs(normal)))]
+        first = _unit(self.name, "corners", np.cross(along, normal))
+        return normal, first, np.cross(normal, first)
+
+    def _area_vector(self) -> NDArray[np.float64]:
+        rest = self.corners - self.corners[0]  # Newell's sum
+        return np.asarray(0.5 * np.cross(rest, np.roll(rest, -1, axis=0)).sum(axis=0))
+
+
+Witness = Cylinder | Panel | Polygon
+
+
+def pack(
+    witnesses: Sequence[Witness],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Rows (n, 23), corners of polygons in their planes (m, 2), and one row whose box holds all boxes, for the kernels."""
+    rows = np.zeros((len(witnesses), COLUMNS))
+    vertices: list[NDArray[np.float64]] = []
+    count = 0
+    for row, witness in zip(rows, witnesses, strict=True):
+        if isinstance(witness, Cylinder):
+            (x, y), r = witness.centre, witness.radius
+            box = np.array([[x - r, x + r], [y - r, y + r], [witness.bottom, witness.top]])
+            row[0], row[7:9] = CYLINDER, (x, y)
+            row[10:13] = r, witness.bottom, witness.top
+        elif isinstance(witness, Panel | Polygon):
+            normal, first, second = witness.axes()
+            if isinstance(witness, Panel):
+                point = np.asarray(witness.centre, dtype=np.float64)
+                reach = 0.5 * (witness.width * np.abs(first) + witness.height * np.abs(second))
+                box = np.stack([point - reach, point + reach], axis=1)
+                row[0], row[19:21] = RECTANGLE, (0.5 * witness.width, 0.5 * witness.height)
+            else:
+                point = witness.corners.mean(axis=0)
+                box = np.stack([witness.corners.min(axis=0), witness.corners.max(axis=0)], axis=1)
+                outline = (witness.corners - point) @ np.stack([first, second], axis=1)
+                row[0], row[21:23] = POLYGON, (count, count + len(outline))
+                vertices.append(outline)
+                count += len(outline)
+            row[7:10], row[10:13], row[13:16], row[16:19] = point, normal, first, second
+        else:
+            raise InputError(
+                f"witness {witness!r}: a {type(witness).__name__}, allowed: flight.Cylinder, Panel or Polygon"
+            )
+        finite = np.abs(box[np.isfinite(box)])
+        slack = SLACK * (1.0 + (float(finite.max()) if finite.size else 0.0))
+        row[1:7] = (box + slack * np.array([-1.0, 1.0])).ravel()
+    everything = np.zeros(COLUMNS)
+    if len(rows):
+        everything[1:7:2], everything[2:7:2] = rows[:, 1:7:2].min(axis=0), rows[:, 2:7:2].max(axis=0)
+    return rows, np.concatenate(vertices) if vertices else np.zeros((0, 2)), everything
+
+
+def _vector(witness: str, what: str, value: Sequence[float], size: int) -> None:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.array([])
+    if array.shape != (size,) or not np.isfinite(array).all():
+        raise InputError(f"witness {witness}: {what} is {value}, needed: {size} finite numbers")
+
+
+def _unit(witness: str, what: str, vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    size = float(np.linalg.norm(vector))
+    if not size > 0.0:
+        raise InputError(f"witness {witness}: {what} has no direction")
+    return vector / size
