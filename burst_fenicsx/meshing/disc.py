@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 __all__ = ["CORE_RADIUS", "CORE_SIDE_RADIUS", "SectionGrid", "equal_area_factor", "section_grid"]
 
 # Corner distance of the core square over the disc's radius, and the turn of each of its sides' arcs: with them the
-# three angles at a corner of the core are 138 and twice 111 degrees, and core and ring cells are of like size.
-CORE_RADIUS = 0.80
-SIDE_TURN = np.radians(24.0)
+# three angles at a corner of the core are 130 and twice 115 degrees, and its cells are as large as those of the rings.
+# Of the shapes tried (0.72 to 0.83, 20 to 28 degrees) on the built-in rounds this one has the longest shortest edge.
+CORE_RADIUS = 0.75
+SIDE_TURN = np.radians(20.0)
 CORE_SIDE_RADIUS = CORE_RADIUS * np.sqrt(0.5) * (1.0 + np.tan(SIDE_TURN / 2.0))
 
 
