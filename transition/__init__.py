@@ -1,0 +1,27 @@
+"""Break-up of a burst casing into fragments by Mott's law, and what is handed over to their flight."""
+
+from __future__ import annotations
+
+from transition.break_up import BreakUp, BreakUpResult, SegmentResult, break_up, realisations
+from transition.errors import InputError
+from transition.mott import MottLaw
+from transition.samplers import Graded, Quantile, Sampler
+from transition.settings import BreakUpSettings
+from transition.snapshot import RoundData, SegmentData, Snapshot
+
+__all__ = [
+    "BreakUp",
+    "BreakUpResult",
+    "BreakUpSettings",
+    "Graded",
+    "InputError",
+    "MottLaw",
+    "Quantile",
+    "RoundData",
+    "Sampler",
+    "SegmentData",
+    "SegmentResult",
+    "Snapshot",
+    "break_up",
+    "realisations",
+]

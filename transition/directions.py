@@ -1,0 +1,84 @@
+"""Directions of flight by mass: the fragments' against those of the cells they were made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Directions", "compare_directions"]
+
+_BIN = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Shares of the mass by direction, of a round's fragments and of its casing cells.
+
+    Attributes
+    ----------
+    polar : (36,) float64
+        Centres of the bins of the angle between velocity and the round's axis (degrees; 0 beyond the nose).
+    polar_fragments, polar_cells : (36,) float64
+        Shares of the mass in them.
+    azimuth : (72,) float64
+        Bins of the horizontal direction from +x counter-clockwise, named by their centre (degrees).
+    azimuth_fragments, azimuth_cells : (72,) float64
+        Shares of the mass in them; what flies straight up or down or stands still has none.
+    """
+
+    polar: NDArray[np.float64]
+    polar_fragments: NDArray[np.float64]
+    polar_cells: NDArray[np.float64]
+    azimuth: NDArray[np.float64]
+    azimuth_fragments: NDArray[np.float64]
+    azimuth_cells: NDArray[np.float64]
+
+    @property
+    def polar_difference(self) -> float:
+        """Largest difference of the two shares below any polar angle, 0 to 1."""
+        return float(np.abs(np.cumsum(self.polar_fragments - self.polar_cells)).max())
+
+    @property
+    def azimuth_difference(self) -> float:
+        """Largest difference of the two shares in any sector of the horizon, 0 to 1 (Kuiper's statistic)."""
+        along = np.cumsum(self.azimuth_fragments - self.azimuth_cells)
+        return float(along.max() - along.min())
+
+
+def compare_directions(
+    fragment_mass: NDArray[np.float64],
+    fragment_velocity: NDArray[np.float64],
+    cell_mass: NDArray[np.float64],
+    cell_velocity: NDArray[np.float64],
+    axis: tuple[float, float, float],
+) -> Directions:
+    """Directions of a round's fragments (n,), (n, 3) and casing cells (m,), (m, 3); kg and m/s."""
+    fragments = _shares(fragment_mass, fragment_velocity, np.asarray(axis))
+    cells = _shares(cell_mass, cell_velocity, np.asarray(axis))
+    return Directions(
+        polar=np.arange(0.5 * _BIN, 180.0, _BIN),
+        polar_fragments=fragments[0],
+        polar_cells=cells[0],
+        azimuth=np.arange(0.0, 360.0, _BIN),
+        azimuth_fragments=fragments[1],
+        azimuth_cells=cells[1],
+    )
+
+
+def _shares(
+    mass: NDArray[np.float64], velocity: NDArray[np.float64], axis: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    speed = np.linalg.norm(velocity, axis=1)
+    moving = speed > 0.0
+    cosine = velocity[moving] @ axis / (speed[moving] * np.linalg.norm(axis))
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    polar = np.bincount(np.minimum(angle // _BIN, 180.0 / _BIN - 1).astype(int), mass[moving], minlength=36)
+    level = np.hypot(velocity[:, 0], velocity[:, 1]) > 1e-9 * speed
+    bearing = np.degrees(np.arctan2(velocity[level, 1], velocity[level, 0]))
+    azimuth = np.bincount(np.round(bearing / _BIN).astype(int) % 72, mass[level], minlength=72)
+    return polar / mass.sum(), azimuth / mass.sum()

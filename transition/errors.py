@@ -1,0 +1,23 @@
+"""The error that the break-up raises on purpose, with a message a user can act on."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["InputError", "nearest"]
+
+
+class InputError(ValueError):
+    """The input cannot be broken up; the message says what was found and what is allowed."""
+
+
+def nearest(name: object, valid: Iterable[str]) -> str:
+    """End of a message about an unknown name: the nearest valid one, and all that are allowed."""
+    names = list(valid)
+    close = get_close_matches(str(name), names, n=1, cutoff=0.5)
+    hint = f"; did you mean {close[0]!r}?" if close else ""
+    return f"{hint} (allowed: {', '.join(names)})"

@@ -1,0 +1,108 @@
+"""The law by which a segment breaks: mean mass, mu and number from its geometry, speed and settings.
+
+End pieces (nose and base, before and behind the charge) are few and large. They do not stretch before they part
+from the wall, so Eq. 21 takes their radius and local thickness as they were before the burst, with the speed that
+the burst gave them; and there is never less than one piece: the mean mass is at most the segment's mass.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from transition import mean_mass
+from transition.errors import InputError
+from transition.mott import MottLaw
+
+if TYPE_CHECKING:
+    from transition.segments import CasingSegment
+    from transition.settings import BreakUpSettings
+    from transition.snapshot import RoundData
+
+__all__ = ["SegmentLaw", "segment_law"]
+
+
+@dataclass(frozen=True)
+class SegmentLaw:
+    """How a segment breaks. SI units.
+
+    Attributes
+    ----------
+    law : MottLaw
+        With the mean mass of the segment.
+    mass : float
+        Of the segment's cells (kg).
+    n0 : float
+        Expected number of fragments M/mean (Eq. 20).
+    v0 : float
+        Speed used in the law (m/s).
+    radius, wall : float
+        Outer radius and wall at rupture (m).
+    rupture : str
+        Where these come from: "critical_strain", "burst", or "unstretched" (an end piece, or a segment that the
+        burst stage did not carry to its leakage radius and that `rupture = "burst"` therefore leaves to Eq. 22
+        reads "critical_strain").
+    """
+
+    law: MottLaw
+    mass: float
+    n0: float
+    v0: float
+    radius: float
+    wall: float
+    rupture: str
+
+
+def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> SegmentLaw:
+    """Law of a segment of `mass` (kg).
+
+    Raises
+    ------
+    InputError
+        The burst's speed, radius or wall of the segment cannot be used.
+    """
+    where = f"round {data.name!r}, segment {segment.data.name!r}"
+    speed = _speed(segment, mass, data, settings, where)
+    radius, wall, rupture = _at_rupture(segment, settings, where)
+    mean = _mean_mass(segment, data, settings, speed, radius, wall)
+    mean = min(mean, mass)
+    law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
+    return SegmentLaw(law, mass, mass / mean, speed, radius, wall, rupture)
+
+
+def _speed(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings, where: str) -> float:
+    if settings.velocity_source == "gurney":
+        return mean_mass.gurney_speed(data.detonation_velocity, segment.data.charge_mass / mass)
+    if not (math.isfinite(segment.data.speed) and segment.data.speed >= 0.0):
+        raise InputError(f"{where}: the burst stage gives the speed {segment.data.speed}; a finite speed is needed")
+    return segment.data.speed
+
+
+def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -> tuple[float, float, str]:
+    data = segment.data
+    for name, value in (("outer_radius", data.outer_radius), ("wall_thickness", data.wall_thickness)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{where}: {name} is {value:g} m; above zero is needed")
+    if segment.is_end:
+        return data.outer_radius, data.wall_thickness, "unstretched"
+    found = (data.rupture_radius, data.rupture_wall)
+    if settings.rupture == "burst" and all(math.isfinite(value) and value > 0.0 for value in found):
+        return *found, "burst"
+    return *mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain), "critical_strain"
+
+
+def _mean_mass(
+    segment: CasingSegment, data: RoundData, settings: BreakUpSettings, speed: float, radius: float, wall: float
+) -> float:
+    if settings.mean_mass == "mott":
+        return mean_mass.mott_linfoot(
+            settings.prefactor, data.casing_density, radius, settings.fracture_energy, wall, speed
+        )
+    if settings.mean_mass == "gurney_sarmousakis":
+        constant = mean_mass.explosive_constant(data.explosive, settings.explosive_constant)
+        before = segment.data
+        return mean_mass.gurney_sarmousakis(
+            constant, before.wall_thickness, 2.0 * (before.outer_radius - before.wall_thickness)
+        )
+    return float(settings.mean_mass)

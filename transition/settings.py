@@ -1,0 +1,145 @@
+"""How a casing is broken up: plain data in SI units, checked when it is made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+from transition.errors import InputError, nearest
+
+__all__ = ["BreakUpSettings", "Stations"]
+
+Stations = tuple[float, ...]
+
+_DIMENSIONS = (2, 3, "mixed")
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "rupture": ("critical_strain", "burst"),
+    "velocity_source": ("burst", "gurney"),
+    "sampler": ("quantile", "graded"),
+    "velocity": ("patch", "interpolation"),
+}
+
+
+@dataclass(frozen=True)
+class BreakUpSettings:
+    """Choices of the break-up. SI units.
+
+    Attributes
+    ----------
+    dimension : 2, 3 or "mixed"
+        Break-up of a thin wall (exponent 1/2), of a thick one (1/3), or a mixture of both by mass.
+    mixed_fraction : float
+        Part of the mass, 0 to 1, that breaks in three dimensions when `dimension` is "mixed".
+    mean_mass : "mott", "gurney_sarmousakis" or float
+        Law of the mean fragment mass: Eq. 21, that of Gurney and Sarmousakis, or a given mass (kg).
+    prefactor : float or "paper"
+        C of Eq. 21 without dimension; measured shells need 2 to 6. "paper" reads the printed 381.5 as grams.
+    fracture_energy : float
+        W of Eq. 21 (J/m2).
+    rupture : "critical_strain" or "burst"
+        Radius and wall at rupture from Eq. 22, or those of the burst stage when it reached its leakage radius.
+    critical_strain : float
+        Hoop strain of Eq. 22, 0.5 to 1.0 for steel.
+    velocity_source : "burst" or "gurney"
+        v0 of Eq. 21: mass-weighted speed of the segment, or Eqs. 23 and 24.
+    sampler : "quantile" or "graded"
+        Stratified inverse of the law with exact mass, or the paper's grades (Eqs. 26 to 29). End pieces are drawn
+        by "quantile" always: grades of fine steps hold none of their few fragments.
+    graded_m0, graded_dm : float
+        m_0 and the step of Eq. 26 (kg).
+    velocity : "patch" or "interpolation"
+        Mean over the covered cells (keeps momentum), or shape functions at the fragment's point (Eq. 30).
+    shape_factor : float
+        k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
+    explosive_constant : float or None
+        B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); None: by the name of the explosive.
+    segments : None, stations or a mapping from round name to stations
+        Where to cut the casing (m from the nose end); None: the segments of the burst stage.
+
+    Raises
+    ------
+    InputError
+        On a value out of its range; the message names the setting, what was found and what is allowed.
+    """
+
+    dimension: Literal[2, 3, "mixed"] = 2
+    mixed_fraction: float = 0.5
+    mean_mass: Literal["mott", "gurney_sarmousakis"] | float = "mott"
+    prefactor: float | Literal["paper"] = 4.0
+    fracture_energy: float = 14.7e4
+    rupture: Literal["critical_strain", "burst"] = "critical_strain"
+    critical_strain: float = 0.75
+    velocity_source: Literal["burst", "gurney"] = "burst"
+    sampler: Literal["quantile", "graded"] = "quantile"
+    graded_m0: float = 0.0
+    graded_dm: float = 1.0e-4
+    velocity: Literal["patch", "interpolation"] = "patch"
+    shape_factor: float = 2600.0
+    explosive_constant: float | None = None
+    segments: Stations | Mapping[str, Stations] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning."""
+        if isinstance(self.dimension, bool) or self.dimension not in _DIMENSIONS:
+            raise InputError(f"break_up.dimension: found {self.dimension!r}; allowed: 2, 3, 'mixed'")
+        for name, allowed in _CHOICES.items():
+            found = getattr(self, name)
+            if found not in allowed:
+                raise InputError(f"break_up.{name}: found {found!r}{nearest(found, allowed)}")
+        laws = ("mott", "gurney_sarmousakis")
+        if isinstance(self.mean_mass, str):
+            if self.mean_mass not in laws:
+                raise InputError(
+                    f"break_up.mean_mass: found {self.mean_mass!r}{nearest(self.mean_mass, laws)} or a mass in kg"
+                )
+        else:
+            _positive("mean_mass", self.mean_mass, "kg")
+        if isinstance(self.prefactor, str):
+            if self.prefactor != "paper":
+                raise InputError(f"break_up.prefactor: found {self.prefactor!r}; allowed: a number or 'paper'")
+        else:
+            _positive("prefactor", self.prefactor, "no dimension")
+        _positive("fracture_energy", self.fracture_energy, "J/m2")
+        _positive("graded_dm", self.graded_dm, "kg")
+        _positive("shape_factor", self.shape_factor, "kg/m3")
+        if self.explosive_constant is not None:
+            _positive("explosive_constant", self.explosive_constant, "kg^(1/2) m^(-7/6)")
+        for name, low, high in (
+            ("mixed_fraction", 0.0, 1.0),
+            ("critical_strain", 0.0, 5.0),
+            ("graded_m0", 0.0, math.inf),
+        ):
+            value = _number(name, getattr(self, name))
+            if not low <= value <= high or math.isinf(value):
+                raise InputError(f"break_up.{name}: found {value:g}; allowed: {low:g} to {high:g}")
+        if isinstance(self.segments, Mapping):
+            for name, stations in self.segments.items():
+                _rising(f"break_up.segments.{name}", stations)
+        elif self.segments is not None:
+            _rising("break_up.segments", self.segments)
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
+        raise InputError(f"break_up.{name}: found {value!r}; a number is needed")
+    return float(value)
+
+
+def _positive(name: str, value: object, unit: str) -> None:
+    number = _number(name, value)
+    if number <= 0.0 or math.isinf(number):
+        raise InputError(f"break_up.{name}: found {number:g}; a number above zero is needed ({unit})")
+
+
+def _rising(name: str, stations: Stations) -> None:
+    try:
+        values = [float(station) for station in stations]
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: found {stations!r}; stations in m from the nose end are needed") from None
+    if not all(math.isfinite(value) and value > 0.0 for value in values):
+        raise InputError(f"{name}: found {values}; every station lies above zero (m from the nose end)")
+    if any(b <= a for a, b in pairwise(values)):
+        raise InputError(f"{name}: found {values}; stations must rise from the nose end to the base")

@@ -1,0 +1,256 @@
+"""The burst stage's last state, as its file hands it over: read with plain h5py and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transition.errors import InputError
+
+if TYPE_CHECKING:
+    import h5py
+    from numpy.typing import NDArray
+
+__all__ = ["CASING", "CHARGE", "FORMAT_NAME", "FORMAT_VERSION", "SEGMENT_KINDS", "RoundData", "SegmentData", "Snapshot"]
+
+FORMAT_NAME = "fragfield burst snapshot"
+FORMAT_VERSION = 1
+CASING, CHARGE = 0, 1
+SEGMENT_KINDS = ("nose", "wall", "base")
+
+
+@dataclass(frozen=True)
+class SegmentData:
+    """A segment of a casing as the burst stage describes it. SI units; stations from the nose end.
+
+    `outer_radius`, `wall_thickness`, `charge_radius` are those before the burst; `speed` is the mass-weighted one
+    at its end; `rupture_radius` and `rupture_wall` are NaN where the leakage radius was never reached.
+    """
+
+    name: str
+    kind: str
+    start: float
+    end: float
+    outer_radius: float
+    wall_thickness: float
+    charge_radius: float
+    casing_mass: float
+    charge_mass: float
+    speed: float
+    rupture_radius: float
+    rupture_wall: float
+
+
+@dataclass(frozen=True)
+class RoundData:
+    """A round as the burst stage describes it. SI units; `position` is the centre of the base plane."""
+
+    name: str
+    length: float
+    casing_density: float
+    explosive: str
+    explosive_density: float
+    detonation_velocity: float
+    position: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    segments: tuple[SegmentData, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """State of the mesh at the end of the burst stage.
+
+    Attributes
+    ----------
+    source : str
+        Where it came from, for messages.
+    time : float
+        Simulated time (s).
+    provenance : dict
+        What the file says of its making (text by key).
+    reference, position : (n, 3) float64
+        Nodes before the burst and now (m).
+    velocity : (n, 3) float64
+        Velocity of the nodes (m/s).
+    cells : (m, 8) int64
+        Nodes of the hexahedra in VTK's order.
+    part, round, segment : (m,) int64
+        Material (0 casing, 1 charge, 2 fuze), round, and segment within the round (-1: none).
+    station : (m,) float64
+        Place of the cell's centre along its round, from the nose end (m).
+    mass : (m,) float64
+        Mass of the cell (kg).
+    rounds : tuple of RoundData
+        The rounds and their segments.
+
+    Raises
+    ------
+    InputError
+        On arrays that do not fit each other, are not finite, or name nodes, rounds or segments that do not exist.
+    """
+
+    source: str
+    time: float
+    provenance: dict[str, str]
+    reference: NDArray[np.float64]
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    part: NDArray[np.int64]
+    round: NDArray[np.int64]
+    segment: NDArray[np.int64]
+    station: NDArray[np.float64]
+    mass: NDArray[np.float64]
+    rounds: tuple[RoundData, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be broken up."""
+        _check(self)
+
+    @cached_property
+    def casing(self) -> NDArray[np.int64]:
+        """Indices of the casing's cells."""
+        return np.flatnonzero(self.part == CASING)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Snapshot:
+        """Read burst_snapshot.h5.
+
+        Raises
+        ------
+        InputError
+            The file is missing, cut off, foreign, of another version or incomplete; the message says which.
+        """
+        import h5py
+
+        path = Path(path)
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; the burst stage writes burst_snapshot.h5")
+        try:
+            with h5py.File(path, "r") as file:
+                return _read(cls, file, str(path))
+        except OSError as error:
+            raise InputError(f"{path}: cut off, or not an HDF5 file ({error})") from None
+
+
+def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
+    attributes = {key: _text(value) for key, value in file.attrs.items()}
+    if attributes.get("format") != FORMAT_NAME:
+        raise InputError(f"{source}: attribute format is {attributes.get('format')!r}, needed {FORMAT_NAME!r}")
+    if attributes.get("format_version") != str(FORMAT_VERSION):
+        found = attributes.get("format_version")
+        raise InputError(f"{source}: format_version is {found}, this program reads {FORMAT_VERSION}")
+    time = _number(file, "time", source)
+    indices = range(len(_child(file, "rounds", source)))
+    return cls(
+        source=source,
+        time=time,
+        provenance={k: v for k, v in attributes.items() if k not in ("format", "format_version", "time")},
+        reference=_reals(file, "nodes/reference", source),
+        position=_reals(file, "nodes/position", source),
+        velocity=_reals(file, "nodes/velocity", source),
+        cells=_wholes(file, "cells/nodes", source),
+        part=_wholes(file, "cells/part", source),
+        round=_wholes(file, "cells/round", source),
+        segment=_wholes(file, "cells/segment", source),
+        station=_reals(file, "cells/station", source),
+        mass=_reals(file, "cells/mass", source),
+        rounds=tuple(_round(_child(file, f"rounds/{index}", source), f"{source}: rounds/{index}") for index in indices),
+    )
+
+
+def _round(group: h5py.Group, where: str) -> RoundData:
+    table = _child(group, "segments", where)[()]
+    names = [field.name for field in fields(SegmentData)]
+    missing = [name for name in names if name not in (table.dtype.names or ())]
+    if missing:
+        raise InputError(f"{where}/segments: no column {', '.join(missing)}")
+    segments = []
+    for row in table:
+        name, kind = _text(row["name"]), _text(row["kind"])
+        if kind not in SEGMENT_KINDS:
+            raise InputError(f"{where}/segments: kind is {kind!r}; allowed: {', '.join(SEGMENT_KINDS)}")
+        segments.append(SegmentData(name, kind, *(float(row[column]) for column in names[2:])))
+    numbers = {
+        key: _number(group, key, where)
+        for key in ("length", "casing_density", "explosive_density", "detonation_velocity")
+    }
+    return RoundData(
+        name=_text(_attribute(group, "name", where).item()),
+        explosive=_text(_attribute(group, "explosive", where).item()),
+        position=_vector(group, "position", where),
+        axis=_vector(group, "axis", where),
+        segments=tuple(segments),
+        **numbers,
+    )
+
+
+def _vector(group: h5py.Group, key: str, where: str) -> tuple[float, float, float]:
+    values = np.asarray(_attribute(group, key, where), dtype=np.float64).ravel()
+    if values.size != 3 or not np.isfinite(values).all():
+        raise InputError(f"{where}: attribute {key} is {values.tolist()}; three finite numbers are needed")
+    return float(values[0]), float(values[1]), float(values[2])
+
+
+def _number(group: h5py.Group, key: str, where: str) -> float:
+    try:
+        return float(_attribute(group, key, where).item())
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where}: attribute {key} is {group.attrs[key]!r}; a number is needed") from None
+
+
+def _text(value: object) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _attribute(group: h5py.Group, key: str, where: str) -> NDArray[np.generic]:
+    if key not in group.attrs:
+        raise InputError(f"{where}: attribute {key} is missing")
+    return np.asarray(group.attrs[key])
+
+
+def _child(group: h5py.Group, path: str, where: str) -> h5py.Group:
+    if path not in group:
+        raise InputError(f"{where}: {path} is missing")
+    return group[path]
+
+
+def _reals(file: h5py.Group, path: str, where: str) -> NDArray[np.float64]:
+    return np.ascontiguousarray(_child(file, path, where)[()], dtype=np.float64)
+
+
+def _wholes(file: h5py.Group, path: str, where: str) -> NDArray[np.int64]:
+    return np.ascontiguousarray(_child(file, path, where)[()], dtype=np.int64)
+
+
+def _check(snapshot: Snapshot) -> None:
+    where = snapshot.source
+    nodes, cells = len(snapshot.reference), len(snapshot.cells)
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("reference", "position", "velocity"), (nodes, 3))
+    shapes |= {"cells": (cells, 8)} | dict.fromkeys(("part", "round", "segment", "station", "mass"), (cells,))
+    for name, shape in shapes.items():
+        array = getattr(snapshot, name)
+        if array.shape != shape:
+            raise InputError(f"{where}: {name} has shape {array.shape}, needed {shape}")
+        if not np.isfinite(array).all():
+            raise InputError(f"{where}: {name} holds a value that is not finite")
+    casing = snapshot.part == CASING
+    if not casing.any():
+        raise InputError(f"{where}: no casing cell (part {CASING}); there is nothing to break up")
+    if snapshot.cells.min() < 0 or snapshot.cells.max() >= nodes:
+        raise InputError(f"{where}: cells name nodes outside 0..{nodes - 1}")
+    if snapshot.round.min() < 0 or snapshot.round.max() >= len(snapshot.rounds):
+        raise InputError(f"{where}: cells name rounds outside 0..{len(snapshot.rounds) - 1}")
+    if not (snapshot.mass[casing] > 0.0).all():
+        first = int(np.flatnonzero(casing & ~(snapshot.mass > 0.0))[0])
+        raise InputError(f"{where}: casing cell {first} has the mass {snapshot.mass[first]:g} kg; above zero is needed")
+    numbers = np.array([len(data.segments) for data in snapshot.rounds])
+    segment, of_round = snapshot.segment[casing], snapshot.round[casing]
+    if (segment < 0).any() or (segment >= numbers[of_round]).any():
+        raise InputError(f"{where}: casing cells name segments that /rounds/<i>/segments does not list")
