@@ -54,9 +54,11 @@ class ProgressReporter:
         detail = f"{state.time * 1e6:.2f} of {state.end_time * 1e6:.0f} us   step {state.step}   {rate}"
         self._show(state.time, state.end_time, detail, state.seconds_left)
 
-    def share(self, done: float, total: float, unit: str, seconds_left: float | None = None) -> None:
-        """Show a number of things done out of a total."""
-        self._show(done, total, f"{done:.0f} of {total:.0f} {unit}", seconds_left)
+    def flight(self, state: Any) -> None:
+        """Show a `flight.FlightProgress`."""
+        rate = state.done / max(state.wall_seconds, 1e-9)
+        detail = f"{state.done} of {state.total} fragments   {rate:.0f} fragments/s"
+        self._show(state.done, state.total, detail, state.seconds_left)
 
     def _show(self, done: float, total: float, detail: str, seconds_left: float | None) -> None:
         if self._progress is None or self._task is None:

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from fragfield.case.flight_table import CylinderTable
 from fragfield.case.quantities import show
 from fragfield.case.round_table import ExplosiveTable
 
@@ -122,6 +123,8 @@ def _rising(key: str, values: Sequence[float]) -> Iterator[str]:
 
 
 def _witness(key: str, surface: WitnessTable) -> Iterator[str]:
+    if not isinstance(surface, CylinderTable):
+        return
     if surface.bottom is not None and surface.top is not None and not surface.top > surface.bottom:
         yield f"{key}.top: found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m"
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fragfield.case.flight_table import CylinderTable, PanelTable
 from fragfield.case.round_table import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
+    from flight import Wind
+    from flight.targets import Witness
+    from fragfield.case.flight_table import PolygonTable, WindTable
     from fragfield.case.round_table import RoundTable
     from fragfield.case.schema import Case
+    from transition import BreakUpSettings
 
-__all__ = ["burst_rounds", "burst_settings"]
+__all__ = ["break_up_settings", "burst_rounds", "burst_settings", "flight_arguments"]
 
 
 def burst_settings(case: Case) -> BurstSettings:
@@ -37,6 +43,69 @@ def burst_settings(case: Case) -> BurstSettings:
         viscosity=Viscosity(**table.viscosity.model_dump()),
         hourglass=Hourglass(**table.hourglass.model_dump()),
     )
+
+
+def break_up_settings(case: Case) -> BreakUpSettings:
+    """Settings of the break-up."""
+    from transition import BreakUpSettings
+
+    values = case.break_up.model_dump()
+    if values["segments"] is not None:
+        values["segments"] = tuple(values["segments"])
+    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor)
+
+
+def flight_arguments(case: Case) -> dict[str, Any]:
+    """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table or a surface at fault."""
+    import flight
+
+    table = case.flight
+    air = (
+        flight.ConstantAir(table.air.density or 0.0, table.air.sound_speed)
+        if table.air.model == "constant"
+        else flight.StandardAtmosphere(table.air.altitude)
+    )
+    adaptive = table.integrator.method == "adaptive"
+    return {
+        "air": air,
+        "drag": flight.Drag.of(table.drag),
+        "gravity": table.gravity,
+        "wind": _wind(table.wind, table.ground.height),
+        "ground": table.ground.height,
+        "witnesses": [_surface(surface) for surface in case.witness],
+        "integrator": flight.Adaptive(table.integrator.tolerance)
+        if adaptive
+        else flight.FixedStep(table.integrator.step),
+        "time_limit": table.time_limit,
+        "origin": table.origin,
+        "sample": table.trajectories,
+        "seed": case.seed,
+    }
+
+
+def _wind(table: WindTable, ground: float) -> Wind | None:
+    import flight
+
+    if table.model == "profile":
+        directions = [math.degrees(angle) for angle in table.directions or []]
+        return flight.Wind.profile(table.heights, table.speeds, directions)
+    if table.speed == 0.0:
+        return None
+    towards = math.degrees(table.towards)
+    if table.model == "power_law":
+        return flight.Wind.power_law(table.speed, towards, table.reference_height, table.exponent, ground)
+    return flight.Wind.constant(table.speed, towards)
+
+
+def _surface(table: CylinderTable | PanelTable | PolygonTable) -> Witness:
+    import flight
+
+    values = table.model_dump(exclude={"kind"}, exclude_none=True)
+    if isinstance(table, CylinderTable):
+        return flight.Cylinder(**values)
+    if isinstance(table, PanelTable):
+        return flight.Panel(**values)
+    return flight.Polygon(**values)
 
 
 def burst_rounds(case: Case) -> list[Round]:

@@ -10,8 +10,10 @@ from fragfield.case.quantities import (
     Angle,
     ArealDensity,
     Density,
+    Direction,
     Energy,
     Length,
+    Offset,
     Place,
     PositiveLength,
     Quantity,
@@ -20,7 +22,18 @@ from fragfield.case.quantities import (
 )
 from fragfield.case.table import Table
 
-__all__ = ["AirTable", "FlightTable", "GroundTable", "HazardTable", "IntegratorTable", "WindTable", "WitnessTable"]
+__all__ = [
+    "AirTable",
+    "CylinderTable",
+    "FlightTable",
+    "GroundTable",
+    "HazardTable",
+    "IntegratorTable",
+    "PanelTable",
+    "PolygonTable",
+    "WindTable",
+    "WitnessTable",
+]
 
 
 def _name_or_number(value: object) -> str:
@@ -65,7 +78,7 @@ class GroundTable(Table):
     """The flat ground."""
 
     height: Length = 0.0
-    """z of the ground."""
+    """z of the ground; a casing that the burst drives below it starts its flight on it."""
 
 
 class IntegratorTable(Table):
@@ -73,7 +86,7 @@ class IntegratorTable(Table):
 
     method: Literal["adaptive", "fixed"] = "adaptive"
     """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
-    tolerance: float = Field(default=1e-6, gt=0.0, lt=1.0)
+    tolerance: float = Field(default=1e-6, ge=1e-14, le=1e-2)
     """Relative error of a step, for method = "adaptive"."""
     step: Time = 1e-4
     """For method = "fixed" (the paper: 0.1 ms)."""
@@ -94,25 +107,72 @@ class FlightTable(Table):
     """k in the presented area (m / k)^(2/3): 2600 kg/m3 forged-steel shells, 3147 the 5:2:1 box."""
     ground: GroundTable = GroundTable()
     integrator: IntegratorTable = IntegratorTable()
+    time_limit: Time = 3600.0
+    """End of every flight."""
+    origin: Offset = (0.0, 0.0)
+    """x and y of the place from which distances and azimuths on the ground are counted."""
     trajectories: int = Field(default=200, ge=0)
     """Number of trajectories kept for ParaView, spread over the fragments."""
 
 
-class WitnessTable(Table):
-    """A surface that records every fragment crossing it."""
+class CylinderTable(Table):
+    """A vertical witness cylinder."""
 
     name: str = Field(min_length=1)
     """A name of its own."""
     kind: Literal["cylinder"] = "cylinder"
     """A vertical cylinder."""
     radius: PositiveLength
-    """Radius of the cylinder."""
-    centre: Place = (0.0, 0.0, 0.0)
-    """A point of its axis; its z is the lower rim unless `bottom` is given."""
+    """Radius."""
+    centre: Offset = (0.0, 0.0)
+    """x and y of its axis."""
     bottom: Length | None = None
-    """z of the lower rim; left out: the ground."""
+    """z of the lower rim; left out: unbounded."""
     top: Length | None = None
     """z of the upper rim; left out: unbounded."""
+
+
+class PanelTable(Table):
+    """A plane rectangular witness panel."""
+
+    name: str = Field(min_length=1)
+    """A name of its own."""
+    kind: Literal["panel"]
+    """A plane rectangle."""
+    centre: Place
+    """Its centre."""
+    normal: Direction
+    """Its normal."""
+    width: PositiveLength
+    """Across `up`."""
+    height: PositiveLength
+    """Along `up`."""
+    up: Direction = (0.0, 0.0, 1.0)
+    """Direction of its height."""
+
+
+class PolygonTable(Table):
+    """A plane polygonal witness panel."""
+
+    name: str = Field(min_length=1)
+    """A name of its own."""
+    kind: Literal["polygon"]
+    """A plane polygon, convex or not."""
+    corners: list[Place] = Field(min_length=3)
+    """Its corners in order."""
+
+
+def _kind(value: object) -> str:
+    kind = value.get("kind", "cylinder") if isinstance(value, dict) else getattr(value, "kind", "cylinder")
+    return f"<{kind}>"
+
+
+WitnessTable = Annotated[
+    Annotated[CylinderTable, Tag("<cylinder>")]
+    | Annotated[PanelTable, Tag("<panel>")]
+    | Annotated[PolygonTable, Tag("<polygon>")],
+    Discriminator(_kind),
+]
 
 
 class HazardTable(Table):

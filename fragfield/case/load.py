@@ -135,7 +135,7 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
 
 def _located(name: str, folder: Path) -> str:
     """A built-in name as it is, a file's name relative to the case's folder."""
-    return str(folder / name) if name.endswith(".toml") else name
+    return str(folder / name) if name.partition("#")[0].endswith(".toml") else name
 
 
 def _told(load: Callable[[], Any], where: str) -> Any:

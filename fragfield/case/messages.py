@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, get_args
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Tag
 
 from fragfield.case.quantities import NumberOrWord, Quantity, Vector, show
 from fragfield.errors import nearest
@@ -75,6 +75,10 @@ def _text(fault: Any, model: type[BaseModel]) -> str:
     if kind == "literal_error":
         hint = nearest(found, _words(context["expected"])) if isinstance(found, str) else ""
         return f"found {show(found)}{hint}; allowed: {context['expected'].replace(chr(39), chr(34))}"
+    if kind == "union_tag_invalid":
+        kinds = _words(context["expected_tags"].replace("<", "").replace(">", ""))
+        tag = context["tag"].strip("<>")
+        return f"found kind = {show(tag)}{nearest(tag, kinds)}; allowed: {', '.join(kinds)}"
     if kind in _LIMITS:
         words, key = _LIMITS[kind]
         return f"found {show(found)}; allowed: {words} {context[key]:g}"
@@ -92,19 +96,25 @@ def _words(expected: str) -> list[str]:
     return [part for part in expected.split("'")[1::2] if part]
 
 
-def _tables_in(annotation: Any) -> Iterator[type[BaseModel]]:
+def _tables_in(annotation: Any, tag: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
+    """Models in a type, each with the tag by which a union knows it."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
+        yield tag, annotation
+    tags = [mark.tag for mark in getattr(annotation, "__metadata__", ()) if isinstance(mark, Tag)]
     for part in get_args(annotation):
-        yield from _tables_in(part)
+        yield from _tables_in(part, *tags)
 
 
 def _table_of(location: Sequence[int | str], model: type[BaseModel]) -> type[BaseModel]:
     """Model of the table in which the last key of a location stands."""
     table = model
+    choices: list[tuple[str, type[BaseModel]]] = []
     for step in location[:-1]:
         if isinstance(step, str) and step in table.model_fields:
-            table = next(_tables_in(table.model_fields[step].annotation), table)
+            choices = list(_tables_in(table.model_fields[step].annotation))
+        for tag, choice in choices:
+            if tag in ("", step):
+                table = choice
     return table
 
 

@@ -1,0 +1,228 @@
+"""`fragfield check`: what follows from a case before anything is computed, and what looks doubtful in it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case import plain
+from fragfield.case.convert import burst_rounds, burst_settings
+from fragfield.case.flight_table import CylinderTable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from burst_fenicsx.meshing import HexahedralMesh, MeshQuality
+    from burst_fenicsx.problem import BurstSettings, Explosive, Round
+    from fragfield.case import Case
+
+__all__ = ["check_report", "gurney_constant", "gurney_speed"]
+
+# Measured with the solver on tubes and shells of 6 and 3 mm cells: the mean stable step over a burst, relative to the
+# first one (cells flatten in the front and while the casing thins), and memory per cell of one process.
+_MEAN_STEP = 0.55
+_BYTES_PER_CELL = 2_600.0
+_BYTES_AT_START = 250e6
+_LEAST_WALL_CELLS = 2.0
+_MASS_TOLERANCE = 0.005
+_VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initial one
+
+
+def check_report(case: Case) -> dict[str, Any]:
+    """Resolved case, derived quantities and warnings.
+
+    Parameters
+    ----------
+    case : Case
+        Resolved, with a burst.
+
+    Returns
+    -------
+    dict
+        `case`, `rounds`, `mesh`, `expected` and `warnings`; numbers in SI.
+
+    Raises
+    ------
+    InputError
+        The mesh cannot be made: the contours do not allow it, or a mesh file is at fault.
+    """
+    from burst_fenicsx.meshing import merge, mesh_round, quality
+
+    settings, rounds = burst_settings(case), burst_rounds(case)
+    meshes = [mesh_round(entry, settings.cell_size, index) for index, entry in enumerate(rounds)]
+    mesh_quality = quality(merge(meshes))
+    described = [_round(entry, settings, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
+    expected = _expected(settings, rounds, described, mesh_quality)
+    return {
+        "case": plain(case),
+        "rounds": described,
+        "mesh": {
+            "cells": mesh_quality.cells,
+            "nodes": mesh_quality.nodes,
+            "min_scaled_jacobian": mesh_quality.min_scaled_jacobian,
+            "max_aspect_ratio": mesh_quality.max_aspect_ratio,
+            "min_edge": mesh_quality.min_edge,
+        },
+        "expected": expected,
+        "warnings": list(_warnings(case, settings, described, expected)),
+    }
+
+
+def gurney_constant(explosive: Explosive) -> float:
+    """Gurney's sqrt(2E) (m/s) by Eq. 24: 0.52 km/s + 2.8e-4 D."""
+    return 520.0 + 0.28 * explosive.detonation_velocity
+
+
+def gurney_speed(constant: float, charge_ratio: float) -> float:
+    """Speed (m/s) of a cylinder's casing without end losses, Eq. 23; `charge_ratio` is charge over casing mass."""
+    return constant * math.sqrt(charge_ratio / (1.0 + 0.5 * charge_ratio))
+
+
+def _round(entry: Round, settings: BurstSettings, mesh: HexahedralMesh) -> dict[str, Any]:
+    from burst_fenicsx.meshing import part_volumes
+    from burst_fenicsx.problem import Part
+
+    meshed = part_volumes(mesh)
+    density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
+    found: dict[str, Any] = {"name": entry.name}
+    in_mesh = {"casing_mass": meshed[Part.CASING] * density[Part.CASING]}
+    in_mesh["charge_mass"] = meshed[Part.CHARGE] * density[Part.CHARGE]
+    exact = dict(in_mesh)
+    if entry.profile is not None:
+        profile = entry.profile
+        exact["casing_mass"] = profile.casing_volume * entry.casing.density
+        exact["charge_mass"] = profile.charge_volume * entry.explosive.density
+        found |= {"profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius}
+        found |= {"fuze_mass": profile.fuze_mass, "charge_length": profile.charge_end - profile.charge_front}
+        found["segments"] = list(_segments(entry))
+    found |= exact
+    found["mass_error_of_mesh"] = {key: in_mesh[key] / exact[key] - 1.0 for key in exact if exact[key] > 0.0}
+    ratio = exact["charge_mass"] / exact["casing_mass"]
+    found["charge_ratio"] = ratio
+    found["gurney_constant"] = gurney_constant(entry.explosive)
+    found["gurney_speed"] = gurney_speed(found["gurney_constant"], ratio)
+    return found | _products(entry.explosive, settings)
+
+
+def _segments(entry: Round) -> Iterator[dict[str, Any]]:
+    assert entry.profile is not None
+    for segment in entry.profile.segments:
+        volumes = entry.profile.volumes(segment.start, segment.end)
+        casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
+        section = entry.profile.section(0.5 * (segment.start + segment.end))
+        yield {
+            "name": segment.name,
+            "kind": segment.kind,
+            "start": segment.start,
+            "end": segment.end,
+            "wall": float(section.wall),
+            "casing_mass": casing,
+            "charge_mass": charge,
+            "gurney_speed": gurney_speed(gurney_constant(entry.explosive), charge / casing) if charge > 0.0 else None,
+        }
+
+
+def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
+    """Constants of the isentrope, and the effective Gurney constant at three expansions."""
+    from burst_fenicsx.materials.products import LandauProducts, make_products
+
+    products = make_products(explosive, settings.products)
+    if not isinstance(products, LandauProducts):
+        return {"energy_density": products.energy}
+    return {
+        "P0": products.initial_pressure,
+        "Pk": products.knee_pressure,
+        "Vk_over_V0": products.knee_volume,
+        "energy_density": products.energy,
+        "effective_gurney_constant": {str(v): products.gurney_velocity(v) for v in (2.0, 3.0, 7.0)},
+    }
+
+
+def _expected(
+    settings: BurstSettings, rounds: Sequence[Round], described: Sequence[dict[str, Any]], mesh: MeshQuality
+) -> dict[str, Any]:
+    """Steps, time step and memory, estimated."""
+    speed = max(max(_sound_speed(entry), entry.explosive.detonation_velocity) for entry in rounds)
+    stable = mesh.min_edge / speed
+    step = settings.time_step.fixed or settings.time_step.cfl * stable * _MEAN_STEP
+    end = settings.end_time or min(max(_completion(entry, found) for entry, found in zip(rounds, described, strict=True)),
+                                   settings.time_limit)  # fmt: skip
+    return {
+        "stable_time_step": stable,
+        "mean_time_step": step,
+        "end_time": end,
+        "steps": math.ceil(end / step),
+        "cell_steps": math.ceil(end / step) * mesh.cells,
+        "memory_bytes": _BYTES_AT_START + _BYTES_PER_CELL * mesh.cells,
+    }
+
+
+def _sound_speed(entry: Round) -> float:
+    """Speed (m/s) of longitudinal waves in the casing."""
+    nu = entry.casing.poisson_ratio
+    modulus = entry.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    return math.sqrt(modulus / entry.casing.density)
+
+
+def _completion(entry: Round, found: dict[str, Any]) -> float:
+    """Time (s) at which acceleration may be complete: the front's passage, and the casing's way of 1.1 outer radii."""
+    if "length" not in found:
+        return 200e-6
+    delay = max((point.delay for point in entry.ignition), default=0.0)
+    passage = found["charge_length"] / entry.explosive.detonation_velocity
+    return delay + passage + 0.55 * found["outer_diameter"] / found["gurney_speed"]
+
+
+def _warnings(
+    case: Case, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
+) -> Iterator[str]:
+    if settings.products == "landau":
+        yield (
+            'burst.products = "landau" starts from the pressure of an instantaneous explosion: lit progressively, the '
+            'products do about 1.2 times the work rho Q; "landau_cj" and "jwl" close on the heat of detonation'
+        )
+    if settings.burn == "time" and settings.products != "jwl":
+        yield (
+            'burst.burn = "time" lets no steady front form with Landau products; cells ahead of the front may be crushed. '
+            '"time_or_compression" lights them'
+        )
+    if not settings.leakage.enabled:
+        yield "burst.leakage.enabled = false: the products push without end, speeds are upper bounds"
+    elif not _VENTING[0] <= settings.leakage.radius_ratio <= _VENTING[1]:
+        yield (
+            f"burst.leakage.radius_ratio = {settings.leakage.radius_ratio:g} lies outside the published "
+            f"{_VENTING[0]:g} to {_VENTING[1]:g}; the final speed depends on it more than on anything else"
+        )
+    fixed = settings.time_step.fixed
+    if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
+        yield (
+            f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
+            "and falls while cells are compressed"
+        )
+    for number, found in enumerate(described, start=1):
+        yield from _round_warnings(f"round[{number}] ({found['name']})", settings, found)
+    for number, surface in enumerate(case.witness, start=1):
+        if not isinstance(surface, CylinderTable):
+            continue
+        reach = max(
+            math.hypot(entry.position[0] - surface.centre[0], entry.position[1] - surface.centre[1])
+            + found.get("outer_diameter", 0.0)
+            for entry, found in zip(case.round, described, strict=True)
+        )
+        if surface.radius < 2.0 * reach:
+            yield f"witness[{number}].radius = {surface.radius:g} m is near the rounds; casings may cross it before break-up"
+
+
+def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
+    walls = [segment["wall"] for segment in found.get("segments", []) if segment["kind"] == "wall"]
+    if walls and min(walls) < _LEAST_WALL_CELLS * settings.cell_size:
+        yield (
+            f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
+            f"{settings.cell_size * 1e3:g} mm; {_LEAST_WALL_CELLS:g} or more are needed to bend"
+        )
+    for name, error in found["mass_error_of_mesh"].items():
+        if abs(error) > _MASS_TOLERANCE:
+            yield f"{key}: {name} of the mesh is off by {error:+.2%}; smaller cells follow the contour better"
+    passage = found.get("charge_length", 0.0) / found.get("detonation_velocity", math.inf)
+    if settings.end_time is not None and settings.end_time < passage:
+        yield f"{key}: burst.end_time = {settings.end_time:g} s is over before the front has passed ({passage:.3g} s)"

@@ -1,0 +1,255 @@
+"""The command line: results on stdout, progress and messages on stderr, exit codes 0, 2, 3 and 130.
+
+Nothing heavy is imported here: each subcommand imports what it needs, so `fragfield fly` works without dolfinx.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import fragfield
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of
+from fragfield.parallel import launched_rank
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.pipeline import Request
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="fragfield",
+    help="Hazard distances of the fragments of cased charges, for explosives safety: burst, break-up, flight, report.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Run directory; default runs/NAME, or the run itself.")
+]
+CellSize = Annotated[
+    str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
+]
+Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with the first missing stage of the same case.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, nothing else there.")]
+FragmentsFile = Annotated[
+    Path | None, typer.Option("--fragments", metavar="FILE", help="Fly these fragments (.h5 or .csv), not the run's.")
+]
+Window = Annotated[
+    bool | None, typer.Option("--window/--pictures", help="Open a window, or write pictures; default: as possible.")
+]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"fragfield {fragfield.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    del version
+
+
+@app.command()
+def check(case: CaseOrRun, cell_size: CellSize = None, quiet: Quiet = False, json: Json = False) -> None:
+    """Read a case, print it resolved in SI with derived quantities, and warn of what may be wrong."""
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.check import check_report
+        from fragfield.show import print_check
+
+        resolved = _request(case, cell_size=cell_size).case()
+        _give(check_report(resolved), json=json, quiet=quiet, show=lambda found: print_check(found, resolved))
+
+
+@app.command()
+def run(
+    case: CaseOrRun,
+    out: Out = None,
+    cell_size: CellSize = None,
+    threads: Threads = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Run the whole chain: burst, break-up, flight, report."""
+    with _guarded(json=json, quiet=quiet):
+        request = _request(case, out, cell_size, threads, resume, overwrite, quiet)
+        from fragfield.pipeline import run_chain
+
+        _give_summary(run_chain(request), request, json=json)
+
+
+@app.command()
+def burst(
+    case: CaseOrRun,
+    out: Out = None,
+    cell_size: CellSize = None,
+    threads: Threads = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Compute the detonation and the acceleration of the casings."""
+    with _guarded(json=json, quiet=quiet):
+        _run_stage("burst", _request(case, out, cell_size, threads, overwrite=overwrite, quiet=quiet), json=json)
+
+
+@app.command("break-up")
+def break_up(
+    case: CaseOrRun, out: Out = None, threads: Threads = None, quiet: Quiet = False, json: Json = False
+) -> None:
+    """Break the casings of a computed burst into fragments."""
+    with _guarded(json=json, quiet=quiet):
+        _run_stage("break-up", _request(case, out, threads=threads, quiet=quiet), json=json)
+
+
+@app.command()
+def fly(
+    case: CaseOrRun,
+    out: Out = None,
+    fragments: FragmentsFile = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Fly the fragments of a run, or of a file, to the ground."""
+    with _guarded(json=json, quiet=quiet):
+        _run_stage("fly", _request(case, out, threads=threads, quiet=quiet, fragments=fragments), json=json)
+
+
+@app.command()
+def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = False) -> None:
+    """Write the report of a run, report.html."""
+    with _guarded(json=json, quiet=quiet):
+        _run_stage("report", _request(case, out, quiet=quiet), json=json)
+
+
+@app.command()
+def view(case: CaseOrRun, window: Window = None, quiet: Quiet = False, json: Json = False) -> None:
+    """Look at a run: in a window where there is a display, else as pictures."""
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.view import view_run
+
+        written = view_run(_request(case).source.path, window=window)
+        _give({"pictures": [str(path) for path in written]}, json=json, quiet=quiet, show=_print_paths)
+
+
+@app.command()
+def info(
+    path: Annotated[Path, typer.Argument(metavar="RUN_OR_FILE", help="The directory of a run, or one of its files.")],
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Say what a run directory or an HDF5 file holds and where it comes from."""
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.info import describe
+        from fragfield.show import print_info
+
+        _give(describe(path), json=json, quiet=quiet, show=print_info)
+
+
+def main() -> None:
+    """Entry point of the command `fragfield`."""
+    app()
+
+
+def _request(
+    case: Path,
+    out: Path | None = None,
+    cell_size: str | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = False,
+    fragments: Path | None = None,
+) -> Request:
+    if threads is not None:
+        _limit_threads(threads)
+    from fragfield.pipeline import Request
+
+    return Request(case, out, cell_size, threads, resume, overwrite, quiet, fragments)
+
+
+def _limit_threads(number: int) -> None:
+    """Numba and OpenMP read their number of threads when they are first imported, which is later than this."""
+    os.environ["NUMBA_NUM_THREADS"] = str(number)
+    os.environ["OMP_NUM_THREADS"] = str(number)
+
+
+def _run_stage(name: str, request: Request, *, json: bool) -> None:
+    from fragfield.pipeline import run_stage
+
+    _give_summary(run_stage(request, name), request, json=json)
+
+
+def _give_summary(summary: dict[str, Any], request: Request, *, json: bool) -> None:
+    from fragfield.show import print_summary
+
+    if launched_rank() == 0:
+        summary = {"directory": str(request.directory.path), **summary}
+        _give(summary, json=json, quiet=request.quiet, show=print_summary)
+
+
+def _print_paths(found: dict[str, Any]) -> None:
+    for paths in found.values():
+        for path in paths:
+            typer.echo(path)
+
+
+def _give(found: dict[str, Any], *, json: bool, quiet: bool, show: Any) -> None:
+    """Print a result: as one JSON object, or for people."""
+    if json:
+        from json import dumps
+
+        typer.echo(dumps(found, allow_nan=False))
+    elif not quiet:
+        show(found)
+
+
+@contextmanager
+def _guarded(*, json: bool, quiet: bool) -> Iterator[None]:
+    """End errors that a user can act on with one message and their exit code; others keep their traceback."""
+    from fragfield.logs import to_stderr
+
+    try:
+        with to_stderr(quiet=quiet or launched_rank() > 0):
+            yield
+    except KeyboardInterrupt as error:
+        _tell("interrupted; what was written stays, --resume goes on from there", json=json)
+        raise typer.Exit(EXIT_INTERRUPTED) from error
+    except Exception as error:
+        code = exit_code_of(error)
+        if code == EXIT_FAULT:
+            raise
+        _tell(str(error), json=json, code=code)
+        raise typer.Exit(code) from None
+
+
+def _tell(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
+    if launched_rank() > 0:
+        return
+    typer.echo(f"fragfield: {message}", err=True)
+    if json:
+        from json import dumps
+
+        typer.echo(dumps({"error": {"message": message, "exit_code": code}}))
+    sys.stdout.flush()

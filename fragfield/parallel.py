@@ -1,0 +1,81 @@
+"""Ranks of an MPI launch, as far as the front door needs them: who prints, who waits, and how all end together."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import time
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Team", "launched_rank"]
+
+_RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
+_SIZE_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
+_POLL = 0.05  # s between two looks of a waiting rank: a waiting core is free for rank 0's threads
+_PATIENCE = 3.0  # s that other ranks leave rank 0 to tell of an error that all of them see
+_TAG = 20_240
+
+
+def launched_rank() -> int:
+    """Rank by the launcher's environment, 0 without a launcher; nothing is imported for it."""
+    return next((int(os.environ[name]) for name in _RANK_VARIABLES if os.environ.get(name, "").isdigit()), 0)
+
+
+def _launched_size() -> int:
+    return next((int(os.environ[name]) for name in _SIZE_VARIABLES if os.environ.get(name, "").isdigit()), 1)
+
+
+@dataclass(frozen=True)
+class Team:
+    """The ranks that compute together; `comm` is an mpi4py communicator, None for one process."""
+
+    comm: Any = None
+
+    @classmethod
+    def join(cls) -> Team:
+        """All ranks of the launch. MPI is loaded by name and only under a launcher: other commands start without it."""
+        if _launched_size() < 2:
+            return cls()
+        return cls(importlib.import_module("mpi4py.MPI").COMM_WORLD)
+
+    @property
+    def rank(self) -> int:
+        """This process's rank."""
+        return 0 if self.comm is None else self.comm.Get_rank()
+
+    @property
+    def size(self) -> int:
+        """Number of ranks."""
+        return 1 if self.comm is None else self.comm.Get_size()
+
+    @property
+    def first(self) -> bool:
+        """Whether this rank prints and writes."""
+        return self.rank == 0
+
+    def tell(self, value: Any = None) -> Any:
+        """Rank 0's value, on every rank."""
+        return value if self.comm is None else self.comm.bcast(value, root=0)
+
+    def release(self, code: int) -> None:
+        """On rank 0: end the wait of the other ranks, which then exit with this code."""
+        if self.comm is not None:
+            for rank in range(1, self.size):
+                self.comm.send(code, dest=rank, tag=_TAG)
+
+    def wait(self) -> int:
+        """On other ranks: sleep until rank 0 releases them; its exit code."""
+        while not self.comm.Iprobe(source=0, tag=_TAG):
+            time.sleep(_POLL)
+        return int(self.comm.recv(source=0, tag=_TAG))
+
+    def give_others_time(self) -> None:
+        """On other ranks: leave the telling of an error to rank 0, which ends them if it sees the same one."""
+        if not self.first:
+            time.sleep(_PATIENCE)
+
+    def abort(self, code: int) -> None:
+        """End every rank with an exit code; without a launcher nothing happens."""
+        if self.comm is not None and self.size > 1:
+            self.comm.Abort(code)

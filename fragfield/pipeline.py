@@ -1,0 +1,212 @@
+"""The chain burst, break-up, flight, report on a run directory, whole, in part or resumed."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fragfield.case import load_case
+from fragfield.errors import EXIT_FAULT, InputError, exit_code_of
+from fragfield.logs import logged
+from fragfield.parallel import Team
+from fragfield.progress import ProgressReporter
+from fragfield.run_directory import STAGES, RunDirectory
+from fragfield.stages import Job, perform
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import Any
+
+    from fragfield.case import Case
+    from fragfield.run_directory import Stage
+
+__all__ = ["Request", "run_chain", "run_stage"]
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asks for.
+
+    Attributes
+    ----------
+    target : Path
+        A case file or a run directory.
+    out : Path, optional
+        Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml.
+    cell_size : str, optional
+        Replaces `burst.cell_size`.
+    threads : int, optional
+        Threads of a rank.
+    resume, overwrite : bool
+        See `RunDirectory.claim`.
+    quiet : bool
+        No progress.
+    fragments : Path, optional
+        Fragments from elsewhere, for the stage `fly`.
+    """
+
+    target: Path
+    out: Path | None = None
+    cell_size: str | None = None
+    threads: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    quiet: bool = False
+    fragments: Path | None = None
+
+    def case(self, *, burst: bool = True) -> Case:
+        """The resolved case of the file, or of the run directory; raises InputError."""
+        if self.target.is_dir():
+            stored = RunDirectory(self.target)
+            stored.stored_case()  # says what is missing, in the words of a run directory
+            return load_case(stored.case_file, cell_size=self.cell_size, burst=burst)
+        return load_case(self.target, cell_size=self.cell_size, burst=burst)
+
+    @property
+    def directory(self) -> RunDirectory:
+        """Where the run is written."""
+        if self.out is not None:
+            return RunDirectory(self.out)
+        return RunDirectory(self.target if self.target.is_dir() else Path("runs") / self.target.stem)
+
+    @property
+    def source(self) -> RunDirectory:
+        """Where a stage finds the files of earlier stages."""
+        return RunDirectory(self.target) if self.target.is_dir() else self.directory
+
+
+def run_chain(request: Request) -> dict[str, Any]:
+    """Run every stage, or with `resume` those that are missing.
+
+    Parameters
+    ----------
+    request : Request
+        What to run.
+
+    Returns
+    -------
+    dict
+        summary.json; empty on ranks other than 0.
+
+    Raises
+    ------
+    InputError, NumericalStop
+        As the stages raise them; what was written stays.
+    """
+    team = Team.join()
+    case, directory = _prepared(request, team)
+    stages = list(STAGES.values())
+    done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
+    with _working(request, team, directory, fresh=not request.resume) as reporter:
+        job = Job(case, directory, directory, team, reporter, request.threads)
+        if done:
+            _log.info("resumed after %s", stages[done - 1].name)
+        if done == 0:
+            with _together(team):
+                perform(job, stages[0])
+        if not team.first:
+            sys.exit(team.wait())
+        with _releasing(team):
+            for stage in stages[max(done, 1) :]:
+                perform(job, stage)
+            return directory.summary()
+
+
+def run_stage(request: Request, name: str) -> dict[str, Any]:
+    """Run one stage from the files of the stages before it; as `run_chain` otherwise."""
+    stage = STAGES[name]
+    team = Team.join() if name == "burst" else Team()
+    if name == "burst":
+        case, directory = _prepared(request, team)
+        source = directory
+    else:
+        case, directory, source = request.case(burst=False), request.directory, request.source
+        if request.fragments is None:
+            _check_inputs(case, source, stage)
+        if name != "report":
+            directory.enter(case, stage)
+    with _working(request, team, directory, fresh=name == "burst") as reporter:
+        job = Job(case, source, directory, team, reporter, request.threads, request.fragments)
+        if name == "burst":
+            with _together(team):
+                perform(job, stage)
+            return directory.summary() if team.first else {}
+        perform(job, stage)
+        return directory.summary()
+
+
+def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
+    if stage.needs and not source.file(stage.needs).is_file():
+        maker = next(one.name for one in STAGES.values() if one.result == stage.needs)
+        raise InputError(f"{source.file(stage.needs)}: no such file; run `fragfield {maker}` first")
+    if source.exists:
+        source.check_upstream(case, stage)
+
+
+def _prepared(request: Request, team: Team) -> tuple[Case, RunDirectory]:
+    """Read the case and claim the directory on rank 0; its error ends every rank with the same exit code."""
+    if not team.first:
+        case, code = team.tell()
+        if case is None:
+            sys.exit(code)
+        return case, request.directory
+    try:
+        case = request.case()
+        request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)
+    except BaseException as error:
+        team.tell((None, exit_code_of(error)))
+        raise
+    team.tell((case, 0))
+    return case, request.directory
+
+
+def _done(directory: RunDirectory, stages: list[Stage]) -> int:
+    """Number of stages that are complete; the report is always made anew."""
+    count = 0
+    while count < len(stages) - 1 and directory.complete(stages[count]):
+        count += 1
+    return count
+
+
+@contextmanager
+def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bool) -> Iterator[ProgressReporter]:
+    with ExitStack() as stack:
+        if team.first and directory.path.is_dir():
+            stack.enter_context(logged(directory.log_file, fresh=fresh))
+        yield stack.enter_context(ProgressReporter(enabled=team.first and not request.quiet))
+
+
+@contextmanager
+def _together(team: Team) -> Iterator[None]:
+    """Collective work: an error on one rank ends them all, told once."""
+    try:
+        yield
+    except BaseException as error:
+        if team.size == 1:
+            raise
+        team.give_others_time()
+        code = exit_code_of(error)
+        where = "" if team.first else f"rank {team.rank}: "
+        if code == EXIT_FAULT:
+            _log.exception("%sfault of the program", where)
+        sys.stderr.write(f"fragfield: {where}{str(error) or type(error).__name__}\n")
+        sys.stderr.flush()
+        team.abort(code)
+        raise
+
+
+@contextmanager
+def _releasing(team: Team) -> Iterator[None]:
+    """Work of rank 0 alone: the others wait, and leave with its exit code."""
+    try:
+        yield
+    except BaseException as error:
+        team.release(exit_code_of(error))
+        raise
+    team.release(0)

@@ -1,0 +1,260 @@
+"""The directory of a run: which files each stage reads and writes, and when they may be replaced.
+
+A directory holds one case. It is made when missing; an empty one is used as it is. One that holds a run of the same
+case is run again in place; one that holds another case's run is refused, unless `overwrite` removes that run's files
+(only those), or a stage's own inputs are unchanged. One that holds anything else is always refused.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case import differences, read_resolved, to_toml
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from fragfield.case import Case
+
+__all__ = ["STAGES", "RunDirectory", "Stage"]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of the chain.
+
+    Attributes
+    ----------
+    name : str
+        Word of the command line.
+    needs : str
+        File of the stage before, empty for the first.
+    result : str
+        File by which the stage is known to be complete: the last one it writes.
+    files : tuple of str
+        Everything it writes.
+    parts : tuple of str
+        Keys of summary.json.
+    keys : tuple of str
+        Keys of the case that its result depends on, besides those of earlier stages.
+    """
+
+    name: str
+    needs: str
+    result: str
+    files: tuple[str, ...]
+    parts: tuple[str, ...]
+    keys: tuple[str, ...]
+
+
+STAGES: dict[str, Stage] = {
+    stage.name: stage
+    for stage in (
+        Stage(
+            "burst",
+            "",
+            "burst_snapshot.h5",
+            ("burst.xdmf", "burst.h5", "burst_snapshot.h5"),
+            ("burst",),
+            ("burst", "round"),
+        ),
+        Stage(
+            "break-up",
+            "burst_snapshot.h5",
+            "fragments.h5",
+            ("fragments.h5", "fragments.csv"),
+            ("break_up",),
+            ("break_up", "seed", "flight.shape_factor"),
+        ),
+        Stage(
+            "fly",
+            "fragments.h5",
+            "landing.h5",
+            ("hits.h5", "landing.h5", "witness.csv", "landing.csv", "trajectories.xdmf", "trajectories.h5"),
+            ("flight", "witness"),
+            ("flight", "witness", "hazard"),
+        ),
+        Stage("report", "", "report.html", ("report.html",), (), ("title",)),
+    )
+}
+_OWN_FILES = ("case.toml", "summary.json", "run.log")
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """A run's directory and its files."""
+
+    path: Path
+
+    @property
+    def case_file(self) -> Path:
+        """The resolved case."""
+        return self.path / "case.toml"
+
+    @property
+    def log_file(self) -> Path:
+        """What the stages logged."""
+        return self.path / "run.log"
+
+    @property
+    def summary_file(self) -> Path:
+        """The results in numbers."""
+        return self.path / "summary.json"
+
+    def file(self, name: str) -> Path:
+        """Path of a file of the run."""
+        return self.path / name
+
+    @property
+    def exists(self) -> bool:
+        """Whether a run has been started here."""
+        return self.case_file.is_file()
+
+    def stored_case(self) -> Case:
+        """The case of the run that is here; raises InputError where there is none."""
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: no such run directory")
+        if not self.exists:
+            raise InputError(f"{self.path}: not a run directory, it holds no case.toml")
+        return read_resolved(self.case_file)
+
+    def complete(self, stage: Stage) -> bool:
+        """Whether a stage has written its result and its part of the summary."""
+        summary = self.summary()
+        return self.file(stage.result).is_file() and all(part in summary for part in stage.parts)
+
+    def claim(self, case: Case, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Make the directory ready for a run of a case from its first stage.
+
+        Parameters
+        ----------
+        case : Case
+            Resolved.
+        resume : bool
+            Keep what is there; the stored case must be the same.
+        overwrite : bool
+            Remove the files of another case's run.
+
+        Raises
+        ------
+        InputError
+            The directory cannot be written, holds something else, or another case; the message names the keys.
+        """
+        self._make()
+        if not self.exists:
+            self._refuse_foreign()
+        elif changed := differences(self.stored_case(), case):
+            if resume:
+                raise InputError(
+                    _differ(self.path, changed, "--resume continues the same case only; use another --out")
+                )
+            if not overwrite:
+                raise InputError(_differ(self.path, changed, "use another --out, or --overwrite to replace that run"))
+        if not resume:
+            self.remove(list(STAGES.values()))
+        self.write_case(case)
+
+    def enter(self, case: Case, stage: Stage) -> None:
+        """Make the directory ready for one stage whose earlier stages have run here.
+
+        Raises
+        ------
+        InputError
+            The directory cannot be written, holds something else, or the case differs in a key on which the earlier stages
+            depend.
+        """
+        self._make()
+        if not self.exists:
+            self._refuse_foreign()
+        else:
+            self.check_upstream(case, stage)
+        self.write_case(case)
+        later = list(STAGES.values())
+        self.remove(later[later.index(stage) :])
+
+    def check_upstream(self, case: Case, stage: Stage) -> None:
+        """Raise InputError where the stored case differs in a key on which stages before `stage` depend."""
+        earlier = list(STAGES.values())[: list(STAGES).index(stage.name)]
+        keys = [key for one in earlier if self.file(one.result).is_file() for key in one.keys]
+        if changed := differences(self.stored_case(), case, within=keys):
+            hint = f"its {stage.needs} does not belong to this case; run the earlier stages again, or use another --out"
+            raise InputError(_differ(self.path, changed, hint))
+
+    def _make(self) -> None:
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.path}: the output folder cannot be made ({error.strerror})") from None
+        probe = self.path / f".fragfield-{os.getpid()}"
+        try:
+            probe.touch()
+            probe.unlink()
+        except OSError as error:
+            raise InputError(f"{self.path}: the output folder cannot be written ({error.strerror})") from None
+
+    def _refuse_foreign(self) -> None:
+        names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures"}
+        other = sorted(entry.name for entry in self.path.iterdir() if entry.name not in names)
+        if other:
+            more = f" and {len(other) - 1} more" if len(other) > 1 else ""
+            raise InputError(
+                f"{self.path}: holds {other[0]}{more}, which is no run of this program; "
+                "allowed: a new or an empty folder, or a run's"
+            )
+
+    def write_case(self, case: Case) -> None:
+        """Store the resolved case."""
+        _replace(self.case_file, to_toml(case))
+
+    def summary(self) -> dict[str, Any]:
+        """summary.json, empty where there is none; raises InputError where it is damaged."""
+        if not self.summary_file.is_file():
+            return {}
+        try:
+            found = json.loads(self.summary_file.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.summary_file}: damaged ({error}); run the stages again") from None
+        if not isinstance(found, dict):
+            raise InputError(f"{self.summary_file}: damaged (not a table); run the stages again")
+        return found
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        """Store summary.json in one move."""
+        _replace(self.summary_file, json.dumps(summary, indent=1, default=_plain_number, allow_nan=False) + "\n")
+
+    def remove(self, stages: Sequence[Stage]) -> None:
+        """Remove what stages have written: results that no longer belong to the case must not stay beside new ones."""
+        for stage in stages:
+            for name in stage.files:
+                self.file(name).unlink(missing_ok=True)
+        summary = self.summary()
+        parts = [part for stage in stages for part in stage.parts if part in summary]
+        if parts:
+            self.write_summary({key: value for key, value in summary.items() if key not in parts})
+
+
+def _differ(path: Path, changed: Sequence[str], hint: str) -> str:
+    return "\n  ".join([f"{path}: holds the run of another case; {hint}. The cases differ in", *changed])
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a text so that a reader sees the old or the new one, never a part."""
+    draft = path.with_name(path.name + ".part")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _plain_number(value: object) -> object:
+    """NumPy's numbers and arrays as JSON has them."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    message = f"{type(value).__name__} has no place in a summary"
+    raise TypeError(message)

@@ -1,0 +1,169 @@
+"""The stages, each from its input files to its output files and its part of summary.json."""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import fragfield
+from fragfield.case import plain
+from fragfield.provenance import provenance_of, versions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from flight import Fragments
+    from fragfield.case import Case
+    from fragfield.parallel import Team
+    from fragfield.progress import ProgressReporter
+    from fragfield.run_directory import RunDirectory, Stage
+
+__all__ = ["Job", "break_up", "burst", "fly", "perform", "report"]
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a stage works on.
+
+    Attributes
+    ----------
+    case : Case
+        Resolved.
+    source, target : RunDirectory
+        Where the stage reads and writes; the same but for `--out`.
+    team : Team
+        The ranks of the launch.
+    reporter : ProgressReporter
+        Follows the stages on the terminal.
+    threads : int, optional
+        Threads of a rank; left out: all that the rank may use.
+    fragments : Path, optional
+        Fragments from elsewhere, to fly in place of the run's own.
+    """
+
+    case: Case
+    source: RunDirectory
+    target: RunDirectory
+    team: Team
+    reporter: ProgressReporter
+    threads: int | None = None
+    fragments: Path | None = None
+
+    def needed(self, stage: Stage) -> Path:
+        """The stage's input file."""
+        return self.source.file(stage.needs)
+
+    def note(self, parts: Mapping[str, Any]) -> None:
+        """Put parts into summary.json, beside those of earlier stages."""
+        summary = {
+            "case": plain(self.case),
+            "title": self.case.title,
+            "program_version": fragfield.__version__,
+            "versions": versions(),
+            "seed": self.case.seed,
+        }
+        earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
+        self.target.write_summary(_finite({**summary, **earlier, **parts}))
+
+
+def perform(job: Job, stage: Stage) -> None:
+    """Run one stage, with its time in the log."""
+    _log.info("%s: begins", stage.name)
+    job.reporter.stage(stage.name)
+    started = time.perf_counter()
+    _STAGE_FUNCTIONS[stage.name](job, stage)
+    _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
+
+
+def burst(job: Job, stage: Stage) -> None:
+    """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
+    from burst_fenicsx import simulate
+    from fragfield.case.convert import burst_rounds, burst_settings
+
+    result = simulate(
+        burst_rounds(job.case),
+        burst_settings(job.case),
+        job.target.path,
+        comm=job.team.comm,
+        provenance=provenance_of(job.case),
+        on_progress=job.reporter.burst,
+    )
+    if job.team.first:
+        job.note({stage.parts[0]: result.summary})
+
+
+def break_up(job: Job, stage: Stage) -> None:
+    """Casings become fragments: fragments.h5 and its CSV copy."""
+    import transition
+    from fragfield.case.convert import break_up_settings
+
+    result = transition.break_up(job.needed(stage), break_up_settings(job.case), job.case.seed)
+    provenance = provenance_of(job.case)
+    for name in stage.files:
+        result.fragments.write(job.target.file(name), provenance)
+    job.note({stage.parts[0]: result.summary})
+
+
+def fly(job: Job, stage: Stage) -> None:
+    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5 and their CSV copies."""
+    import flight
+    from fragfield.case.convert import flight_arguments
+
+    fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+    if job.fragments is not None or job.source.path != job.target.path:
+        for name in ("fragments.h5", "fragments.csv"):
+            fragments.write(job.target.file(name), provenance_of(job.case))
+    fragments = _above(fragments, job.case.flight.ground.height)
+    result = flight.fly(fragments, **flight_arguments(job.case), threads=job.threads, on_progress=job.reporter.flight)
+    result.write(job.target.path, provenance_of(job.case))
+    job.note(result.summary)
+
+
+def _above(fragments: Fragments, ground: float) -> Fragments:
+    """Fragments on or above the ground: the burst knows no ground, and may have driven a casing into it."""
+    import numpy as np
+
+    below = fragments.position[:, 2] < ground
+    if not below.any():
+        return fragments
+    _log.warning(
+        "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
+        int(below.sum()), float(fragments.mass[below].sum()), float(ground - fragments.position[:, 2].min()),
+    )  # fmt: skip
+    position = fragments.position.copy()
+    position[:, 2] = np.maximum(position[:, 2], ground)
+    return replace(fragments, position=position)
+
+
+def report(job: Job, stage: Stage) -> None:
+    """The report of whatever the run directory holds: report.html."""
+    from fragfield.report import write_report
+
+    write_report(job.source.path, job.target.file(stage.result))
+
+
+_STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
+    "burst": burst,
+    "break-up": break_up,
+    "fly": fly,
+    "report": report,
+}
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no NaN and no infinity: what was never reached is null."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {str(key): _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
