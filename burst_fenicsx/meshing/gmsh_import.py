@@ -187,7 +187,7 @@ def _check_cells(mesh: HexahedralMesh, path: Path) -> None:
         first = int(bad[0])
         raise InputError(
             f"{path}: {len(bad)} inverted or flat hexahedra; the first is hexahedron {first + 1} in file order, "
-            f"in group '{_group(int(mesh.part[first]))}', with scaled Jacobian {scaled[first]:.3g}; all must be positive"
+            f"in group '{_group(int(mesh.part[first]))}', scaled Jacobian {scaled[first]:.3g}; it must be positive"
         )
 
 

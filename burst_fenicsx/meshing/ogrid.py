@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["LEAST_SCALED_JACOBIAN", "mesh_profile", "mesh_round"]
 
 LEAST_SCALED_JACOBIAN = 0.2
+LARGEST_MASS_ERROR = 0.02
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
 
@@ -97,7 +98,7 @@ def mesh_profile(
     ------
     InputError
         The cell size is not allowed, an end of the round is a tip, or the shape makes cells below a scaled
-        Jacobian of 0.2; the message says where.
+        Jacobian of 0.2 (the message says where) or is too fine for the cells (a mass off by more than 2 %).
     """
     _check_ends(profile)
     counts = grid_counts(profile, cell_size)
@@ -197,7 +198,7 @@ def _used(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[NDArray
 
 
 def _check_shape(mesh: HexahedralMesh, profile: Profile, cell_size: float) -> None:
-    found = quality(mesh)
+    found = quality(mesh, profile)
     if found.min_scaled_jacobian < LEAST_SCALED_JACOBIAN:
         worst = mesh.station[found.worst_cell]
         raise InputError(
@@ -205,3 +206,9 @@ def _check_shape(mesh: HexahedralMesh, profile: Profile, cell_size: float) -> No
             f"at station {worst * 1e3:.4g} mm; at least {LEAST_SCALED_JACOBIAN:g} is needed: make the contours there "
             "less steep, or the cells smaller"
         )
+    for part, error in found.mass_errors.items():
+        if abs(error) > LARGEST_MASS_ERROR:
+            raise InputError(
+                f"{profile.name} meshed with {cell_size * 1e3:g} mm: the mass of the {part.name.lower()} is off by "
+                f"{error:+.1%}; at most {LARGEST_MASS_ERROR:.0%} is allowed: the contours need smaller cells"
+            )

@@ -31,11 +31,14 @@ def frame(axis: Sequence[float]) -> NDArray[np.float64]:
     if direction.shape != (3,) or not np.all(np.isfinite(direction)) or np.linalg.norm(direction) == 0.0:
         raise InputError(f"axis = {axis!r}; three finite numbers, not all zero, are expected")
     unit = direction / np.linalg.norm(direction)
-    if unit[2] < -1.0 + 1e-14:
-        return np.diag([1.0, -1.0, -1.0])
+    across = unit[0] ** 2 + unit[1] ** 2
+    if across == 0.0:
+        return np.diag([1.0, np.sign(unit[2]), np.sign(unit[2])])
+    # 1 + cos, without cancellation where the axis points nearly down
+    one_plus_cosine = 1.0 + unit[2] if unit[2] > 0.0 else across / (1.0 - unit[2])
     cross = np.array([-unit[1], unit[0], 0.0])  # z x unit
     spin = np.array([[0.0, -cross[2], cross[1]], [cross[2], 0.0, -cross[0]], [-cross[1], cross[0], 0.0]])
-    rotation = np.eye(3) + spin + spin @ spin / (1.0 + unit[2])
+    rotation = np.eye(3) + spin + spin @ spin / one_plus_cosine
     transposed: NDArray[np.float64] = rotation.T.copy()
     return transposed
 

@@ -14,7 +14,7 @@ from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from burst_fenicsx.geometry import Profile
+    from burst_fenicsx.geometry import Contour, Profile
 
 __all__ = ["FEWEST_WALL_CELLS", "GridCounts", "grid_counts", "layer_stations"]
 
@@ -40,15 +40,27 @@ def layer_stations(profile: Profile, spacing: float) -> NDArray[np.float64]:
     The ends of the round and of the cavity and the charge's front are always boundaries, so that the parts are exact.
     Corners of the contours and ends of segments are boundaries unless they lie within 0.4 spacings of another.
     """
-    fixed = {0.0, profile.length, profile.cavity.start, profile.cavity.end, profile.charge_front}
-    cuts = sorted(fixed)
-    wanted = [segment.start for segment in profile.segments]
-    wanted += [*profile.outer.stations, *profile.cavity.stations]
-    for station in wanted:
-        if min(abs(station - cut) for cut in cuts) >= CLOSEST * spacing:
-            cuts = sorted([*cuts, station])
+    cuts = sorted({0.0, profile.length, profile.cavity.start, profile.cavity.end, profile.charge_front})
+    for contour in (profile.outer, profile.cavity):
+        for station in contour.stations[1:-1]:
+            if _distance(station, cuts) >= CLOSEST * spacing or _is_sharp(contour, station, spacing):
+                cuts = sorted({*cuts, station})
+    for segment in profile.segments[1:]:
+        if _distance(segment.start, cuts) >= CLOSEST * spacing:
+            cuts = sorted([*cuts, segment.start])
     pieces = [np.linspace(low, high, max(1, round((high - low) / spacing)) + 1)[1:] for low, high in pairwise(cuts)]
     return np.concatenate([[0.0], *pieces])
+
+
+def _distance(station: float, cuts: list[float]) -> float:
+    return min(abs(station - cut) for cut in cuts)
+
+
+def _is_sharp(contour: Contour, station: float, spacing: float) -> bool:
+    """Whether a chord over a corner, one spacing long, would miss its radius by a tenth of the spacing."""
+    ends = np.clip([station - 0.5 * spacing, station + 0.5 * spacing], contour.start, contour.end)
+    chord = np.interp(station, ends, contour.radius(ends))
+    return bool(abs(contour.radius(station) - chord) > 0.1 * spacing)
 
 
 def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
@@ -67,10 +79,10 @@ def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
     meshed = volumes.casing + volumes.charge + volumes.fuze
     if not cell_size > 0.0 or not np.isfinite(cell_size):
         raise InputError(f"cell_size = {cell_size!r} m; a positive length is expected")
-    if cell_size > 0.5 * profile.max_radius:
+    if cell_size > profile.max_radius:
         raise InputError(
-            f"cell_size = {cell_size * 1e3:g} mm; at most a quarter of the round's diameter is allowed "
-            f"({profile.name}: {profile.max_radius * 500:g} mm)"
+            f"cell_size = {cell_size * 1e3:g} mm; at most the round's radius is allowed "
+            f"({profile.name}: {profile.max_radius * 1e3:g} mm)"
         )
     target = meshed / cell_size**3
     if target > LARGEST_ROUND:

@@ -1,0 +1,200 @@
+"""The only module that knows dolfinx's versions (0.5.2 of Debian 12, 0.9 of Debian 13, up to 0.11)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem, la, mesh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mpi4py import MPI
+
+__all__ = [
+    "add_to_owners",
+    "cell_space",
+    "cells_dofmap",
+    "create_hexahedral_mesh",
+    "geometry_dofmap",
+    "index_map",
+    "meshtags",
+    "quadrature_space",
+    "send_to_ghosts",
+    "vector_space",
+]
+
+_VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
+_MODERN = _VERSION >= (0, 7)
+
+if not (0, 5) <= _VERSION:
+    raise ImportError(f"dolfinx {dolfinx.__version__} is too old; 0.5.2, 0.9, 0.10 and 0.11 are supported")
+
+
+def _domain() -> Any:
+    if _MODERN:
+        import basix.ufl
+
+        return ufl.Mesh(basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,)))
+    cell = ufl.Cell("hexahedron", geometric_dimension=3)
+    return ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1))
+
+
+def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray) -> Any:
+    """Distribute a mesh of trilinear hexahedra.
+
+    Parameters
+    ----------
+    comm : communicator.
+    cells : (m, 8) int64, nodes in tensor-product order (x fastest), all on rank 0, none elsewhere.
+    nodes : (n, 3) float64 places (m), all on rank 0, none elsewhere.
+    destination : (m,) int32, rank of every cell, on rank 0.
+
+    Returns
+    -------
+    The dolfinx mesh; its number of nodes is the number given (checked).
+
+    Raises
+    ------
+    RuntimeError
+        If dolfinx tore the mesh between ranks.
+    """
+    cells = np.ascontiguousarray(cells.reshape(-1, 8), dtype=np.int64)
+    nodes = np.ascontiguousarray(nodes.reshape(-1, 3), dtype=np.float64)
+    partitioner = _partitioner(cells, np.asarray(destination, dtype=np.int32))
+    if _MODERN:
+        created = mesh.create_mesh(comm, cells=cells, x=nodes, e=_domain(), partitioner=partitioner)
+    else:
+        from dolfinx.cpp.graph import AdjacencyList_int64
+
+        offsets = np.arange(0, 8 * len(cells) + 1, 8, dtype=np.int32)
+        adjacency = AdjacencyList_int64(cells.reshape(-1), offsets)
+        created = mesh.create_mesh(comm, adjacency, nodes, _domain(), mesh.GhostMode.none, partitioner)
+    expected = comm.bcast(len(np.unique(cells)) if comm.rank == 0 else None, root=0)
+    found = created.geometry.index_map().size_global
+    if found != expected:
+        raise RuntimeError(f"dolfinx tore the mesh between ranks: {found} nodes from {expected}")
+    return created
+
+
+def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:
+    """Partitioner that sends every cell to its rank and, as a ghost, to every other rank that shares a node with it.
+
+    The ghosts let dolfinx 0.5 find the nodes that ranks share; without them it tears the mesh apart silently.
+    """
+    from dolfinx import cpp
+
+    def partition(*_: Any) -> Any:
+        data, offsets = _destinations(cells, destination)
+        return cpp.graph.AdjacencyList_int32(data, offsets)
+
+    return partition
+
+
+def _destinations(cells: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Owner first, then the other ranks that share a node, for every cell: data and offsets."""
+    if len(owner) == 0 or owner.min() == owner.max():
+        return owner.astype(np.int32), np.arange(len(owner) + 1, dtype=np.int32)
+    ranks = int(owner.max()) + 1
+    touched = np.zeros((int(cells.max()) + 1, ranks), dtype=bool)
+    for corner in range(8):
+        touched[cells[:, corner], owner] = True
+    reaches = np.zeros((len(cells), ranks), dtype=bool)
+    for corner in range(8):
+        reaches |= touched[cells[:, corner]]
+    rows = np.arange(len(cells))
+    reaches[rows, owner] = False
+    counts = 1 + reaches.sum(axis=1)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    data = np.empty(offsets[-1], dtype=np.int32)
+    data[offsets[:-1]] = owner
+    ghost_cell, ghost_rank = np.nonzero(reaches)
+    first = np.concatenate([[0], np.cumsum(counts - 1)])[:-1]
+    place = offsets[ghost_cell] + 1 + np.arange(len(ghost_cell)) - first[ghost_cell]
+    data[place] = ghost_rank
+    return data, offsets
+
+
+def vector_space(domain: Any) -> Any:
+    """Vector-valued continuous trilinear functions."""
+    if _MODERN:
+        return fem.functionspace(domain, ("Lagrange", 1, (3,)))
+    return fem.VectorFunctionSpace(domain, ("Lagrange", 1))
+
+
+def cell_space(domain: Any, size: int = 1) -> Any:
+    """Functions constant in each cell, with `size` components."""
+    if _MODERN:
+        return fem.functionspace(domain, ("DG", 0) if size == 1 else ("DG", 0, (size,)))
+    return (
+        fem.FunctionSpace(domain, ("DG", 0)) if size == 1 else fem.VectorFunctionSpace(domain, ("DG", 0), dim=size)
+    )
+
+
+def quadrature_space(domain: Any, size: int = 1) -> Any:
+    """Functions known at the 2x2x2 Gauss points, with `size` components."""
+    if _MODERN:
+        import basix.ufl
+
+        shape = () if size == 1 else (size,)
+        return fem.functionspace(domain, basix.ufl.quadrature_element("hexahedron", value_shape=shape, degree=2))
+    cell = domain.ufl_cell()
+    if size == 1:
+        element = ufl.FiniteElement("Quadrature", cell, degree=2, quad_scheme="default")
+    else:
+        element = ufl.VectorElement("Quadrature", cell, degree=2, dim=size, quad_scheme="default")
+    return fem.FunctionSpace(domain, element)
+
+
+def _two_dimensional(dofmap: Any, cells: int) -> np.ndarray:
+    array = dofmap.array if hasattr(dofmap, "array") else dofmap
+    return np.ascontiguousarray(np.asarray(array).reshape(cells, -1)[:, :], dtype=np.int32)
+
+
+def _local_cells(domain: Any) -> int:
+    cell_map = domain.topology.index_map(domain.topology.dim)
+    return int(cell_map.size_local + cell_map.num_ghosts)
+
+
+def cells_dofmap(space: Any) -> np.ndarray:
+    """Block indices of the degrees of freedom, (cells with ghosts, per cell) int32."""
+    return _two_dimensional(space.dofmap.list, _local_cells(space.mesh))
+
+
+def geometry_dofmap(domain: Any) -> np.ndarray:
+    """Nodes of the geometry, (cells with ghosts, 8) int32, in tensor-product order."""
+    geometry = domain.geometry
+    dofmap = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+    if callable(dofmap):
+        dofmap = dofmap()
+    return _two_dimensional(dofmap, _local_cells(domain))
+
+
+def index_map(function: Any) -> Any:
+    """Index map of a function's vector (blocks)."""
+    vector = function.x
+    return vector.index_map if hasattr(vector, "index_map") else vector.map
+
+
+def add_to_owners(function: Any) -> None:
+    """Add what ghosts hold to their owners (reverse scatter)."""
+    if _MODERN:
+        function.x.scatter_reverse(la.InsertMode.add)
+    else:
+        function.x.scatter_reverse(la.ScatterMode.add)
+
+
+def send_to_ghosts(function: Any) -> None:
+    """Copy the owners' values to the ghosts (forward scatter)."""
+    function.x.scatter_forward()
+
+
+def meshtags(domain: Any, cells: np.ndarray, values: np.ndarray) -> Any:
+    """Tags of cells; `cells` need not be sorted."""
+    order = np.argsort(cells, kind="stable")
+    return mesh.meshtags(
+        domain, domain.topology.dim, cells[order].astype(np.int32), np.ascontiguousarray(values[order], dtype=np.int32)
+    )

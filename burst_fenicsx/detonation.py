@@ -1,0 +1,153 @@
+"""Ignition (Eqs. 4-5) and leakage of the products through the opened casing (Eqs. 6-7)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.meshing.placement import frame
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from burst_fenicsx.problem import Leakage, Round
+
+__all__ = ["LeakageParts", "burn_rates", "ignition_times", "largest_faces", "place_ignition"]
+
+_FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
+
+
+def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places (points, 3) in m and delays (points,) in s of a round's ignition points; `length` is the round's (m)."""
+    axes = frame(item.axis)
+    base = np.asarray(item.position, dtype=float)
+    places = [
+        base + (length - point.station) * axes[2] + point.offset[0] * axes[0] + point.offset[1] * axes[1]
+        for point in item.ignition
+    ]
+    return np.array(places).reshape(-1, 3), np.array([point.delay for point in item.ignition])
+
+
+def ignition_times(centres: np.ndarray, places: np.ndarray, delays: np.ndarray, velocity: float) -> np.ndarray:
+    """Time at which each cell lights, min over the points of t0 + d/D (s).
+
+    `centres` (cells, 3) and `places` (points, 3) in m, `delays` (points,) in s, `velocity` D in m/s.
+    """
+    times = np.full(len(centres), np.inf)
+    for place, delay in zip(places, delays, strict=True):
+        times = np.minimum(times, delay + np.linalg.norm(centres - place, axis=1) / velocity)
+    return times
+
+
+def largest_faces(corners: np.ndarray) -> np.ndarray:
+    """Area of each cell's largest face (m2); `corners` (cells, 8, 3) in tensor order (m)."""
+    areas = []
+    for a, b, c, d in _FACES:
+        normal = 0.5 * np.cross(corners[:, c] - corners[:, a], corners[:, d] - corners[:, b])
+        areas.append(np.linalg.norm(normal, axis=1))
+    return np.max(areas, axis=0)
+
+
+def burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.ndarray:
+    """Rate of the burn fraction 2 D A_max / (3 V_e) (1/s), Eq. 5; `volumes` (cells,) m3."""
+    return 2.0 * velocity * largest_faces(corners) / (3.0 * volumes)
+
+
+@dataclass
+class LeakageParts:
+    """Axial parts of all charges with the nodes on their outer surface.
+
+    Attributes
+    ----------
+    settings : coefficients of Eq. 7 and the critical ratio r_cr/r0.
+    part : (nodes,) int32, part of each outermost node of this rank's own nodes.
+    node : (nodes,) int32, local node.
+    outward : (nodes, 3), initial radial direction.
+    start : (nodes, 3), the node's initial place (m).
+    initial_radius : (parts,) mean initial radius r0 (m).
+    count : (parts,) outermost nodes of the part over all ranks.
+    factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
+    rupture_time : (parts,) time at which r_i first exceeded r_cr (s), infinite before.
+    """
+
+    settings: Leakage
+    comm: MPI.Comm
+    part: np.ndarray
+    node: np.ndarray
+    outward: np.ndarray
+    start: np.ndarray
+    initial_radius: np.ndarray
+    count: np.ndarray
+    factor: np.ndarray
+    rupture_time: np.ndarray
+
+    @classmethod
+    def of_charges(
+        cls,
+        settings: Leakage,
+        comm: MPI.Comm,
+        node_part: np.ndarray,
+        start: np.ndarray,
+        radius: np.ndarray,
+        outward: np.ndarray,
+        parts: int,
+    ) -> LeakageParts:
+        """Build from the parts of this rank's own nodes.
+
+        `node_part` (own nodes,) is -1 off the charge's outer surface; `start` their places (m), `radius` their distances
+        from the round's axis (m), `outward` the unit vectors away from it.
+        """
+        node = np.flatnonzero(node_part >= 0).astype(np.int32)
+        part = node_part[node].astype(np.int32)
+        count = comm.allreduce(np.bincount(part, minlength=parts).astype(float))
+        total = comm.allreduce(np.bincount(part, weights=radius[node], minlength=parts))
+        return cls(
+            settings=settings,
+            comm=comm,
+            part=part,
+            node=node,
+            outward=np.ascontiguousarray(outward[node]),
+            start=np.ascontiguousarray(start[node]),
+            initial_radius=total / np.maximum(count, 1.0),
+            count=count,
+            factor=np.ones(parts + 1),
+            rupture_time=np.full(parts, np.inf),
+        )
+
+    def radii(self, position: np.ndarray) -> np.ndarray:
+        """Current mean radius of every part, r0 + mean radial displacement (m), Eq. 6."""
+        moved = np.zeros(len(self.initial_radius))
+        _sum_displacements(position, self.node, self.part, self.start, self.outward, moved)
+        if self.comm.size > 1:
+            moved = self.comm.allreduce(moved)
+        return self.initial_radius + moved / np.maximum(self.count, 1.0)
+
+    def update(self, position: np.ndarray, time: float) -> None:
+        """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before."""
+        if not self.settings.enabled or not len(self.initial_radius):
+            return
+        radii = self.radii(position)
+        critical = self.settings.radius_ratio * self.initial_radius
+        open_now = (radii > critical) & (self.count > 0)
+        self.rupture_time[open_now] = np.minimum(self.rupture_time[open_now], time)
+        vented = self.settings.alpha * (critical / np.maximum(radii, 1e-300)) ** self.settings.beta
+        self.factor[:-1] = np.where(open_now, vented, 1.0)
+
+
+@kernel
+def _sum_displacements(
+    position: np.ndarray,
+    node: np.ndarray,
+    part: np.ndarray,
+    start: np.ndarray,
+    outward: np.ndarray,
+    moved: np.ndarray,
+) -> None:
+    """Add each outermost node's radial displacement (m) to its part's sum."""
+    for k in range(node.size):
+        n = node[k]
+        for i in range(3):
+            moved[part[k]] += (position[n, i] - start[k, i]) * outward[k, i]

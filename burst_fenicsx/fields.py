@@ -1,0 +1,259 @@
+"""The state of the burst as dolfinx functions, and the kernels' view of the same memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from dolfinx import fem
+
+from burst_fenicsx import compat
+from burst_fenicsx.detonation import burn_rates, ignition_times, place_ignition
+from burst_fenicsx.kernels import charge as charge_kernel
+from burst_fenicsx.kernels import solid as solid_kernel
+from burst_fenicsx.kernels.assembly import cell_volumes
+from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
+from burst_fenicsx.materials.products import JwlProducts, make_products
+from burst_fenicsx.problem import CasingMaterial, Part
+from burst_fenicsx.schedule import Blocks, arrange
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from burst_fenicsx.materials.products import Products
+    from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.problem import BurstSettings, Round
+
+__all__ = ["FUZE", "BurstFields", "make_fields"]
+
+FUZE = CasingMaterial(
+    name="fuze",
+    density=3000.0,
+    elastic_modulus=70e9,
+    poisson_ratio=0.33,
+    shear_strength=150e6,
+    tensile_strength=300e6,
+    source="a light alloy standing in for the fuze; its density is set from the fuze's mass",
+)
+"""What fills the cavity in front of the charge: inert, weaker than the casing."""
+
+
+@dataclass
+class BurstFields:
+    """State of the burst on one rank.
+
+    Attributes
+    ----------
+    mesh : the distributed mesh; its geometry holds the current places.
+    velocity, force : vector Lagrange-1 functions (m/s, N); the velocity is half a step behind the places.
+    functions : the cell or point functions by name: stress, plastic_shear_strain, plastic_volumetric_strain,
+        pressure, burn_fraction, products_energy.
+    start : (local nodes, 3) initial places (m).
+    mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
+    cell_mass : (owned cells,) kg.
+    products : products of each round's charge.
+    nodes, grid, solid, charge : the kernels' view of the same arrays.
+    blocks : cells in blocks, chunks and colours.
+    """
+
+    mesh: DistributedMesh
+    velocity: Any
+    force: Any
+    functions: dict[str, Any]
+    start: np.ndarray
+    mass: np.ndarray
+    inverse_mass: np.ndarray
+    cell_mass: np.ndarray
+    products: list[Products]
+    nodes: Nodes
+    grid: Grid
+    solid: SolidState
+    charge: ChargeState
+    blocks: Blocks
+
+
+def make_fields(
+    mesh: DistributedMesh,
+    rounds: Sequence[Round],
+    settings: BurstSettings,
+    *,
+    fuze_density: Sequence[float],
+    axial_part: np.ndarray,
+    leakage: np.ndarray,
+    lengths: Sequence[float],
+) -> BurstFields:
+    """Allocate the functions on a mesh at rest and unlit.
+
+    Parameters
+    ----------
+    mesh, rounds, settings : the problem.
+    fuze_density : of each round's fuze (kg/m3).
+    axial_part : (owned cells,) int32, row of `leakage`.
+    leakage : (parts + 1,) factors on the products' pressure, shared with `LeakageParts`.
+    lengths : of each round (m).
+    """
+    domain = mesh.domain
+    vectors = compat.vector_space(domain)
+    if not np.array_equal(compat.cells_dofmap(vectors)[: mesh.cells], mesh.dofmap):
+        raise RuntimeError("dolfinx numbers the nodes of the geometry and of the velocity differently")
+    points = 8 if settings.quadrature == "full" else 1
+    at_points = compat.quadrature_space if points == 8 else compat.cell_space
+    scalar, tensor = at_points(domain), at_points(domain, 6)
+    flat = compat.cell_space(domain) if points == 8 else scalar
+    functions = {
+        "stress": fem.Function(tensor),
+        "plastic_shear_strain": fem.Function(scalar),
+        "plastic_volumetric_strain": fem.Function(scalar),
+        "pressure": fem.Function(flat),
+        "burn_fraction": fem.Function(flat),
+        "products_energy": fem.Function(flat),
+    }
+    velocity, force = fem.Function(vectors), fem.Function(vectors)
+    for name, function in (*functions.items(), ("velocity", velocity), ("force", force)):
+        function.name = name
+
+    material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
+    is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
+    blocks = arrange(np.argsort(mesh.cell, kind="stable"), mesh.dofmap, material, is_charge)
+    position = domain.geometry.x
+    volume = cell_volumes(position, mesh.dofmap)
+    products = [make_products(item.explosive, settings.products) for item in rounds]
+    solid_table, charge_table, density = _material_tables(rounds, settings, products, fuze_density)
+    cell_mass = density[material] * volume
+    mass_function = fem.Function(vectors)
+    mass = mass_function.x.array.reshape(-1, 3)
+    for corner in range(8):
+        np.add.at(mass[:, 0], mesh.dofmap[:, corner], cell_mass / 8.0)
+    compat.add_to_owners(mass_function)
+    compat.send_to_ghosts(mass_function)
+    nodal_mass = mass[:, 0].copy()
+
+    slots, held = blocks.slots
+    slot_mass, slot_volume, scale = np.ones(blocks.cells.size), np.ones(blocks.cells.size), np.ones(blocks.cells.size)
+    slot_mass[slots], slot_volume[slots] = cell_mass[held], volume[held]
+    reference = np.array([item.casing.softening_length or 0.0 for item in rounds])[mesh.round]
+    inverse_scale = np.where(reference > 0.0, np.cbrt(volume) / np.where(reference > 0.0, reference, 1.0), 1.0)
+    scale[slots] = inverse_scale[held]
+    _pad(slot_mass, blocks), _pad(slot_volume, blocks)
+
+    light, burn = _ignition(mesh, rounds, lengths, position, volume)
+    energy = functions["products_energy"].x.array
+    for index, model in enumerate(products):
+        if isinstance(model, JwlProducts):
+            energy[: mesh.cells][(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
+    stress = functions["stress"].x.array.reshape(-1, points, 6)
+    return BurstFields(
+        mesh=mesh,
+        velocity=velocity,
+        force=force,
+        functions=functions,
+        start=position.copy(),
+        mass=nodal_mass,
+        inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
+        cell_mass=cell_mass,
+        products=products,
+        nodes=Nodes(position, velocity.x.array.reshape(-1, 3), force.x.array.reshape(-1, 3)),
+        grid=Grid(mesh.dofmap, blocks.cells, blocks.count, blocks.material, slot_mass, slot_volume),
+        solid=SolidState(
+            parameters=solid_table,
+            stress=stress,
+            shear_strain=functions["plastic_shear_strain"].x.array.reshape(-1, points),
+            volume_strain=functions["plastic_volumetric_strain"].x.array.reshape(-1, points),
+            hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
+            softening_scale=scale,
+        ),
+        charge=ChargeState(
+            parameters=charge_table,
+            stress=stress,
+            pressure=functions["pressure"].x.array,
+            burn_fraction=functions["burn_fraction"].x.array,
+            energy=energy,
+            ignition_time=light,
+            burn_rate=burn,
+            axial_part=axial_part.astype(np.int32),
+            leakage=leakage,
+        ),
+        blocks=blocks,
+    )
+
+
+def _pad(values: np.ndarray, blocks: Blocks) -> None:
+    """Give the lanes that pad a block the value of its last cell."""
+    rows = values.reshape(-1, LANES)
+    for block in np.flatnonzero(blocks.count < LANES):
+        rows[block, blocks.count[block] :] = rows[block, blocks.count[block] - 1]
+
+
+def _ignition(
+    mesh: DistributedMesh, rounds: Sequence[Round], lengths: Sequence[float], position: np.ndarray, volume: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    light = np.full(mesh.cells, np.inf)
+    burn = np.zeros(mesh.cells)
+    for index, item in enumerate(rounds):
+        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
+        corners = position[mesh.dofmap[own]]
+        places, delays = place_ignition(item, lengths[index])
+        light[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
+        burn[own] = burn_rates(corners, volume[own], item.explosive.detonation_velocity)
+    return light, burn
+
+
+def _material_tables(
+    rounds: Sequence[Round], settings: BurstSettings, products: Sequence[Products], fuze_density: Sequence[float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parameters of the solid and the charge kernel and the densities, one row for each part of each round."""
+    rows = len(Part) * len(rounds)
+    solid = np.zeros((rows, len(solid_kernel.PARAMETERS)))
+    charge = np.zeros((rows, len(charge_kernel.PARAMETERS)))
+    density = np.zeros(rows)
+    viscosity, hourglass = settings.viscosity, settings.hourglass
+    for index, item in enumerate(rounds):
+        row = len(Part) * index
+        for part, material, rho in (
+            (Part.CASING, item.casing, item.casing.density),
+            (Part.FUZE, FUZE, fuze_density[index]),
+        ):
+            density[row + part] = rho
+            solid[row + part] = (
+                material.elastic_modulus,
+                material.poisson_ratio,
+                material.shear_strength,
+                material.tensile_strength,
+                _inverse(material.shear_softening_strain),
+                _inverse(material.tensile_softening_strain),
+                viscosity.linear,
+                viscosity.quadratic,
+                hourglass.casing_viscous,
+                hourglass.casing_stiffness,
+                rho,
+            )
+        charge[row + Part.CHARGE] = _charge_row(item, settings, products[index])
+        density[row + Part.CHARGE] = item.explosive.density
+    return solid, charge, density
+
+
+def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:
+    explosive = item.explosive
+    by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
+    unlit = explosive.density * explosive.sound_speed**2
+    shared = (
+        explosive.density,
+        unlit,
+        explosive.shear_modulus,
+        explosive.shear_strength,
+        settings.viscosity.linear,
+        settings.viscosity.quadratic,
+        settings.hourglass.charge_viscous,
+        explosive.detonation_velocity,
+        by_compression,
+    )
+    if isinstance(model, JwlProducts):
+        c = model.constants
+        return (*shared, 1.0, 0.0, 0.0, 1.0, c.A, c.B, c.R1, c.R2, c.omega)
+    return (*shared, 0.0, model.initial_pressure, model.knee_pressure, model.knee_volume, 0.0, 0.0, 1.0, 1.0, 0.0)
+
+
+def _inverse(limit: float | None) -> float:
+    return 0.0 if limit is None else 1.0 / limit

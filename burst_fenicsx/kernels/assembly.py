@@ -1,0 +1,214 @@
+"""The loops over all cells and nodes: element forces by coloured chunks, the step of the nodes.
+
+Chunks of one colour share no node, so their forces may be added side by side; each chunk adds in its own fixed
+order. The sums are therefore bitwise the same for any number of threads.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from burst_fenicsx.kernels.charge import charge_block
+from burst_fenicsx.kernels.full_quadrature import solid_block_full
+from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
+from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
+from burst_fenicsx.kernels.solid import SCRATCH_ROWS, solid_block
+from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, Schedule, SolidState, Totals
+
+__all__ = [
+    "add_element_forces",
+    "cell_volumes",
+    "kinetic_energy",
+    "make_scratch",
+    "mean_velocities",
+    "move_nodes",
+    "strain_energies",
+]
+
+
+def make_scratch(threads: int) -> np.ndarray:
+    """Scratch of `threads` threads, (threads, rows), each thread's on cache lines of its own."""
+    return np.zeros((threads, (SCRATCH_ROWS + 4) * LANES))
+
+
+@kernel
+def add_element_forces(
+    step: float,
+    time: float,
+    full_quadrature: bool,
+    nodes: Nodes,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    totals: Totals,
+    scratch: np.ndarray,
+) -> None:
+    """Advance all cells by `step` (s) to `time` (s); `nodes.force` is set to the element forces (N).
+
+    The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
+    sums and limits of every chunk.
+    """
+    _clear(nodes.force)
+    for colour in range(schedule.colour_offset.size - 1):
+        chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
+        _run_chunks(chunks, step, time, full_quadrature, nodes, grid, schedule, solid, charge, totals, scratch)
+
+
+@parallel_kernel
+def _clear(values: np.ndarray) -> None:
+    for row in numba.prange(values.shape[0]):
+        for i in range(3):
+            values[row, i] = 0.0
+
+
+@parallel_kernel
+def _run_chunks(
+    chunks: np.ndarray,
+    step: float,
+    time: float,
+    full_quadrature: bool,
+    nodes: Nodes,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    totals: Totals,
+    scratch: np.ndarray,
+) -> None:
+    """Run chunks that share no node, side by side.
+
+    The body is a kernel of its own because numba loses what a parallel loop writes through a named tuple directly.
+    """
+    for k in numba.prange(chunks.size):
+        work = scratch[numba.get_thread_id()]
+        _run_chunk(chunks[k], step, time, full_quadrature, nodes, grid, schedule, solid, charge, totals, work)
+
+
+@kernel
+def _run_chunk(
+    chunk: int,
+    step: float,
+    time: float,
+    full_quadrature: bool,
+    nodes: Nodes,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    totals: Totals,
+    work: np.ndarray,
+) -> None:
+    """Run the blocks of one chunk, solid ones first."""
+    energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 4]
+    limits = work[SCRATCH_ROWS * LANES + 4 : SCRATCH_ROWS * LANES + 8]
+    energy[:] = 0.0
+    limits[0] = np.inf
+    limits[1] = -1.0
+    limits[2] = np.inf
+    limits[3] = -1.0
+    first = schedule.first_block[chunk]
+    last = schedule.first_block[chunk + 1]
+    middle = schedule.first_charge[chunk]
+    for block in range(first, middle):
+        if full_quadrature:
+            solid_block_full(block, step, nodes, grid, solid, work, energy, limits)
+        else:
+            solid_block(block, step, nodes, grid, solid, work, energy, limits)
+    for block in range(middle, last):
+        charge_block(block, step, time, nodes, grid, charge, work, energy, limits)
+    for i in range(4):
+        totals.energy[chunk, i] = energy[i]
+    totals.stable_step[chunk] = limits[0]
+    totals.slowest[chunk] = int(limits[1])
+    totals.smallest_volume[chunk] = limits[2]
+    totals.smallest[chunk] = int(limits[3])
+
+
+@parallel_kernel
+def move_nodes(
+    step: float, inverse_mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, position: np.ndarray
+) -> None:
+    """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
+
+    `inverse_mass` (nodes,) 1/kg; `force` (nodes, 3) N, the resultant of Eq. 2; `velocity` (m/s) and `position` (m)
+    (nodes, 3) are advanced in place.
+    """
+    for node in numba.prange(force.shape[0]):
+        for i in range(3):
+            velocity[node, i] += step * inverse_mass[node] * force[node, i]
+            position[node, i] += step * velocity[node, i]
+
+
+@parallel_kernel
+def kinetic_energy(
+    half_step: float, mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, partial: np.ndarray
+) -> None:
+    """Kinetic energy at the time of the positions, half a step after that of the velocities.
+
+    `mass` (nodes,) kg, `partial` (parts,) J: sums over equal runs of nodes, to be added in order.
+    """
+    parts = partial.size
+    count = mass.size
+    for part in numba.prange(parts):
+        total = 0.0
+        for node in range(part * count // parts, (part + 1) * count // parts):
+            if mass[node] > 0.0:
+                for i in range(3):
+                    centred = velocity[node, i] + half_step * force[node, i] / mass[node]
+                    total += 0.5 * mass[node] * centred * centred
+        partial[part] = total
+
+
+@parallel_kernel
+def cell_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
+    """Volumes of the cells (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) in tensor-product order."""
+    count = dofmap.shape[0]
+    result = np.empty(count)
+    for block in numba.prange((count + LANES - 1) // LANES):
+        cells = np.empty(LANES, dtype=np.int32)
+        for lane in range(LANES):
+            cells[lane] = min(block * LANES + lane, count - 1)
+        modes = np.empty(24 * LANES)
+        gradient = np.empty(18 * LANES)
+        volume = np.empty(LANES)
+        gather_modes(cells, dofmap, position, modes)
+        mean_gradient(modes, gradient, volume)
+        for lane in range(LANES):
+            result[cells[lane]] = volume[lane]
+    return result
+
+
+@parallel_kernel
+def strain_energies(
+    stress: np.ndarray, dofmap: np.ndarray, modulus: np.ndarray, poisson: np.ndarray, position: np.ndarray
+) -> np.ndarray:
+    """Elastic energy of each cell (J) from its stresses (cells, points, 6) in Pa; `modulus` zero for a charge."""
+    volume = cell_volumes(position, dofmap)
+    for cell in numba.prange(volume.size):
+        if modulus[cell] == 0.0:
+            volume[cell] = 0.0
+            continue
+        total = 0.0
+        points = stress.shape[1]
+        for point in range(points):
+            s = stress[cell, point]
+            trace = s[0] + s[1] + s[2]
+            square = s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + 2.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])
+            total += (1.0 + poisson[cell]) * square - poisson[cell] * trace * trace
+        volume[cell] *= 0.5 * total / (modulus[cell] * points)
+    return volume
+
+
+@parallel_kernel
+def mean_velocities(velocity: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
+    """Mean of each cell's nodal velocities (cells, 3), m/s."""
+    result = np.empty((dofmap.shape[0], 3))
+    for cell in numba.prange(dofmap.shape[0]):
+        for i in range(3):
+            total = 0.0
+            for n in range(8):
+                total += velocity[dofmap[cell, n], i]
+            result[cell, i] = 0.125 * total
+    return result

@@ -1,0 +1,77 @@
+"""The arrays that the kernels read and write, grouped by what they describe.
+
+Arrays over cells or nodes are those of the dolfinx functions, in dolfinx's order; arrays "over slots" belong to
+the kernels alone and lie in the order of the blocks: slot = block * LANES + lane.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["ChargeState", "Grid", "Nodes", "Schedule", "SolidState", "Totals"]
+
+
+class Nodes(NamedTuple):
+    """Nodal fields, each (nodes, 3)."""
+
+    position: np.ndarray  # m
+    velocity: np.ndarray  # m/s
+    force: np.ndarray  # N, the element forces
+
+
+class Grid(NamedTuple):
+    """Blocks of cells of one material."""
+
+    dofmap: np.ndarray  # (cells, 8) int32, nodes in tensor-product order
+    cells: np.ndarray  # (blocks, LANES) int32, padded with the block's last cell
+    count: np.ndarray  # (blocks,) int32, cells that count
+    material: np.ndarray  # (blocks,) int32, row of the material's parameters
+    mass: np.ndarray  # (slots,) kg
+    volume: np.ndarray  # (slots,) m3, current
+
+
+class Schedule(NamedTuple):
+    """Chunks of blocks in colours: chunks of one colour share no node, so they may run side by side."""
+
+    colour_offset: np.ndarray  # (colours + 1,) int32 into chunk
+    chunk: np.ndarray  # (chunks,) int32, sorted by colour
+    first_block: np.ndarray  # (chunks + 1,) int32: the chunk's blocks
+    first_charge: np.ndarray  # (chunks,) int32: blocks before it are solid, from it on charge
+
+
+class SolidState(NamedTuple):
+    """Casing and fuze."""
+
+    parameters: np.ndarray  # (materials, columns of solid.PARAMETERS)
+    stress: np.ndarray  # (cells, points, 6) Pa
+    shear_strain: np.ndarray  # (cells, points), equivalent plastic shear strain
+    volume_strain: np.ndarray  # (cells, points), plastic volumetric strain
+    hourglass: np.ndarray  # (blocks, 12 LANES) N/(m/s) s: generalised hourglass stresses
+    softening_scale: np.ndarray  # (slots,) factor on the limit strains (reference length over the cell's)
+
+
+class ChargeState(NamedTuple):
+    """The explosive and its products."""
+
+    parameters: np.ndarray  # (materials, columns of charge.PARAMETERS)
+    stress: np.ndarray  # (cells, points, 6) Pa; deviator of the unlit charge
+    pressure: np.ndarray  # (cells,) Pa
+    burn_fraction: np.ndarray  # (cells,)
+    energy: np.ndarray  # (cells,) J/m3 of initial volume (Jones-Wilkins-Lee)
+    ignition_time: np.ndarray  # (cells,) s
+    burn_rate: np.ndarray  # (cells,) 1/s, 2 D A / (3 V)
+    axial_part: np.ndarray  # (cells,) int32, row of the leakage factors
+    leakage: np.ndarray  # (parts,) factor on the products' pressure
+
+
+class Totals(NamedTuple):
+    """What each chunk adds up, reduced afterwards in a fixed order."""
+
+    energy: np.ndarray  # (chunks, 4) J in this step: plastic, viscous, hourglass, work of the charge
+    stable_step: np.ndarray  # (chunks,) s
+    slowest: np.ndarray  # (chunks,) int32, the cell that dictates the step
+    smallest_volume: np.ndarray  # (chunks,) m3
+    smallest: np.ndarray  # (chunks,) int32, the cell of the smallest volume

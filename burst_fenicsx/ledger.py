@@ -1,0 +1,176 @@
+"""Energy, momentum and mass of the burst, and the bounds that stop it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.kernels.assembly import kinetic_energy, mean_velocities, strain_energies
+from burst_fenicsx.materials.products import JwlProducts
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from burst_fenicsx.fields import BurstFields
+
+__all__ = ["Entry", "Ledger"]
+
+_PARTIAL_SUMS = 256
+
+
+@dataclass
+class Entry:
+    """The ledger at one time. Energies in J, momenta in kg m/s."""
+
+    time: float
+    time_step: float
+    kinetic: float
+    kinetic_casing: float
+    strain: float
+    plastic: float
+    viscous: float
+    hourglass: float
+    contact: float
+    damping: float
+    external_work: float
+    products_work: float
+    products_energy_left: float
+    energy_error: float
+    momentum_error: float
+    mean_casing_speed: float
+    outer_diameter: float
+
+
+@dataclass
+class Ledger:
+    """Running sums of what the kernels report, and the entries taken from time to time.
+
+    The balance is kinetic + strain + plastic + viscous + hourglass + contact + damping = work of the charge + work of
+    external forces. Its error is taken relative to that work, or to `least_work` while next to nothing has been done.
+
+    Attributes
+    ----------
+    energy_tolerance : an error above this stops the run.
+    least_work : J, a thousandth of the chemical energy.
+    sums : (4,) J: plastic, viscous, hourglass, work of the charge, of this rank.
+    round_work : work of each round's charge is not told apart here; `products_balance` states the whole.
+    """
+
+    energy_tolerance: float
+    least_work: float
+    chemical_energy: float
+    comm: MPI.Comm
+    sums: np.ndarray = field(default_factory=lambda: np.zeros(4))
+    external_work: float = 0.0
+    contact: float = 0.0
+    damping: float = 0.0
+    entries: list[Entry] = field(default_factory=list)
+
+    def add(self, chunk_energies: np.ndarray) -> None:
+        """Add the sums of one step, chunk after chunk."""
+        self.sums += chunk_energies.sum(axis=0)
+
+    def record(self, fields_now: BurstFields, time: float, step: float, force: np.ndarray, diameter: float) -> Entry:
+        """Take the balance at `time` (s).
+
+        Parameters
+        ----------
+        fields_now : the state; `step` (s) the last step; `force` (nodes, 3) the resultant (N).
+        diameter : outer diameter (m), written along.
+
+        Raises
+        ------
+        NumericalStop
+            If the energy balance is open by more than the tolerance.
+        """
+        mesh, nodes = fields_now.mesh, fields_now.nodes
+        owned = mesh.owned_nodes
+        partial = np.zeros(_PARTIAL_SUMS)
+        kinetic_energy(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], partial)
+        speeds = np.linalg.norm(mean_velocities(nodes.velocity, mesh.dofmap), axis=1)
+        casing = mesh.part == Part.CASING
+        material = len(Part) * mesh.round + mesh.part
+        modulus = np.where(mesh.part == Part.CHARGE, 0.0, fields_now.solid.parameters[material, 0])
+        poisson = fields_now.solid.parameters[material, 1]
+        strain = strain_energies(fields_now.solid.stress, mesh.dofmap, modulus, poisson, nodes.position).sum()
+        centred = nodes.velocity[:owned] + 0.5 * step * fields_now.inverse_mass[:owned, None] * force[:owned]
+        momentum = fields_now.mass[:owned, None] * centred
+        casing_mass = fields_now.cell_mass[casing]
+        local = np.array(
+            [
+                partial.sum(),
+                0.5 * (casing_mass * speeds[casing] ** 2).sum(),
+                strain,
+                *self.sums,
+                _energy_left(fields_now),
+                casing_mass.sum(),
+                (casing_mass * speeds[casing]).sum(),
+                *momentum.sum(axis=0),
+                np.linalg.norm(momentum, axis=1).sum(),
+            ]
+        )
+        total = self.comm.allreduce(local) if self.comm.size > 1 else local
+        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, left, mass, weighted = total[:10]
+        size = total[13]
+        stored = kinetic + strain + plastic + viscous + hourglass + self.contact + self.damping
+        given = work + self.external_work
+        entry = Entry(
+            time=time,
+            time_step=step,
+            kinetic=float(kinetic),
+            kinetic_casing=float(kinetic_casing),
+            strain=float(strain),
+            plastic=float(plastic),
+            viscous=float(viscous),
+            hourglass=float(hourglass),
+            contact=self.contact,
+            damping=self.damping,
+            external_work=self.external_work,
+            products_work=float(work),
+            products_energy_left=float(left),
+            energy_error=float(abs(stored - given) / max(abs(given), self.least_work)),
+            momentum_error=float(np.linalg.norm(total[10:13]) / size) if size > 0.0 else 0.0,
+            mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
+            outer_diameter=diameter,
+        )
+        self.entries.append(entry)
+        if not entry.energy_error <= self.energy_tolerance:
+            raise NumericalStop(
+                f"the energy ledger is open by {100 * entry.energy_error:.2f} % of the work done "
+                f"(allowed {100 * self.energy_tolerance:.2g} %): the cells hold {stored:.6g} J, the charge gave {given:.6g} J",
+                time,
+            )
+        return entry
+
+    @property
+    def products_balance(self) -> float:
+        """Work done by the products and work left in the gas, over the chemical energy (1 closes it)."""
+        last = self.entries[-1]
+        return (last.products_work + last.products_energy_left) / self.chemical_energy
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The entries as arrays of equal length, by name."""
+        return {item.name: np.array([getattr(entry, item.name) for entry in self.entries]) for item in fields(Entry)}
+
+
+def _energy_left(state: BurstFields) -> float:
+    """Work that the lit gas could still do (J), on this rank; chemical energy of the unlit charge included."""
+    mesh = state.mesh
+    total = 0.0
+    volume = np.empty(mesh.cells)
+    slots, held = state.blocks.slots
+    volume[held] = state.grid.volume[slots]
+    for index, products in enumerate(state.products):
+        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
+        start = state.cell_mass[own] / products.density
+        burnt = state.charge.burn_fraction[own]
+        if isinstance(products, JwlProducts):
+            left = state.charge.energy[own]
+        else:
+            left = products.remaining_work(volume[own] / start)
+        total += float((start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)).sum())
+    return total

@@ -1,0 +1,153 @@
+"""Detonation products: isentropes of Landau and Stanyukovich, and Jones-Wilkins-Lee.
+
+Volumes are relative to the unexploded charge, v = V/V0. See Wang et al., Eq. 4; Baum, Stanyukovich and
+Shekhter, Physics of an Explosion (1959), for the two-branch isentrope; Lee, Hornig and Kury (1968) for JWL.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from burst_fenicsx.problem import Explosive, JonesWilkinsLee, ProductModel
+
+__all__ = ["JwlProducts", "LandauProducts", "Products", "make_products"]
+
+GAMMA_DENSE = 3.0
+GAMMA_DILUTE = 4.0 / 3.0
+
+
+@dataclass(frozen=True)
+class LandauProducts:
+    """P v^3 = P0 while P >= Pk, P v^(4/3) = Pk vk^(4/3) below.
+
+    Attributes
+    ----------
+    density : initial (kg/m3).
+    initial_pressure : P0, on the isentrope at v = 1 (Pa).
+    knee_pressure, knee_volume : Pk (Pa) and vk.
+    energy : rho Q, what a progressively lit charge gives in all, per initial volume (J/m3).
+    cj_volume : v at the Chapman-Jouguet state.
+    """
+
+    density: float
+    initial_pressure: float
+    knee_pressure: float
+    knee_volume: float
+    energy: float
+    cj_volume: float = GAMMA_DENSE / (GAMMA_DENSE + 1.0)
+
+    def pressure(self, volume: ArrayLike) -> np.ndarray:
+        """Pressure (Pa) at the relative volume."""
+        v = np.asarray(volume, dtype=float)
+        knee = self.knee_pressure * self.knee_volume**GAMMA_DILUTE
+        return np.where(v < self.knee_volume, self.initial_pressure * v**-GAMMA_DENSE, knee * v**-GAMMA_DILUTE)
+
+    def remaining_work(self, volume: ArrayLike) -> np.ndarray:
+        """Work from the relative volume to infinity, per initial volume (J/m3)."""
+        v = np.asarray(volume, dtype=float)
+        tail = 3.0 * self.knee_pressure * self.knee_volume
+        dense = 0.5 * self.initial_pressure * (v**-2.0 - self.knee_volume**-2.0) + tail
+        return np.where(v < self.knee_volume, dense, tail * (self.knee_volume / v) ** (1.0 / 3.0))
+
+    def gurney_velocity(self, volume: float) -> float:
+        """sqrt(2 E(v)) (m/s), E the work of a progressively lit charge up to v, per mass of the charge."""
+        return float(np.sqrt(2.0 * (self.energy - float(self.remaining_work(volume))) / self.density))
+
+
+@dataclass(frozen=True)
+class JwlProducts:
+    """Jones-Wilkins-Lee products with their own internal energy."""
+
+    density: float
+    constants: JonesWilkinsLee
+    cj_volume: float
+
+    @property
+    def energy(self) -> float:
+        """Energy of the charge per initial volume (J/m3)."""
+        return self.constants.E0
+
+    def pressure(self, volume: ArrayLike, energy: ArrayLike) -> np.ndarray:
+        """Pressure (Pa) at the relative volume and the internal energy per initial volume (J/m3)."""
+        c = self.constants
+        v, e = np.asarray(volume, dtype=float), np.asarray(energy, dtype=float)
+        first = c.A * (1.0 - c.omega / (c.R1 * v)) * np.exp(-c.R1 * v)
+        second = c.B * (1.0 - c.omega / (c.R2 * v)) * np.exp(-c.R2 * v)
+        return first + second + c.omega * e / v
+
+    def remaining_work(self, volume: ArrayLike, energy: ArrayLike) -> np.ndarray:
+        """Internal energy that is left: all of it is given off on the way to infinity (J/m3)."""
+        del volume
+        return np.asarray(energy, dtype=float)
+
+
+Products = LandauProducts | JwlProducts
+
+
+def make_products(explosive: Explosive, model: ProductModel) -> Products:
+    """Products of an explosive.
+
+    Parameters
+    ----------
+    explosive : the charge.
+    model : "landau" starts from the pressure of an instantaneous explosion, rho D^2/8; "landau_cj" takes the isentrope
+        through the Chapman-Jouguet state, 27/256 rho D^2 at v = 1, and counts the front's own compression;
+        "jwl" needs the explosive's JWL constants.
+
+    Raises
+    ------
+    InputError
+        If the heat of detonation is too small for the isentrope (Q <= D^2/16) or constants are missing.
+    """
+    if model == "jwl":
+        if explosive.jwl is None:
+            raise InputError(f"explosive '{explosive.name}' has no JWL constants; give them, or choose landau_cj")
+        c = explosive.jwl
+        cj = 1.0 - _cj_pressure(explosive) / (explosive.density * explosive.detonation_velocity**2)
+        return JwlProducts(density=explosive.density, constants=c, cj_volume=cj)
+    rho, speed, heat = explosive.density, explosive.detonation_velocity, explosive.heat_of_detonation
+    least = speed**2 / 16.0
+    if heat <= least:
+        raise InputError(
+            f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope needs "
+            f"more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or use products = \"jwl\""
+        )
+    inertia = rho * speed**2
+    if model == "landau":
+        p0, work = inertia / 8.0, rho * heat
+    else:
+        p0, work = 27.0 / 256.0 * inertia, rho * heat - (21.0 / 512.0 - 1.0 / 32.0) * inertia
+    # The isentrope's own work from v = 1 to infinity must be `work` = P0/2 (1 - x) + 3 P0 x with x = (Pk/P0)^(2/3) = vk^-2.
+    x = (2.0 * work / p0 - 1.0) / 5.0
+    if x <= 0.0:
+        raise InputError(f"explosive '{explosive.name}': no isentrope of Landau's form gives {work / 1e9:.4g} GJ/m3")
+    return LandauProducts(
+        density=rho, initial_pressure=p0, knee_pressure=p0 * x**1.5, knee_volume=x**-0.5, energy=rho * heat
+    )
+
+
+def _cj_pressure(explosive: Explosive) -> float:
+    """Chapman-Jouguet pressure on the JWL isentrope: where it meets the Rayleigh line, found by bisection (Pa)."""
+    assert explosive.jwl is not None
+    c = explosive.jwl
+    inertia = explosive.density * explosive.detonation_velocity**2
+    low, high = 0.5, 0.95
+    products = JwlProducts(explosive.density, c, 0.0)
+
+    def mismatch(v: float) -> float:
+        # On the Hugoniot E = E0 + P (1 - v)/2; on the Rayleigh line P = rho D^2 (1 - v).
+        p = inertia * (1.0 - v)
+        return float(products.pressure(v, c.E0 + 0.5 * p * (1.0 - v))) - p
+
+    # The two meet tangentially at the Chapman-Jouguet point, so the difference is smallest there.
+    grid = np.linspace(low, high, 2001)
+    values = np.array([mismatch(v) for v in grid])
+    return inertia * (1.0 - float(grid[np.argmin(values)]))

@@ -1,0 +1,121 @@
+"""A hexahedral mesh handed to dolfinx and spread over the ranks, its cells named by tags."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from burst_fenicsx import compat
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from burst_fenicsx.meshing.mesh import HexahedralMesh
+
+__all__ = ["DistributedMesh", "distribute"]
+
+_TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]  # VTK order to tensor-product order; its own inverse
+
+
+@dataclass(frozen=True)
+class DistributedMesh:
+    """One rank's share of a mesh.
+
+    Attributes
+    ----------
+    domain : the dolfinx mesh; its geometry is moved by the solver.
+    dofmap : (owned cells, 8) int32 local nodes in tensor-product order.
+    cell, node : (owned cells,) and (local nodes,) int64: numbers in the mesh that was given.
+    owned_nodes : how many of the local nodes this rank owns (they come first).
+    part, round, segment : (owned cells,) int32; station : (owned cells,) m from the nose end.
+    tags : meshtags of the cells by "part", "round" and "segment" (segment + 1, 0 for none).
+    """
+
+    domain: Any
+    dofmap: np.ndarray
+    cell: np.ndarray
+    node: np.ndarray
+    owned_nodes: int
+    part: np.ndarray
+    round: np.ndarray
+    segment: np.ndarray
+    station: np.ndarray
+    tags: dict[str, Any]
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Communicator of the mesh."""
+        return self.domain.comm
+
+    @property
+    def cells(self) -> int:
+        """Cells that this rank owns."""
+        return len(self.dofmap)
+
+    def gather_cells(self, values: np.ndarray) -> np.ndarray | None:
+        """Values of all cells in the order of the mesh that was given, on rank 0; None elsewhere."""
+        return _gather(self.comm, self.cell, values[: self.cells])
+
+    def gather_nodes(self, values: np.ndarray) -> np.ndarray | None:
+        """Values of all nodes in the order of the mesh that was given, on rank 0; None elsewhere."""
+        return _gather(self.comm, self.node[: self.owned_nodes], values[: self.owned_nodes])
+
+
+def distribute(comm: MPI.Comm, mesh: HexahedralMesh | None) -> DistributedMesh:
+    """Spread a mesh over the ranks in runs of cells, which for a round are slabs along its axis.
+
+    Parameters
+    ----------
+    comm : communicator.
+    mesh : the mesh on rank 0, None elsewhere.
+    """
+    if comm.rank == 0:
+        assert mesh is not None
+        count = len(mesh.cells)
+        cells, nodes = mesh.cells[:, _TO_TENSOR], mesh.nodes
+        destination = (np.arange(count, dtype=np.int64) * comm.size // max(count, 1)).astype(np.int32)
+        names = (mesh.part, mesh.round, mesh.segment, mesh.station)
+    else:
+        cells, nodes = np.zeros((0, 8), dtype=np.int64), np.zeros((0, 3))
+        destination = np.zeros(0, dtype=np.int32)
+        names = None
+    domain = compat.create_hexahedral_mesh(comm, cells, nodes, destination)
+    part, of_round, segment, station = comm.bcast(names, root=0)
+    topology = domain.topology
+    owned = int(topology.index_map(topology.dim).size_local)
+    cell = np.asarray(topology.original_cell_index[:owned], dtype=np.int64)
+    own_cells = np.arange(owned)
+    tags = {
+        "part": compat.meshtags(domain, own_cells, part[cell]),
+        "round": compat.meshtags(domain, own_cells, of_round[cell]),
+        "segment": compat.meshtags(domain, own_cells, segment[cell] + 1),
+    }
+    return DistributedMesh(
+        domain=domain,
+        dofmap=compat.geometry_dofmap(domain)[:owned],
+        cell=cell,
+        node=np.asarray(domain.geometry.input_global_indices, dtype=np.int64),
+        owned_nodes=int(domain.geometry.index_map().size_local),
+        part=part[cell],
+        round=of_round[cell],
+        segment=segment[cell],
+        station=station[cell],
+        tags=tags,
+    )
+
+
+def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarray | None:
+    if comm.size == 1:
+        result = np.empty_like(values)
+        result[places] = values
+        return result
+    pieces = comm.gather((places, values), root=0)
+    if comm.rank != 0:
+        return None
+    total = sum(len(where) for where, _ in pieces)
+    result = np.empty((total, *values.shape[1:]), dtype=values.dtype)
+    for where, what in pieces:
+        result[where] = what
+    return result

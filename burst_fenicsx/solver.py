@@ -1,0 +1,195 @@
+"""The explicit step (Eqs. 1-3): updated Lagrangian, lumped mass, semi-implicit Euler."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+
+from burst_fenicsx import compat
+from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch, move_nodes
+from burst_fenicsx.kernels.state import Totals
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from burst_fenicsx.detonation import LeakageParts
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.ledger import Ledger
+    from burst_fenicsx.problem import BurstSettings
+
+__all__ = ["BurstSolver", "Hold"]
+
+# The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
+_STEP_GROWTH = 1.05
+
+
+class Hold:
+    """Nodes that may not move along a direction, such as those of a symmetry plane.
+
+    Parameters
+    ----------
+    nodes : (k,) local nodes. direction : (3,) unit vector.
+    """
+
+    def __init__(self, nodes: np.ndarray, direction: np.ndarray) -> None:
+        self.nodes = np.asarray(nodes)
+        self.direction = np.asarray(direction, dtype=float)
+
+    def apply(self, force: np.ndarray) -> None:
+        """Take the forces (nodes, 3) along the direction away."""
+        held = force[self.nodes]
+        force[self.nodes] = held - (held @ self.direction)[:, None] * self.direction
+
+
+class BurstSolver:
+    """Steps the burst.
+
+    Parameters
+    ----------
+    fields : the state.
+    settings : how it is stepped.
+    leakage : venting of the products.
+    ledger : where the sums go.
+    holds : nodes that may not move along a direction.
+    external : called with the time (s) and the forces (nodes, 3) in N, to which it adds external ones.
+
+    Attributes
+    ----------
+    time, time_step, steps : simulated time (s), last step (s), steps done.
+    """
+
+    def __init__(
+        self,
+        fields: BurstFields,
+        settings: BurstSettings,
+        leakage: LeakageParts,
+        ledger: Ledger,
+        *,
+        holds: tuple[Hold, ...] = (),
+        external: Callable[[float, np.ndarray], None] | None = None,
+    ) -> None:
+        self.fields = fields
+        self.settings = settings
+        self.leakage = leakage
+        self.ledger = ledger
+        self.holds = holds
+        self.external = external
+        self.time = 0.0
+        self.time_step = 0.0
+        self.steps = 0
+        chunks = fields.blocks.schedule.chunk.size
+        self._totals = Totals(
+            np.zeros((chunks, 4)),
+            np.zeros(chunks),
+            np.zeros(chunks, dtype=np.int32),
+            np.zeros(chunks),
+            np.zeros(chunks, dtype=np.int32),
+        )
+        self._scratch = make_scratch(numba.get_num_threads())
+        self._external_force = np.zeros_like(fields.nodes.force) if external else None
+        self._stable = np.inf
+        self.add_forces(0.0)
+
+    @property
+    def resultant(self) -> np.ndarray:
+        """Resultant nodal force (nodes, 3) in N, Eq. 2."""
+        return self.fields.nodes.force
+
+    def step(self, until: float = np.inf) -> None:
+        """Advance by one step, not beyond the time `until` (s).
+
+        Raises
+        ------
+        NumericalStop
+            If a cell is lost or the state is not a number any more.
+        """
+        step = self.choose_step(until)
+        self.move_nodes(step)
+        self.leakage.update(self.fields.nodes.position, self.time)
+        self.add_forces(step)
+        self.ledger.add(self._totals.energy)
+        self.check_cells()
+
+    def choose_step(self, until: float) -> float:
+        """Size of the next step (s): the CFL fraction of the stable one, or the fixed one."""
+        wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self._stable
+        if self.time_step > 0.0:
+            wanted = min(wanted, _STEP_GROWTH * self.time_step)
+        left = until - self.time
+        # Two equal steps rather than a full and a tiny one.
+        return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
+
+    def move_nodes(self, step: float) -> None:
+        """Velocities, then places (Eq. 3)."""
+        force = self.resultant
+        nodes = self.fields.nodes
+        move_nodes(step, self.fields.inverse_mass, force, nodes.velocity, nodes.position)
+        if self._external_force is not None:
+            owned = self.fields.mesh.owned_nodes
+            self.ledger.external_work += step * float(
+                np.sum(self._external_force[:owned] * self.fields.nodes.velocity[:owned])
+            )
+        self.time += step
+        self.time_step = step
+        self.steps += 1
+
+    def add_forces(self, step: float) -> None:
+        """Element forces of the new places (Eq. 1), summed over ranks, and the external ones (Eq. 2)."""
+        state = self.fields
+        add_element_forces(
+            step,
+            self.time,
+            self.settings.quadrature == "full",
+            state.nodes,
+            state.grid,
+            state.blocks.schedule,
+            state.solid,
+            state.charge,
+            self._totals,
+            self._scratch,
+        )
+        if self._external_force is not None and self.external is not None:
+            self._external_force[:] = 0.0
+            self.external(self.time, self._external_force)
+            state.nodes.force[:] += self._external_force
+        comm = state.mesh.comm
+        if comm.size > 1:
+            compat.add_to_owners(state.force)
+            compat.send_to_ghosts(state.force)
+        for hold in self.holds:
+            hold.apply(state.nodes.force)
+        stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
+        if comm.size > 1:
+            from mpi4py import MPI
+
+            stable = comm.allreduce(stable, op=MPI.MIN)
+        self._stable = stable
+
+    def check_cells(self) -> None:
+        """Stop if a cell has turned inside out or anything is not a number."""
+        smallest = self._totals.smallest_volume
+        lost = int(np.argmin(smallest)) if smallest.size else -1
+        message = ""
+        if lost >= 0 and not smallest[lost] > 0.0:
+            message = self.describe_cell(int(self._totals.smallest[lost]))
+        if not self._stable > 0.0:
+            message = message or "the stable step is no number"
+        if self.fields.mesh.comm.size > 1:
+            messages = [text for text in self.fields.mesh.comm.allgather(message) if text]
+            message = messages[0] if messages else ""
+        if message:
+            raise NumericalStop(f"lost cell: {message}", self.time)
+
+    def describe_cell(self, cell: int) -> str:
+        """Where a local cell is, in words."""
+        mesh = self.fields.mesh
+        place = self.fields.nodes.position[mesh.dofmap[cell]].mean(axis=0) * 1e3
+        return (
+            f"cell {mesh.cell[cell]} of the {Part(int(mesh.part[cell])).name.lower()} of round {mesh.round[cell]}, "
+            f"station {mesh.station[cell] * 1e3:.1f} mm from the nose, now at ({place[0]:.1f}, {place[1]:.1f}, {place[2]:.1f}) mm, "
+            f"has turned inside out"
+        )

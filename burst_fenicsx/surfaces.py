@@ -1,0 +1,136 @@
+"""Outer surfaces of charge and casing, found once on the whole mesh: where radii are measured during the burst."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.meshing.placement import frame, to_local
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from burst_fenicsx.meshing.mesh import HexahedralMesh
+    from burst_fenicsx.problem import Round
+
+__all__ = ["RadialSurfaces", "boundary_faces", "radial_surfaces"]
+
+# VTK order, outward normals.
+_FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+# A face belongs to the lateral surface if its normal leans less than this from the radial direction (cosine).
+_LATERAL = 0.5
+
+
+@dataclass(frozen=True)
+class RadialSurfaces:
+    """Bins of nodes on lateral surfaces, over all rounds; -1 marks a node that is in no bin.
+
+    Attributes
+    ----------
+    charge_part : (nodes,) int32, axial part of the charge, counted over all rounds.
+    cell_part : (cells,) int32, axial part of each charge cell, the number of parts elsewhere.
+    parts : number of axial parts over all rounds.
+    casing_bin : (nodes,) int32, station bin of the casing's outer surface, counted over all rounds.
+    bin_round, bin_station : (bins,) round and station of each bin's centre (m from the nose end).
+    radius : (nodes,) m and outward : (nodes, 3), from the axis of the node's round.
+    """
+
+    charge_part: np.ndarray
+    cell_part: np.ndarray
+    parts: int
+    casing_bin: np.ndarray
+    bin_round: np.ndarray
+    bin_station: np.ndarray
+    radius: np.ndarray
+    outward: np.ndarray
+
+
+def boundary_faces(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Faces that belong to one cell only: nodes (faces, 4) with outward order, and the cell of each (VTK order)."""
+    faces = cells[:, _FACES].reshape(-1, 4)
+    owner = np.repeat(np.arange(len(cells)), 6)
+    key = np.sort(faces, axis=1)
+    order = np.lexsort(key.T)
+    ranked = key[order]
+    same = (ranked[1:] == ranked[:-1]).all(axis=1)
+    single = np.ones(len(faces), dtype=bool)
+    single[1:] &= ~same
+    single[:-1] &= ~same
+    keep = np.sort(order[single])
+    return faces[keep], owner[keep]
+
+
+def radial_surfaces(
+    mesh: HexahedralMesh, rounds: Sequence[Round], parts_per_round: int, bins_per_round: int
+) -> RadialSurfaces:
+    """Find the lateral surfaces of every round's charge and casing and cut them along the axis.
+
+    Parameters
+    ----------
+    mesh : the whole mesh. rounds : in the order of `mesh.round`.
+    parts_per_round : axial parts of each charge (Eq. 6). bins_per_round : station bins of each casing.
+    """
+    nodes = len(mesh.nodes)
+    charge_part = np.full(nodes, -1, dtype=np.int32)
+    casing_bin = np.full(nodes, -1, dtype=np.int32)
+    cell_part = np.full(len(mesh.cells), parts_per_round * len(rounds), dtype=np.int32)
+    radius = np.zeros(nodes)
+    outward = np.zeros((nodes, 3))
+    bin_station = []
+    for index, item in enumerate(rounds):
+        mine = np.flatnonzero(mesh.round == index)
+        used = np.unique(mesh.cells[mine])
+        local = to_local(mesh.nodes[used], item.position, item.axis)
+        distance = np.hypot(local[:, 0], local[:, 1])
+        radius[used] = distance
+        direction = local[:, :2] / np.maximum(distance, 1e-300)[:, None]
+        e1, e2, _ = frame(item.axis)
+        outward[used] = direction[:, :1] * e1 + direction[:, 1:] * e2
+        length = mesh.lengths[index]
+        height = np.zeros(nodes)
+        height[used] = local[:, 2]
+
+        charge = mine[mesh.part[mine] == Part.CHARGE]
+        if len(charge):
+            front = length - height[mesh.cells[charge]].max()
+            back = length - height[mesh.cells[charge]].min()
+            fraction = (mesh.station[charge] - front) / (back - front)
+            cell_part[charge] = index * parts_per_round + _cut(fraction, parts_per_round)
+            surface = _lateral_nodes(mesh, charge, outward)
+            fraction = (length - height[surface] - front) / (back - front)
+            charge_part[surface] = index * parts_per_round + _cut(fraction, parts_per_round)
+
+        # The outer surface of the whole round, of which the casing's share is kept.
+        surface = _lateral_nodes(mesh, mine, outward)
+        surface = np.intersect1d(surface, np.unique(mesh.cells[mine[mesh.part[mine] == Part.CASING]]))
+        fraction = (length - height[surface]) / length
+        casing_bin[surface] = index * bins_per_round + _cut(fraction, bins_per_round)
+        bin_station.append((np.arange(bins_per_round) + 0.5) * length / bins_per_round)
+    return RadialSurfaces(
+        charge_part=charge_part,
+        cell_part=cell_part,
+        parts=parts_per_round * len(rounds),
+        casing_bin=casing_bin,
+        bin_round=np.repeat(np.arange(len(rounds), dtype=np.int32), bins_per_round),
+        bin_station=np.concatenate(bin_station) if bin_station else np.zeros(0),
+        radius=radius,
+        outward=outward,
+    )
+
+
+def _cut(fraction: np.ndarray, parts: int) -> np.ndarray:
+    return np.clip(np.floor(fraction * parts), 0, parts - 1).astype(np.int32)
+
+
+def _lateral_nodes(mesh: HexahedralMesh, cells: np.ndarray, outward: np.ndarray) -> np.ndarray:
+    """Nodes of the boundary faces of `cells` that look away from the axis."""
+    faces, _ = boundary_faces(mesh.cells[cells])
+    corner = mesh.nodes[faces]
+    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    middle = outward[faces].mean(axis=1)
+    looks_out = np.einsum("ij,ij->i", normal, middle) > _LATERAL
+    return np.unique(faces[looks_out])
