@@ -145,8 +145,8 @@ def _expected(
     speed = max(max(_sound_speed(entry), entry.explosive.detonation_velocity) for entry in rounds)
     stable = mesh.min_edge / speed
     step = settings.time_step.fixed or settings.time_step.cfl * stable * _MEAN_STEP
-    end = settings.end_time or min(max(_completion(entry, found) for entry, found in zip(rounds, described, strict=True)),
-                                   settings.time_limit)  # fmt: skip
+    complete = max(_completion(entry, found) for entry, found in zip(rounds, described, strict=True))
+    end = settings.end_time or min(complete, settings.time_limit)
     return {
         "stable_time_step": stable,
         "mean_time_step": step,
@@ -183,7 +183,7 @@ def _warnings(
         )
     if settings.burn == "time" and settings.products != "jwl":
         yield (
-            'burst.burn = "time" lets no steady front form with Landau products; cells ahead of the front may be crushed. '
+            'burst.burn = "time" lets no steady front form with Landau products: cells ahead of it may be crushed; '
             '"time_or_compression" lights them'
         )
     if not settings.leakage.enabled:
@@ -210,7 +210,7 @@ def _warnings(
             for entry, found in zip(case.round, described, strict=True)
         )
         if surface.radius < 2.0 * reach:
-            yield f"witness[{number}].radius = {surface.radius:g} m is near the rounds; casings may cross it before break-up"
+            yield f"witness[{number}].radius = {surface.radius:g} m: so near, casings may reach it before break-up"
 
 
 def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:

@@ -165,8 +165,8 @@ class RunDirectory:
         Raises
         ------
         InputError
-            The directory cannot be written, holds something else, or the case differs in a key on which the earlier stages
-            depend.
+            The directory cannot be written, holds something else, or the case differs in a key on which earlier
+            stages depend.
         """
         self._make()
         if not self.exists:

@@ -69,8 +69,9 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
             console.print(_segment_table(entry["segments"]))
     mesh, expected = found["mesh"], found["expected"]
     console.print(
-        f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian {mesh['min_scaled_jacobian']:.3f}, "
-        f"largest aspect ratio {mesh['max_aspect_ratio']:.1f}, shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
+        f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
+        f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
+        f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
     )
     console.print(
         f"expected: about {expected['steps']} steps of {expected['mean_time_step'] * 1e9:.3g} ns to "

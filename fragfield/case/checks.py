@@ -46,14 +46,14 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
 
 
 def check_charges(case: Case) -> list[str]:
-    """Faults of a resolved case: heat of detonation, product constants, ignition points, rounds that overlap."""
+    """Faults of a resolved case: heat of detonation, product constants, ignition points, rounds in each other."""
     faults: list[str] = []
     for number, entry in enumerate(case.round, start=1):
         if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
             faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
         if isinstance(entry.profile, dict):
             faults += _ignition(f"round[{number}]", entry)
-    return faults or list(_overlaps(case.round))
+    return faults or [*_overlaps(case.round), *_buried(case)]
 
 
 def _complete(case: Case) -> Iterator[str]:
@@ -148,18 +148,9 @@ def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
 
     assert isinstance(entry.profile, dict)  # the caller's choice
     profile = profile_from_table(entry.profile, where=key)
-    front, end = profile.charge_front, profile.charge_end
-    slack = 1e-9 * profile.length
     for number, point in enumerate(entry.ignition or [], start=1):
-        place = f"{key}.ignition[{number}]"
-        station = float(point.station)
-        if not front - slack <= station <= end + slack:
-            yield (
-                f"{place}.station: found {_mm(station)}, outside the charge; "
-                f"allowed: {_mm(front)} to {_mm(end)} from the nose end"
-            )
-            continue
-        yield from _offset(place, point, float(profile.section(min(max(station, front), end)).charge_radius))
+        station = min(max(float(point.station), profile.charge_front), profile.charge_end)
+        yield from _offset(f"{key}.ignition[{number}]", point, float(profile.section(station).charge_radius))
 
 
 def _offset(place: str, point: IgnitionTable, radius: float) -> Iterator[str]:
@@ -183,6 +174,19 @@ def _overlaps(rounds: Sequence[RoundTable]) -> Iterator[str]:
                     f'round[{number}].position: "{rounds[number - 1].name}" reaches {_mm(depth)} into '
                     f'round[{first}] "{rounds[first - 1].name}"; allowed: rounds that do not overlap'
                 )
+
+
+def _buried(case: Case) -> Iterator[str]:
+    from fragfield.case.placing import placed_body
+
+    ground = case.flight.ground.height
+    for number, entry in enumerate(case.round, start=1):
+        lowest = placed_body(entry).lowest if entry.profile is not None else entry.position[2]
+        if lowest < ground - 1e-9:
+            yield (
+                f"round[{number}].position: the round lies {_mm(ground - lowest)} below the ground, z = {ground:g} m; "
+                "allowed: on or above it (position is the centre of the base)"
+            )
 
 
 def _mm(value: float) -> str:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fragfield.case.schema import Case
     from transition import BreakUpSettings
 
-__all__ = ["break_up_settings", "burst_rounds", "burst_settings", "flight_arguments"]
+__all__ = ["break_up_settings", "burst_round", "burst_rounds", "burst_settings", "flight_arguments"]
 
 
 def burst_settings(case: Case) -> BurstSettings:
@@ -88,7 +88,7 @@ def _wind(table: WindTable, ground: float) -> Wind | None:
 
     if table.model == "profile":
         directions = [math.degrees(angle) for angle in table.directions or []]
-        return flight.Wind.profile(table.heights, table.speeds, directions)
+        return flight.Wind.profile(table.heights or [], table.speeds or [], directions)
     if table.speed == 0.0:
         return None
     towards = math.degrees(table.towards)
@@ -110,10 +110,11 @@ def _surface(table: CylinderTable | PanelTable | PolygonTable) -> Witness:
 
 def burst_rounds(case: Case) -> list[Round]:
     """Rounds of the burst stage, in the order of the file."""
-    return [_round(entry, f"round[{number}]") for number, entry in enumerate(case.round, start=1)]
+    return [burst_round(entry, f"round[{number}]") for number, entry in enumerate(case.round, start=1)]
 
 
-def _round(entry: RoundTable, key: str) -> Round:
+def burst_round(entry: RoundTable, key: str) -> Round:
+    """One resolved round; `key` names it in messages."""
     from burst_fenicsx.geometry import profile_from_table
     from burst_fenicsx.problem import IgnitionPoint, Round
 

@@ -84,7 +84,19 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     _raise(source, check_case(case, burst=burst))
     case = _resolved(case, source, folder)
     _raise(source, check_charges(case))
+    _check_flight(case, source)
     return case
+
+
+def _check_flight(case: Case, source: str) -> None:
+    """What only the flight can judge: drag tables, surfaces, the integrator's bounds."""
+    from flight.errors import InputError as FlightInputError
+    from fragfield.case.convert import flight_arguments
+
+    try:
+        flight_arguments(case)
+    except FlightInputError as error:
+        raise InputError(f"{source}: flight.{error}") from None
 
 
 def _raise(source: str, faults: list[str]) -> None:
@@ -105,6 +117,9 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
     changes: dict[str, Any] = {"round": rounds}
+    if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
+        drag = str((folder / case.flight.drag).resolve())
+        changes["flight"] = case.flight.model_copy(update={"drag": drag})
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
@@ -127,10 +142,34 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
         changes["mesh"] = str((folder / entry.mesh).resolve())
         if not Path(changes["mesh"]).is_file():
             raise InputError(f"{source}: {key}.mesh: no such file {changes['mesh']}")
-        return entry.model_copy(update=changes)
-    changes["profile"], profile = _profile(entry.profile, f"{source}: {key}.profile", folder)
-    changes["ignition"] = [_placed(point, profile) for point in (entry.ignition or [IgnitionTable()])]
+        changes["ignition"] = []
+        front, end = _charge_of_mesh(entry.model_copy(update=changes), f"{source}: {key}.mesh")
+    else:
+        changes["profile"], profile = _profile(entry.profile, f"{source}: {key}.profile", folder)
+        front, end = profile.charge_front, profile.charge_end
+    changes["ignition"] = [_placed(point, front, end) for point in (entry.ignition or [IgnitionTable()])]
+    for number, point in enumerate(changes["ignition"], start=1):
+        if not front - 1e-6 <= point.station <= end + 1e-6:
+            raise InputError(
+                f"{source}: {key}.ignition[{number}].station: found {point.station * 1e3:.6g} mm, outside the charge; "
+                f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
+            )
     return entry.model_copy(update=changes)
+
+
+def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
+    """Stations (m) between which the charge of a round from a mesh file lies."""
+    import numpy as np
+
+    from burst_fenicsx.meshing import mesh_round
+    from burst_fenicsx.problem import Part
+    from fragfield.case.convert import burst_round
+
+    mesh = _told(lambda: mesh_round(burst_round(entry, where), 1.0), where)
+    nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
+    axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
+    stations = mesh.lengths[0] - (nodes - np.array(entry.position)) @ axis
+    return float(stations.min()), float(stations.max())
 
 
 def _located(name: str, folder: Path) -> str:
@@ -138,14 +177,14 @@ def _located(name: str, folder: Path) -> str:
     return str(folder / name) if name.partition("#")[0].endswith(".toml") else name
 
 
-def _told(load: Callable[[], Any], where: str) -> Any:
-    """What `load` returns; its error, with file and key of the case before the message."""
+def _told(load: Callable[[], Any], where: str = "") -> Any:
+    """What `load` returns; its error as ours, with file and key of the case before a message that lacks them."""
     from burst_fenicsx.errors import InputError as BurstInputError
 
     try:
         return load()
     except BurstInputError as error:
-        raise InputError(f"{where}: {error}") from None
+        raise InputError(f"{where}: {error}" if where else str(error)) from None
 
 
 def _as_table(material: Any, table: type[ExplosiveTable | CasingTable]) -> ExplosiveTable | CasingTable:
@@ -165,17 +204,16 @@ def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tu
     from burst_fenicsx.geometry.files import PROFILES
 
     if isinstance(value, dict):
-        return value, _told(partial(profile_from_table, value, where="inline"), where)
+        return value, _told(partial(profile_from_table, value, where=where))
     assert value is not None  # checked before: a round has a profile or a mesh
     profile = _told(partial(load_profile, _located(value, folder)), where)
     file = folder / value if value.endswith(".toml") else PROFILES / f"{value}.toml"
     return {"name": profile.name, **read_document(file)}, profile
 
 
-def _placed(point: IgnitionTable, profile: Profile) -> IgnitionTable:
-    """Replace the words nose, middle and base by stations."""
+def _placed(point: IgnitionTable, front: float, end: float) -> IgnitionTable:
+    """Replace the words nose, middle and base by stations of the charge."""
     if not isinstance(point.station, str):
         return point
-    front, end = profile.charge_front, profile.charge_end
     station = {"nose": front, "middle": 0.5 * (front + end), "base": end}[point.station]
     return point.model_copy(update={"station": station})

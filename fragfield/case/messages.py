@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
@@ -49,8 +50,17 @@ def key_path(location: Sequence[int | str]) -> str:
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """One line per fault, `key: found ...; allowed: ...`, in the order of the file's schema."""
-    return [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in error.errors(include_url=False)]
+    """One line per fault, `key: found ...; allowed: ...`, in the order of the schema."""
+    faults = error.errors(include_url=False)
+    meant = {_meant(fault["loc"], model) for fault in faults if fault["type"] == "extra_forbidden"}
+    told = [fault for fault in faults if not (fault["type"] == "missing" and fault["loc"] in meant)]
+    return [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in told]
+
+
+def _meant(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[int | str, ...]:
+    """Where a misspelt key belongs: a needed key that is missing because of it is not told a second time."""
+    close = difflib.get_close_matches(str(location[-1]), _keys_beside(location, model), n=1)
+    return (*location[:-1], *close)
 
 
 def join_faults(source: str, faults: Sequence[str]) -> str:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["PlacedBody", "deepest_overlap", "placed_body"]
 
-_STATIONS = 201
-_DIRECTIONS = 144
+_STATIONS = 101
+_DIRECTIONS = 72
+_SHELLS = (1.0, 0.75, 0.5, 0.25, 0.0)  # shares of the outer radius at which points lie
 _TOUCHING = 1e-6  # rounds that only touch do not overlap (m)
 
 
@@ -28,12 +29,17 @@ class PlacedBody:
     base: NDArray[np.float64]
     axis: NDArray[np.float64]
 
-    def surface(self) -> NDArray[np.float64]:
-        """Points of the outer contour's surface, end faces included by their rims and centres, shape (n, 3) (m)."""
+    @property
+    def lowest(self) -> float:
+        """z of the lowest point (m)."""
+        return float(self.points()[:, 2].min())
+
+    def points(self) -> NDArray[np.float64]:
+        """Points of the surface and of the inside down to the axis, shape (n, 3) (m)."""
         even = np.linspace(0.0, self.profile.length, _STATIONS)
         station = np.unique(np.concatenate([even, self.profile.outer.stations]))
-        radius = np.concatenate([self.profile.section(station).outer_radius, [0.0, 0.0]])
-        station = np.concatenate([station, [0.0, self.profile.length]])
+        radius = np.outer(_SHELLS, self.profile.section(station).outer_radius).ravel()
+        station = np.tile(station, len(_SHELLS))
         angle = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)
         across = np.linalg.svd(self.axis[None, :])[2][1:]
         circle = np.cos(angle)[:, None] * across[0] + np.sin(angle)[:, None] * across[1]
@@ -63,6 +69,9 @@ def placed_body(entry: RoundTable) -> PlacedBody:
 
 
 def deepest_overlap(first: PlacedBody, second: PlacedBody) -> float:
-    """Largest depth (m) of one round's surface inside the other, on a fine net of points; 0 where they are apart."""
-    deepest = max(float(first.depth(second.surface()).max()), float(second.depth(first.surface()).max()))
+    """Thickness (m) of what two rounds have in common, on a fine net of points; 0 where they are apart or touch."""
+    points = np.concatenate([first.points(), second.points()])
+    in_first, in_second = first.depth(points), second.depth(points)
+    common = (in_first > -_TOUCHING) & (in_second > -_TOUCHING)
+    deepest = float((in_first + in_second)[common].max(initial=0.0))
     return deepest if deepest > _TOUCHING else 0.0

@@ -1,0 +1,121 @@
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+from pydantic_core import PydanticCustomError
+
+from fragfield.case.quantities import NumberOrWord, Quantity, Vector, with_unit
+
+LENGTH = Quantity("m", "155 mm")
+POSITIVE = Quantity("m", "6 mm", above=0.0)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "text", "expected"),
+    [
+        ("m", "155 mm", 0.155),
+        ("m", "25 ft", 7.62),
+        ("m", "-3 inch", -0.0762),
+        ("m", "6mm", 0.006),
+        ("s", "120 us", 1.2e-4),
+        ("s", "10 ns", 1e-8),
+        ("kg", "15 grain", 15 * 64.79891e-6),
+        ("kg/m^3", "1.71 g/cm^3", 1710.0),
+        ("kg/m^3", "1.71 g/cm3", 1710.0),
+        ("kg/m^3", "7850 kg/m**3", 7850.0),
+        ("m/s", "2.4 km/s", 2400.0),
+        ("Pa", "371.2 GPa", 371.2e9),
+        ("J", "58.3 ft * lbf", 58.3 * 0.3048 * 4.4482216152605),
+        ("J/kg", "4.52 MJ/kg", 4.52e6),
+        ("J/m^2", "14.7e4 J/m^2", 14.7e4),
+        ("J/m^3", "7 GJ/m^3", 7e9),
+        ("1/m^2", "1 / (55.7 m^2)", 1 / 55.7),
+        ("1/m^2", "1 / (600 ft^2)", 1 / (600 * 0.3048**2)),
+        ("rad", "90 deg", math.pi / 2),
+        ("rad", "1 rad", 1.0),
+    ],
+)
+def test_a_value_with_its_unit_is_read_in_si(symbol, text, expected):
+    assert Quantity(symbol, "x").parse(text) == pytest.approx(expected, rel=1e-14)
+
+
+def test_usual_values_come_out_without_rounding_noise():
+    assert LENGTH.parse("25 ft") == 7.62
+    assert Quantity("s", "x").parse("120 us") == 1.2e-4
+    assert Quantity("kg/m^3", "x").parse("7.85 g/cm^3") == 7850.0
+
+
+def test_a_written_value_is_read_back_as_the_same_float():
+    chance = random.Random(3)
+    for _ in range(500):
+        value = chance.uniform(-1, 1) * 10.0 ** chance.randint(-12, 12)
+        assert LENGTH.parse(with_unit(value, "m")) == value
+    assert Quantity("1/m^2", "x").parse(with_unit(1 / 55.7, "1/m^2")) == 1 / 55.7
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "parts"),
+    [
+        (LENGTH, 6, ["the bare number 6 without a unit", "a length", '"155 mm"']),
+        (LENGTH, 6.5, ["the bare number 6.5"]),
+        (LENGTH, "6", ['"6" without a unit']),
+        (LENGTH, "-6.e3", ["without a unit"]),
+        (LENGTH, True, ["found True"]),
+        (LENGTH, ["6 mm"], ["found ['6 mm']"]),
+        (LENGTH, "3 kg", ['"3 kg"', "a mass", "a length"]),
+        (LENGTH, "3 m^2", ["an area"]),
+        (LENGTH, "3 m/s", ["a speed"]),
+        (LENGTH, "3 deg", ["an angle", "a length"]),
+        (LENGTH, "3 A", ["dimension [current]"]),
+        (LENGTH, "3 millimetr", ['unknown unit "millimetr"']),
+        (LENGTH, "3 meterr", ['did you mean "meter"']),
+        (LENGTH, "", ['found ""']),
+        (LENGTH, "mm +", ["not a number with a unit"]),
+        (LENGTH, "{} mm", ['found "{} mm"']),
+        (LENGTH, "{m}", ['found "{m}"']),
+        (LENGTH, "6 {m}", ['found "6 {m}"']),
+        (LENGTH, "mm", ['found "mm"', "not a number"]),
+        (LENGTH, "1e400 m", ["allowed: a length"]),
+        (POSITIVE, "0 mm", ["greater than 0 m"]),
+        (POSITIVE, "-1 mm", ['found "-1 mm"', "greater than 0 m"]),
+        (Quantity("s", "0 us", least=0.0), "-1 us", ["at least 0 s"]),
+        (Quantity("rad", "5 deg"), "1 m/m", ["a number without a unit", "an angle"]),
+        (Quantity("m", "30 mm", words=("nose",)), "nsoe", ['did you mean "nose"', '"nose" or a length']),
+    ],
+)
+def test_a_value_that_is_none_says_what_was_found_and_what_is_allowed(quantity, value, parts):
+    with pytest.raises(PydanticCustomError) as caught:
+        quantity.parse(value)
+    message = caught.value.message()
+    for part in [*parts, "allowed:"]:
+        assert part in message
+
+
+@pytest.mark.parametrize("text", ["1 m;", "((", "1 m m", "1 // 2 m", "m ** m", "1e", "0x", "'", "1 m\n2", "\u00b5", "9" * 400 + " m"])
+def test_no_text_ends_in_anything_but_a_message(text):
+    try:
+        assert math.isfinite(LENGTH.parse(text))
+    except PydanticCustomError as error:
+        assert "allowed:" in error.message()
+
+
+def test_a_word_may_stand_for_a_value():
+    assert Quantity("m", "30 mm", words=("nose",)).parse("nose") == "nose"
+    assert NumberOrWord(("none",), 0.5).parse("none") == "none"
+    assert NumberOrWord(("none",), 0.5).parse(2) == 2.0
+    for bad in (-1, 0, "non", True, math.inf, "0.5"):
+        with pytest.raises(PydanticCustomError, match='allowed: "none" or a number greater than 0'):
+            NumberOrWord(("none",), 0.5).parse(bad)
+
+
+def test_a_vector_names_the_component_at_fault():
+    place = Vector(3, LENGTH, '["0 mm", "0 mm", "1 m"]')
+    assert place.parse(["1 mm", "2 cm", "3 m"]) == (0.001, 0.02, 3.0)
+    with pytest.raises(PydanticCustomError, match="component 2: found the bare number 2"):
+        place.parse(["1 mm", 2, "3 m"])
+    with pytest.raises(PydanticCustomError, match="a list of 3 components"):
+        place.parse(["1 mm", "2 mm"])
+    with pytest.raises(PydanticCustomError, match="allowed: a list of 3 components, without unit"):
+        Vector(3, None, "[0, 0, 1]").parse([0, 0, "1"])
