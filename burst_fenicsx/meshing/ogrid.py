@@ -151,20 +151,17 @@ def _band_radii(profile: Profile, counts: GridCounts, outer: NDArray[np.float64]
     """Radius of the boundary between cavity and wall blocks at every layer boundary (m).
 
     The cavity's contour where there is one. In a solid end it runs on from the cavity's end to the share of the outer
-    radius at which wall cells are as deep as the smallest within, within the end's length or one radius.
+    radius at which wall cells are as deep as the smallest within; the change takes one (largest) radius of length.
     """
     stations, cavity = counts.stations, profile.cavity
     inner = cavity.radius(np.clip(stations, cavity.start, cavity.end))
     smallest = min((1.0 - CORE_RADIUS) / counts.rings, 0.5 * np.pi * CORE_SIDE_RADIUS / counts.core)
     even = 1.0 / (1.0 + counts.wall * smallest)
-    for end, solid, room in (
-        (cavity.start, stations < cavity.start, cavity.start),
-        (cavity.end, stations > cavity.end, profile.length - cavity.end),
-    ):
+    for end, solid in ((cavity.start, stations < cavity.start), (cavity.end, stations > cavity.end)):
         if not np.any(solid):
             continue
         share = float(cavity.radius(end) / profile.outer.radius(end))
-        reach = np.clip(np.abs(stations[solid] - end) / min(room, profile.max_radius), 0.0, 1.0)
+        reach = np.clip(np.abs(stations[solid] - end) / profile.max_radius, 0.0, 1.0)
         blend = reach**2 * (3.0 - 2.0 * reach)
         inner[solid] = outer[solid] * (share + blend * (even - share))
     return inner

@@ -40,7 +40,11 @@ def layer_stations(profile: Profile, spacing: float) -> NDArray[np.float64]:
     The ends of the round and of the cavity and the charge's front are always boundaries, so that the parts are exact.
     Corners of the contours and ends of segments are boundaries unless they lie within 0.4 spacings of another.
     """
-    cuts = sorted({0.0, profile.length, profile.cavity.start, profile.cavity.end, profile.charge_front})
+    cuts = [0.0, profile.length]
+    for station in (profile.cavity.start, profile.cavity.end, profile.charge_front):
+        if _distance(station, cuts) > 1e-9 * profile.length:  # equal but for round-off
+            cuts.append(station)
+    cuts.sort()
     for contour in (profile.outer, profile.cavity):
         for station in contour.stations[1:-1]:
             if _distance(station, cuts) >= CLOSEST * spacing or _is_sharp(contour, station, spacing):

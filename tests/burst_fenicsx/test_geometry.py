@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -69,7 +71,7 @@ def test_arcs_pass_through_their_points_and_agree_with_quadrature(arc):
 def test_volumes_of_pieces_add_up():
     contour = load_profile("m107").outer
     cuts = np.linspace(0, contour.end, 14)
-    pieces = sum(contour.volume(low, high) for low, high in zip(cuts, cuts[1:], strict=False))
+    pieces = sum(contour.volume(low, high) for low, high in pairwise(cuts))
     assert pieces == pytest.approx(contour.volume(), rel=1e-13)
 
 
@@ -116,7 +118,9 @@ def test_section_tells_solid_hollow_and_fuze():
     assert section.inner_radius == pytest.approx([0.020, 0.0595, 0.0])
     assert section.charge_radius == pytest.approx([0.0, 0.0595, 0.0])
     assert section.wall[2] == section.outer_radius[2]
-    with pytest.raises(InputError, match="stations 700 mm to 700 mm asked for, the contour runs from 0 mm to 603.9 mm"):
+    with pytest.raises(
+        InputError, match=r"stations 700 mm to 700 mm asked for, the contour runs from 0 mm to 603\.9 mm"
+    ):
         profile.section(0.7)
 
 
@@ -130,7 +134,7 @@ def test_automatic_segments_follow_the_contour():
     assert profile.segments[-1].end == profile.length
     ends = [segment.end for segment in profile.segments]
     assert any(end == pytest.approx(0.2) for end in ends)  # the shoulder
-    for before, after in zip(profile.segments, profile.segments[1:], strict=False):
+    for before, after in pairwise(profile.segments):
         assert before.end == after.start
 
 
@@ -169,7 +173,7 @@ BAD = [
     ),
     (
         {"outer": {"points": [[0, 30], [200, 77.5], [600, 77.5]], "arcs": [90, 0]}},
-        r"\[outer\]: arc radius 90 mm between stations 0 mm and 200 mm is too small for its chord of 205.563 mm; at least 102.782 mm",
+        r"arc radius 90 mm between .* is too small for its chord of 205.563 mm; at least 102.782 mm",
     ),
     (
         {"cavity": {"points": [[60, 25], [70, 60], [550, 60]], "arcs": [18.3, 0]}},

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -143,7 +145,7 @@ def test_cones_and_cylinders_have_exact_volumes():
     profile = Profile("cone", outer, cavity, 0.06, Fuze("inert", 0.3))
     errors = quality(mesh_profile(profile, 9e-3), profile).mass_errors
     assert set(errors) == {Part.CASING, Part.CHARGE, Part.FUZE}
-    # Conical bands are exact; only where a solid end's inner band is curved do casing cells trade volume among themselves.
+    # Every band is conical here, and what a solid end's inner band loses on one side it gains on the other.
     assert max(abs(error) for error in errors.values()) < 1e-12
 
 
@@ -311,3 +313,12 @@ def test_tips_and_steep_contours_are_refused():
     step = Contour.from_points([(0.1, 0.006), (0.101, 0.045), (0.3, 0.045)])
     with pytest.raises(InputError, match=r"scaled Jacobian 0\.\d+ at station 100.5 mm; at least 0.2 is needed"):
         mesh_profile(Profile("steep", outer, step, 0.1), 5e-3)
+
+
+def test_geometry_meshing_and_library_need_arrays_only():
+    program = (
+        "import sys, burst_fenicsx.geometry, burst_fenicsx.meshing, burst_fenicsx.materials.library\n"
+        "print([name for name in ('dolfinx', 'mpi4py', 'gmsh', 'meshio', 'scipy', 'pyvista') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
