@@ -4,6 +4,7 @@
 >>> fragments = flight.Fragments.from_arrays(mass=0.01, position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
 >>> result = flight.fly(fragments, witnesses=[flight.Cylinder(radius=7.62, name="ring")])
 >>> print(f"{result.landing['distance'][0]:.0f} m, {result.hits_on('ring')['speed'][0]:.0f} m/s at the ring")
+221 m, 692 m/s at the ring
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ BUILT_IN = {
     "cube_face_on": "cube_face_on_hoerner.csv",
     "cube_corner_on": "cube_corner_on_hoerner.csv",
 }
-MOST_BINS = 4096  # of the look-up grid; finer tables walk a few entries
+MOST_BINS = 1_000_000  # of the look-up grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,20 +123,24 @@ class Drag:
         return evaluate_pieces(self.mach, monotone_pieces(self.mach, self.coefficient), place)
 
     def table(self) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
-        """Rows for the kernels (n+1, 5): lower Mach, four coefficients; the row of each bin's lower end; bins per Mach.
+        """Rows for the kernels (n+1, 6), the row of each bin's lower end, and bins per Mach.
 
-        The first row stands for all below the first entry, the last for all above the last.
+        A row holds its lower Mach, four coefficients in powers of the Mach above it, and the next row's lower Mach. The first row
+        stands for all below the first entry, the last for all above the last; no bin holds more than one entry.
         """
         size = self.mach.size
-        rows = np.zeros((size + 1, 5))
+        rows = np.zeros((size + 1, 6))
         rows[0, 0], rows[0, 1] = self.mach[0], self.coefficient[0]
         rows[1:, 0] = self.mach
         rows[-1, 1] = self.coefficient[-1]
-        if size == 1:
-            return rows, np.zeros(1, dtype=np.int64), 1.0
-        rows[1:-1, 1:] = monotone_pieces(self.mach, self.coefficient)
-        width = max(float(np.diff(self.mach).min()), float(self.mach[-1]) / MOST_BINS)
-        edges = width * np.arange(int(math.ceil(float(self.mach[-1]) / width)) + 1)
-        # one bin lower than the edge says: rounding of mach * bins must never overshoot the row
-        first = np.searchsorted(self.mach, edges * (1.0 - 1e-12) - 1e-300, side="right")
-        return rows, first.astype(np.int64), 1.0 / width
+        if size > 1:
+            rows[1:-1, 1:5] = monotone_pieces(self.mach, self.coefficient)
+        rows[:-1, 5], rows[-1, 5] = self.mach, np.inf
+        # a little under the smallest gap, so that rounding never puts two entries into one bin
+        width = 0.999 * float(np.diff(self.mach).min()) if size > 1 else 1.0
+        bins = int(math.ceil(float(self.mach[-1]) / width)) + 1
+        if bins > MOST_BINS:
+            raise InputError(f"drag {self.name}: two Mach numbers are only {width:.1e} apart; thin the table out")
+        # the lower edge as the kernel's rounding may see it; the entry in the bin is found by comparison
+        lower = (np.arange(bins) - 1e-9) * width
+        return rows, np.searchsorted(self.mach, lower, side="right").astype(np.int64), 1.0 / width

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FlightProgress", "fly"]
 
-CHUNK = 512  # fragments a thread takes at once
+CHUNK = 2048  # fragments a thread takes at once
 MOST_STEPS = 100_000_000  # of one fragment
 POINTS_PER_STEP = 6  # of a trajectory
 STANDARD_GRAVITY = 9.80665  # m/s2
@@ -140,7 +140,7 @@ class _Job:
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
-            table.bottom, 1.0 / table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
+            table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
             np.zeros((0, 9)) if wind is None else wind.table(), float(gravity),
         )  # fmt: skip
         fixed = isinstance(integrator, FixedStep)
@@ -210,7 +210,7 @@ class _Job:
         pieces = []
         for start in range(0, chosen.size, CHUNK):
             end = min(start + CHUNK, chosen.size)
-            pieces.append(self._fly(few, start, end, limits, self._buffers(4 * CHUNK, 512 * CHUNK))[1])
+            pieces.append(self._fly(few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK))[1])
         path = np.concatenate(pieces)
         start_rows = np.searchsorted(path[:, 7], np.arange(chosen.size + 1))
         return Trajectories(
@@ -230,23 +230,20 @@ class _Job:
         self, fragments: Fragments, start: int, end: int, limits: Any, buffers: dict[str, NDArray[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
-        hits, paths = [], []
-        reached = start
         while True:
-            reached_now, hit_count, path_count = self.trajectory.fly_chunk(
-                reached, end, fragments.mass, fragments.shape_factor, fragments.position, fragments.velocity,
+            hit_count, path_count = self.trajectory.fly_chunk(
+                start, end, fragments.mass, fragments.shape_factor, fragments.position, fragments.velocity,
                 self.around, limits, self.rows, self.vertices, self.everything,
-                buffers["outcome"][reached - start :], buffers["status"][reached - start :], buffers["hits"], buffers["path"],
+                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"],
             )  # fmt: skip
-            hits.append(buffers["hits"][:hit_count].copy())
-            paths.append(buffers["path"][:path_count].copy())
-            if reached_now == end:
-                return np.concatenate(hits), np.concatenate(paths)
-            if reached_now == reached:  # not even one fragment fitted
-                for name in ("hits", "path"):
+            for name, count in (("hits", hit_count), ("path", path_count)):
+                if count < 0:
                     rows, columns = buffers[name].shape
-                    buffers[name] = np.zeros((2 * rows, columns)) if rows else buffers[name]
-            reached = reached_now
+                    buffers[name] = np.zeros((4 * rows + CHUNK, columns))
+            if hit_count >= 0 and path_count >= 0:
+                break
+        hits, path = buffers["hits"][:hit_count], buffers["path"][:path_count]
+        return hits[np.lexsort((hits[:, 0], hits[:, 8]))], path[np.argsort(path[:, 7], kind="stable")]
 
     def _fill_landing(self, rows: NDArray[Any], start: int, buffers: dict[str, NDArray[Any]]) -> None:
         number = len(rows)

@@ -12,7 +12,7 @@ from numba import njit
 
 __all__ = ["LARGEST_DEGREE", "STACK_SHAPE", "sign_changes"]
 
-LARGEST_DEGREE = 8
+LARGEST_DEGREE = 10
 STACK_SHAPE = (72, LARGEST_DEGREE + 3)  # coefficients, then lower and upper end; one row an open interval
 NOISE = 64.0 * np.finfo(np.float64).eps
 NARROWEST = 2.0**-60

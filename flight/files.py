@@ -1,0 +1,165 @@
+"""The files of a flight: landing.h5, hits.h5, their CSV copies, and trajectories for ParaView."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.hdf5 import open_checked, write_attributes
+from flight.result import HITS, LANDING, FlightResult, Trajectories, flat_columns
+from flight.text_tables import write_columns
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+__all__ = ["read_hits", "read_landing", "write_hits", "write_landing", "write_result", "write_trajectories"]
+
+FORMAT_VERSION = 1
+LANDING_FORMAT, HITS_FORMAT, PATHS_FORMAT = "fragfield landing", "fragfield hits", "fragfield trajectories"
+POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
+
+
+def write_result(
+    result: FlightResult, folder: str | Path, provenance: Mapping[str, str] | None = None, *, csv: bool = True
+) -> list[Path]:
+    """Write all files of a result into a folder; `provenance` entries go into every one. Returns the paths."""
+    folder = Path(folder)
+    stamp = dict(provenance or {})
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder ({error})") from None
+    names = [witness.name for witness in result.witnesses]
+    written = [
+        write_landing(result.landing, folder / "landing.h5", stamp),
+        write_hits(result.hits, names, folder / "hits.h5", stamp),
+    ]
+    if csv:
+        written.append(write_columns(folder / "landing.csv", flat_columns(result.landing), stamp))
+        columns = flat_columns(result.hits)
+        label = np.array(names or [""])[result.hits["witness"]] if len(result.hits) else np.zeros(0, "U1")
+        written.append(write_columns(folder / "witness.csv", {"name": label, **columns}, stamp))
+    if len(result.trajectories):
+        written += write_trajectories(result.trajectories, result.landing, folder / "trajectories.xdmf", stamp)
+    return written
+
+
+def write_landing(landing: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
+    """Write landing.h5: one dataset a field of `LANDING` under /landing."""
+    return _write_table(landing, Path(path), "landing", LANDING_FORMAT, provenance or {}, {})
+
+
+def write_hits(
+    hits: NDArray[Any], witnesses: list[str], path: str | Path, provenance: Mapping[str, str] | None = None
+) -> Path:
+    """Write hits.h5: one dataset a field of `HITS` under /hits, and the names of the surfaces in /witnesses."""
+    return _write_table(hits, Path(path), "hits", HITS_FORMAT, provenance or {}, {"witnesses": witnesses})
+
+
+def read_landing(path: str | Path) -> NDArray[Any]:
+    """Read landing.h5 back as a structured array of dtype `LANDING`."""
+    return _read_table(Path(path), "landing", LANDING_FORMAT, LANDING)[0]
+
+
+def read_hits(path: str | Path) -> tuple[NDArray[Any], list[str]]:
+    """Read hits.h5 back as a structured array of dtype `HITS` and the names of the surfaces."""
+    return _read_table(Path(path), "hits", HITS_FORMAT, HITS)
+
+
+def _write_table(
+    table: NDArray[Any], path: Path, group: str, name: str, provenance: Mapping[str, str], texts: Mapping[str, list[str]]
+) -> Path:
+    import h5py
+
+    try:
+        with h5py.File(path, "w") as file:
+            write_attributes(file, name, FORMAT_VERSION, provenance)
+            columns = file.create_group(group)
+            for field in table.dtype.names or ():
+                columns.create_dataset(field, data=np.ascontiguousarray(table[field]))
+            for key, lines in texts.items():
+                file.create_dataset(key, data=lines, dtype=h5py.string_dtype(), shape=(len(lines),))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error})") from None
+    return path
+
+
+def _read_table(path: Path, group: str, name: str, dtype: np.dtype[Any]) -> tuple[NDArray[Any], list[str]]:
+    with open_checked(path, name, FORMAT_VERSION) as file:
+        missing = [field for field in dtype.names or () if f"{group}/{field}" not in file]
+        if missing:
+            raise InputError(f"{path}: /{group}/{', '.join(missing)} missing; the file is cut off")
+        table = np.zeros(len(file[f"{group}/{(dtype.names or ('',))[0]}"]), dtype=dtype)
+        try:
+            for field in dtype.names or ():
+                table[field] = file[f"{group}/{field}"][...]
+            names = [str(text) for text in file["witnesses"].asstr()[...]] if "witnesses" in file else []
+        except (OSError, ValueError) as error:
+            raise InputError(f"{path}: data cut off or damaged ({error})") from None
+    return table, names
+
+
+def write_trajectories(
+    paths: Trajectories, landing: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None
+) -> list[Path]:
+    """Write polylines as XDMF with the arrays in an HDF5 file beside it, as VTK and ParaView open them.
+
+    At the points: time (s), velocity (m/s), speed (m/s); on the lines: fragment, mass (kg), initial_speed (m/s), status.
+    """
+    import h5py
+
+    path = Path(path)
+    data = path.with_suffix(".h5")
+    lengths = np.diff(paths.start)
+    topology = np.empty(len(paths.time) + 2 * len(paths), dtype=np.int64)
+    place = paths.start[:-1] + 2 * np.arange(len(paths))
+    topology[place], topology[place + 1] = POLYLINE, lengths
+    inside = np.ones(topology.size, dtype=bool)
+    inside[place] = inside[place + 1] = False
+    topology[inside] = np.arange(len(paths.time))
+    rows = landing[paths.fragment]
+    at_points = {"time": paths.time, "velocity": paths.velocity, "speed": np.linalg.norm(paths.velocity, axis=1)}
+    on_lines = {name: np.ascontiguousarray(rows[name]) for name in ("fragment", "mass", "initial_speed", "round")}
+    on_lines["status"] = rows["status"].astype(np.int32)
+    try:
+        with h5py.File(data, "w") as file:
+            write_attributes(file, PATHS_FORMAT, FORMAT_VERSION, provenance or {})
+            for name, array in {"topology": topology, "position": paths.position, **at_points, **on_lines}.items():
+                file.create_dataset(name, data=array)
+        path.write_text(_xdmf(data.name, topology, paths, at_points, on_lines, provenance or {}), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error})") from None
+    return [path, data]
+
+
+def _xdmf(
+    data: str, topology: NDArray[Any], paths: Trajectories, at_points: Mapping[str, NDArray[Any]],
+    on_lines: Mapping[str, NDArray[Any]], provenance: Mapping[str, str],
+) -> str:  # fmt: skip
+    def item(name: str, array: NDArray[Any]) -> str:
+        kind = "Float" if array.dtype.kind == "f" else "Int"
+        shape = " ".join(str(n) for n in array.shape)
+        return (
+            f'<DataItem Dimensions="{shape}" NumberType="{kind}" Precision="{array.dtype.itemsize}" Format="HDF">'
+            f"{data}:/{name}</DataItem>"
+        )
+
+    def attribute(name: str, array: NDArray[Any], centre: str) -> str:
+        kind = "Vector" if array.ndim == 2 else "Scalar"
+        return f'<Attribute Name="{name}" AttributeType="{kind}" Center="{centre}">{item(name, array)}</Attribute>'
+
+    lines = ['<?xml version="1.0" encoding="utf-8"?>', '<Xdmf Version="3.0">', "<Domain>", '<Grid Name="trajectories">']
+    lines += [f"<Information Name={quoteattr(key)} Value={quoteattr(str(text))}/>" for key, text in provenance.items()]
+    lines.append(
+        f'<Topology TopologyType="Mixed" NumberOfElements="{len(paths)}">{item("topology", topology)}</Topology>'
+    )
+    lines.append(f'<Geometry GeometryType="XYZ">{item("position", paths.position)}</Geometry>')
+    lines += [attribute(name, array, "Node") for name, array in at_points.items()]
+    lines += [attribute(name, array, "Cell") for name, array in on_lines.items()]
+    return "\n".join([*lines, "</Grid>", "</Domain>", "</Xdmf>", ""])
