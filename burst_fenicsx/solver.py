@@ -59,7 +59,7 @@ class BurstSolver:
 
     Attributes
     ----------
-    time, time_step, steps : simulated time (s), last step (s), steps done.
+    time, time_step, steps, stable_step : simulated time (s), last step (s), steps done, stable limit now (s).
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class BurstSolver:
         )
         self._scratch = make_scratch(numba.get_num_threads())
         self._external_force = np.zeros_like(fields.nodes.force) if external else None
-        self._stable = np.inf
+        self.stable_step = np.inf
         self.add_forces(0.0)
 
     @property
@@ -116,7 +116,7 @@ class BurstSolver:
 
     def choose_step(self, until: float) -> float:
         """Size of the next step (s): the CFL fraction of the stable one, or the fixed one."""
-        wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self._stable
+        wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self.stable_step
         if self.time_step > 0.0:
             wanted = min(wanted, _STEP_GROWTH * self.time_step)
         left = until - self.time
@@ -167,7 +167,7 @@ class BurstSolver:
             from mpi4py import MPI
 
             stable = comm.allreduce(stable, op=MPI.MIN)
-        self._stable = stable
+        self.stable_step = stable
 
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number."""
@@ -176,7 +176,7 @@ class BurstSolver:
         message = ""
         if lost >= 0 and not smallest[lost] > 0.0:
             message = self.describe_cell(int(self._totals.smallest[lost]))
-        if not self._stable > 0.0:
+        if not self.stable_step > 0.0:
             message = message or "the stable step is no number"
         if self.fields.mesh.comm.size > 1:
             messages = [text for text in self.fields.mesh.comm.allgather(message) if text]

@@ -1,0 +1,140 @@
+"""The whole state in one HDF5 file, to go on from after an interruption; independent of ranks and threads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.ledger import Entry
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from burst_fenicsx.detonation import LeakageParts
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.solver import BurstSolver
+
+__all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
+
+FORMAT = "fragfield burst checkpoint"
+
+
+def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
+    """Everything that is kept by cell, (owned cells, ...), as it must be read back."""
+    count = state.mesh.cells
+    arrays = {name: function.x.array for name, function in state.functions.items()}
+    shaped = {name: np.asarray(array).reshape(-1, _width(array, state))[:count] for name, array in arrays.items()}
+    slots, held = state.blocks.slots
+    volume, hourglass = np.empty((count, 1)), np.empty((count, 12))
+    volume[held, 0] = state.grid.volume[slots]
+    lanes = state.solid.hourglass.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
+    hourglass[held] = lanes[slots]
+    return {**shaped, "volume": volume, "hourglass": hourglass}
+
+
+def _width(array: np.ndarray, state: BurstFields) -> int:
+    topology = state.mesh.domain.topology
+    cell_map = topology.index_map(topology.dim)
+    return array.size // max(int(cell_map.size_local + cell_map.num_ghosts), 1)
+
+
+def write_checkpoint(path: Path, solver: BurstSolver, provenance: Mapping[str, str], mesh_key: str) -> None:
+    """Write the state; collective. The file is replaced only when the new one is whole.
+
+    `mesh_key` names the mesh and settings; a resumed run must show the same.
+    """
+    state, mesh = solver.fields, solver.fields.mesh
+    cells = {name: mesh.gather_cells(values) for name, values in _cell_arrays(state).items()}
+    nodes = {
+        name: mesh.gather_nodes(values)
+        for name, values in (
+            ("position", state.nodes.position),
+            ("velocity", state.nodes.velocity),
+            ("force", state.nodes.force),
+        )
+    }
+    sums = mesh.comm.allreduce(solver.ledger.sums) if mesh.comm.size > 1 else solver.ledger.sums
+    if mesh.comm.rank != 0:
+        return
+    draft = path.with_name(path.name + ".part")
+    with h5py.File(draft, "w", libver=("v108", "v110")) as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["mesh_key"] = mesh_key
+        for key, text in provenance.items():
+            file.attrs[key] = text
+        for name in ("time", "time_step", "steps", "stable_step"):
+            file.attrs[name] = getattr(solver, name)
+        file["ledger/sums"] = sums
+        file["ledger/external_work"] = solver.ledger.external_work
+        for name, column in solver.ledger.columns().items():
+            file[f"history/{name}"] = column
+        file["leakage/factor"] = solver.leakage.factor
+        file["leakage/rupture_time"] = solver.leakage.rupture_time
+        for group, arrays in (("cells", cells), ("nodes", nodes)):
+            for name, values in arrays.items():
+                file[f"{group}/{name}"] = values
+    draft.replace(path)
+
+
+def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> None:
+    """Put the solver where the checkpoint was taken.
+
+    Raises
+    ------
+    InputError
+        The file is cut off, is no checkpoint, or belongs to another case.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise InputError(f"{path} is not a checkpoint of a burst (format {file.attrs.get('format')!r})")
+            if file.attrs["mesh_key"] != mesh_key:
+                raise InputError(
+                    f"{path} belongs to another case: {file.attrs['mesh_key']}; this one is {mesh_key}; run without resuming"
+                )
+            _restore(file, solver)
+    except (OSError, KeyError) as error:
+        raise InputError(f"{path} cannot be read as a checkpoint: {error}; delete it to start anew") from error
+
+
+def _restore(file: h5py.File, solver: BurstSolver) -> None:
+    state, mesh = solver.fields, solver.fields.mesh
+    for name, array in (
+        ("position", state.nodes.position),
+        ("velocity", state.nodes.velocity),
+        ("force", state.nodes.force),
+    ):
+        array[:] = file[f"nodes/{name}"][()][mesh.node]
+    count = mesh.cells
+    for name, function in state.functions.items():
+        rows = np.asarray(function.x.array).reshape(-1, _width(function.x.array, state))
+        rows[:count] = file[f"cells/{name}"][()][mesh.cell]
+    volume = file["cells/volume"][()][mesh.cell][:, 0]
+    hourglass = file["cells/hourglass"][()][mesh.cell]
+    # Padded lanes repeat their block's last cell.
+    state.grid.volume[:] = volume[state.blocks.cells.ravel()]
+    state.solid.hourglass[:] = hourglass[state.blocks.cells.ravel()].reshape(-1, LANES, 12).transpose(0, 2, 1).reshape(
+        len(state.blocks.cells), -1
+    )
+    leakage: LeakageParts = solver.leakage
+    leakage.factor[:] = file["leakage/factor"][()]
+    leakage.rupture_time[:] = file["leakage/rupture_time"][()]
+    solver.time = float(file.attrs["time"])
+    solver.time_step = float(file.attrs["time_step"])
+    solver.steps = int(file.attrs["steps"])
+    solver.stable_step = float(file.attrs["stable_step"])
+    if mesh.comm.rank == 0:
+        solver.ledger.sums[:] = file["ledger/sums"][()]
+    else:
+        solver.ledger.sums[:] = 0.0
+    solver.ledger.external_work = float(file["ledger/external_work"][()])
+    columns = {name: values[()] for name, values in file["history"].items()}
+    rows_count = len(columns["time"])
+    solver.ledger.entries = [
+        Entry(**{name: float(values[row]) for name, values in columns.items()}) for row in range(rows_count)
+    ]

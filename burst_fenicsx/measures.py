@@ -1,0 +1,135 @@
+"""What is read off the state from time to time: diameters by station, speeds along each round, segments' speeds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.assembly import mean_velocities
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.problem import Round
+    from burst_fenicsx.surfaces import RadialSurfaces
+
+__all__ = ["Measures", "RoundMeasures"]
+
+
+class RoundMeasures:
+    """One round's casing at one time.
+
+    Attributes
+    ----------
+    station, mean_speed, max_speed, outer_diameter, casing_mass : by station bin (m, m/s, m/s, m, kg).
+    mean, largest : mass-weighted speed and largest cell mean of the casing (m/s).
+    fastest : station of the fastest bin by mean speed (m from the nose).
+    """
+
+    def __init__(
+        self,
+        station: np.ndarray,
+        mean_speed: np.ndarray,
+        max_speed: np.ndarray,
+        outer_diameter: np.ndarray,
+        casing_mass: np.ndarray,
+    ) -> None:
+        self.station = station
+        self.mean_speed = mean_speed
+        self.max_speed = max_speed
+        self.outer_diameter = outer_diameter
+        self.casing_mass = casing_mass
+        total = casing_mass.sum()
+        self.mean = float((mean_speed * casing_mass).sum() / total) if total > 0.0 else 0.0
+        self.largest = float(max_speed.max(initial=0.0))
+        self.fastest = float(station[np.argmax(mean_speed)]) if len(station) else 0.0
+
+
+class Measures:
+    """Reads diameters and speeds off the distributed state.
+
+    Parameters
+    ----------
+    state : the fields. surfaces : bins of the whole mesh. rounds : in order. lengths : of each round (m).
+    """
+
+    def __init__(
+        self, state: BurstFields, surfaces: RadialSurfaces, rounds: Sequence[Round], lengths: Sequence[float]
+    ) -> None:
+        self._state = state
+        self._comm = state.mesh.comm
+        self._rounds = len(rounds)
+        self._bin_round = surfaces.bin_round
+        self._bin_station = surfaces.bin_station
+        self._bins = len(surfaces.bin_station)
+        per_round = self._bins // max(len(rounds), 1)
+        mesh = state.mesh
+        own = mesh.node[: mesh.owned_nodes]
+        bins = surfaces.casing_bin[own]
+        self._node = np.flatnonzero(bins >= 0)
+        self._bin = bins[self._node]
+        self._outward = surfaces.outward[own][self._node]
+        self._radius = surfaces.radius[own][self._node]
+        self._start = state.start[self._node]
+        self._count = self._sum(np.bincount(self._bin, minlength=self._bins).astype(float))
+        casing = np.flatnonzero(mesh.part == Part.CASING)
+        fraction = mesh.station[casing] / np.asarray(lengths)[mesh.round[casing]]
+        place = np.clip((fraction * per_round).astype(int), 0, per_round - 1)
+        self._casing = casing
+        self._casing_bin = mesh.round[casing] * per_round + place
+
+    def _sum(self, values: np.ndarray) -> np.ndarray:
+        return self._comm.allreduce(values) if self._comm.size > 1 else values
+
+    def outer_radii(self) -> np.ndarray:
+        """Azimuthal mean of the casing's outer radius in every bin (m); not a number in empty bins."""
+        moved = self._state.nodes.position[self._node] - self._start
+        radius = self._radius + np.einsum("ij,ij->i", moved, self._outward)
+        total = self._sum(np.bincount(self._bin, weights=radius, minlength=self._bins))
+        return np.where(self._count > 0, total / np.maximum(self._count, 1.0), np.nan)
+
+    def outer_diameter(self) -> float:
+        """Largest over rounds and stations of the azimuthal mean diameter (m)."""
+        radii = self.outer_radii()
+        return float(2.0 * np.nanmax(radii)) if np.isfinite(radii).any() else 0.0
+
+    def rounds(self) -> list[RoundMeasures]:
+        """Speeds and diameters along every round."""
+        from mpi4py import MPI
+
+        state = self._state
+        mass = state.cell_mass[self._casing]
+        speed = np.linalg.norm(mean_velocities(state.nodes.velocity, state.mesh.dofmap), axis=1)[self._casing]
+        largest = np.zeros(self._bins)
+        np.maximum.at(largest, self._casing_bin, speed)
+        if self._comm.size > 1:
+            largest = self._comm.allreduce(largest, op=MPI.MAX)
+        total = self._sum(np.bincount(self._casing_bin, weights=mass, minlength=self._bins))
+        weighted = self._sum(np.bincount(self._casing_bin, weights=mass * speed, minlength=self._bins))
+        diameter = 2.0 * self.outer_radii()
+        mean = weighted / np.where(total > 0.0, total, 1.0)
+        result = []
+        for index in range(self._rounds):
+            own = self._bin_round == index
+            result.append(
+                RoundMeasures(self._bin_station[own], mean[own], largest[own], diameter[own], total[own])
+            )
+        return result
+
+    def segment_masses_and_speeds(self, segments: Sequence[int]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Casing mass (kg) and mass-weighted casing speed (m/s) of every round's segments; `segments` counts them."""
+        state = self._state
+        mesh = state.mesh
+        speed = np.linalg.norm(mean_velocities(state.nodes.velocity, mesh.dofmap), axis=1)
+        masses, speeds = [], []
+        for index, count in enumerate(segments):
+            own = np.flatnonzero((mesh.part == Part.CASING) & (mesh.round == index) & (mesh.segment >= 0))
+            where = mesh.segment[own]
+            mass = self._sum(np.bincount(where, weights=state.cell_mass[own], minlength=count))
+            weighted = self._sum(np.bincount(where, weights=state.cell_mass[own] * speed[own], minlength=count))
+            masses.append(mass)
+            speeds.append(weighted / np.where(mass > 0.0, mass, 1.0))
+        return masses, speeds

@@ -1,0 +1,466 @@
+"""From rounds and settings to a finished burst: mesh, distribution, steps, outputs, snapshot."""
+
+from __future__ import annotations
+
+import hashlib
+import resource
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+
+from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.detonation import LeakageParts
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.fields import FUZE, BurstFields, make_fields
+from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.measures import Measures, RoundMeasures
+from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
+from burst_fenicsx.meshing.distributed import distribute
+from burst_fenicsx.output import TimeSeries
+from burst_fenicsx.problem import BurstSettings, Part, Round
+from burst_fenicsx.records import round_records
+from burst_fenicsx.snapshot import write_snapshot
+from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.surfaces import radial_surfaces
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from mpi4py import MPI
+
+__all__ = ["BurstProgress", "BurstResult", "Simulation", "simulate"]
+
+_HISTORY_INTERVAL = 1e-6
+_PROGRESS_SECONDS = 0.2
+
+
+@dataclass(frozen=True)
+class BurstProgress:
+    """How far the burst is. Times in s; `seconds_left` is a guess from the rate so far."""
+
+    time: float
+    end_time: float
+    step: int
+    steps_per_second: float
+    cell_steps_per_second: float
+    time_step: float
+    seconds_left: float | None
+
+
+@dataclass(frozen=True)
+class BurstResult:
+    """What the burst gave.
+
+    Attributes
+    ----------
+    summary : the "burst" part of summary.json.
+    rounds : speeds and diameters along each round at the end.
+    history : the ledger's entries by name.
+    """
+
+    summary: dict[str, Any]
+    rounds: list[RoundMeasures]
+    history: dict[str, np.ndarray]
+
+
+def simulate(
+    rounds: Sequence[Round],
+    settings: BurstSettings,
+    out_dir: Path,
+    *,
+    comm: MPI.Comm | None = None,
+    provenance: Mapping[str, str] | None = None,
+    on_progress: Callable[[BurstProgress], None] | None = None,
+    resume: bool = False,
+) -> BurstResult:
+    """Compute the burst and write burst.xdmf, burst.h5, burst_snapshot.h5 and, while it runs, checkpoint.h5.
+
+    Parameters
+    ----------
+    rounds : the cased charges.
+    settings : how it is computed.
+    out_dir : an existing folder.
+    comm : communicator, by default MPI's world; the call is collective.
+    provenance : written into every file.
+    on_progress : called on rank 0 about five times a second.
+    resume : go on from checkpoint.h5 in `out_dir` where there is one.
+
+    Raises
+    ------
+    InputError
+        The problem cannot be computed.
+    NumericalStop
+        A cell was lost or the ledger opened; all outputs written so far are whole.
+    """
+    if comm is None:
+        from mpi4py import MPI
+
+        comm = MPI.COMM_WORLD
+    simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
+    if resume and simulation.checkpoint_path.exists():
+        simulation.resume()
+    simulation.run()
+    return simulation.finish()
+
+
+@dataclass
+class _Clocks:
+    """Wall-clock times of the run (s)."""
+
+    start: float = field(default_factory=clock.perf_counter)
+    mesh: float = 0.0
+    first_step: float = 0.0
+    stepping: float = 0.0
+    last_progress: float = 0.0
+
+
+class Simulation:
+    """A burst under way; `simulate` drives it."""
+
+    def __init__(
+        self,
+        rounds: Sequence[Round],
+        settings: BurstSettings,
+        out_dir: Path,
+        comm: MPI.Comm,
+        provenance: dict[str, str],
+        on_progress: Callable[[BurstProgress], None] | None = None,
+    ) -> None:
+        self.rounds = list(rounds)
+        self.settings = settings
+        self.out_dir = out_dir
+        self.comm = comm
+        self.provenance = provenance
+        self.on_progress = on_progress
+        self._clocks = _Clocks()
+        _check(self.rounds, settings)
+
+        self.mesh, self.quality = self._make_mesh()
+        mesh = self.mesh
+        bins = int(np.clip(max(mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
+        surfaces = radial_surfaces(mesh, self.rounds, settings.leakage.parts, bins)
+        distributed = distribute(comm, mesh if comm.rank == 0 else None)
+        own = distributed.node[: distributed.owned_nodes]
+        self.leakage = LeakageParts.of_charges(
+            settings.leakage,
+            comm,
+            surfaces.charge_part[own],
+            mesh.nodes[own],
+            surfaces.radius[own],
+            surfaces.outward[own],
+            surfaces.parts,
+        )
+        self.fuze_density = [_fuze_density(item) for item in self.rounds]
+        self.fields: BurstFields = make_fields(
+            distributed,
+            self.rounds,
+            settings,
+            fuze_density=self.fuze_density,
+            axial_part=surfaces.cell_part[distributed.cell],
+            leakage=self.leakage.factor,
+            lengths=mesh.lengths,
+        )
+        self._clocks.mesh = clock.perf_counter() - self._clocks.start
+        self.ledger = self._make_ledger()
+        self.solver = BurstSolver(self.fields, settings, self.leakage, self.ledger)
+        self.measures = Measures(self.fields, surfaces, self.rounds, mesh.lengths)
+        self.surfaces = surfaces
+        self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self._series: TimeSeries | None = None
+        self._resumed_at: float | None = None
+        self._first_step_at = 0
+        self.acceleration_complete: float | None = None
+
+    @property
+    def checkpoint_path(self) -> Path:
+        """Where the state is kept while the burst runs."""
+        return self.out_dir / "checkpoint.h5"
+
+    def _make_mesh(self) -> tuple[HexahedralMesh, MeshQuality]:
+        """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
+        mesh = merge([mesh_round(item, self.settings.cell_size, index) for index, item in enumerate(self.rounds)])
+        return mesh, quality(mesh)
+
+    def _make_ledger(self) -> Ledger:
+        state = self.fields
+        chemical = 0.0
+        for index, products in enumerate(state.products):
+            own = (state.mesh.round == index) & (state.mesh.part == Part.CHARGE)
+            chemical += float(state.cell_mass[own].sum()) / products.density * products.energy
+        chemical = self.comm.allreduce(chemical)
+        return Ledger(self.settings.energy_tolerance, 1e-3 * chemical, chemical, self.comm)
+
+    @property
+    def key(self) -> str:
+        """Names the mesh and the settings, for the checkpoint."""
+        text = repr((self.settings, self.rounds)).encode()
+        return f"{len(self.mesh.cells)} cells, {hashlib.sha256(text).hexdigest()[:16]}"
+
+    def resume(self) -> None:
+        """Go on from the checkpoint."""
+        read_checkpoint(self.checkpoint_path, self.solver, self.key)
+        self._resumed_at = self.solver.time
+        self._first_step_at = self.solver.steps
+
+    def run(self) -> None:
+        """Step until the end, taking the ledger, outputs and checkpoints on the way."""
+        self._open_series()
+        solver, settings = self.solver, self.settings
+        end = settings.end_time if settings.end_time is not None else settings.time_limit
+        history = solver.time + (_HISTORY_INTERVAL if self._resumed_at is not None else 0.0)
+        output = 0.0
+        while output < solver.time * (1.0 + 1e-9) and self._resumed_at is not None:
+            output += settings.output_interval
+        self._clocks.first_step = clock.perf_counter() - self._clocks.start
+        began = clock.perf_counter()
+        try:
+            while True:
+                finished = solver.time >= end * (1.0 - 1e-12)
+                if solver.time >= history or finished:
+                    self._record()
+                    history = solver.time + _HISTORY_INTERVAL
+                    finished = finished or self._acceleration_is_complete()
+                if solver.time >= output * (1.0 - 1e-12) or finished:
+                    self._write_output()
+                    output += settings.output_interval
+                self._report_progress(end, began)
+                if finished:
+                    break
+                solver.step(min(output, end))
+        except KeyboardInterrupt:
+            write_checkpoint(self.checkpoint_path, solver, self.provenance, self.key)
+            raise
+        finally:
+            self._clocks.stepping += clock.perf_counter() - began
+            if self._series is not None:
+                self._series.close()
+        self.checkpoint_path.unlink(missing_ok=True)
+
+    def _record(self) -> None:
+        entry = self.ledger.record(
+            self.fields,
+            self.solver.time,
+            self.solver.time_step,
+            self.solver.resultant,
+            self.measures.outer_diameter(),
+        )
+        self.radii.append((entry.time, self.measures.outer_radii(), self.leakage.radii(self.fields.nodes.position)))
+
+    def _acceleration_is_complete(self) -> bool:
+        """Note when the casing's kinetic energy has stopped growing; end the run there unless an end was given."""
+        now = self.ledger.entries[-1]
+        window = self.settings.acceleration_window
+        if self.acceleration_complete is None and now.time > window and now.kinetic_casing > 0.0:
+            before = [entry for entry in self.ledger.entries if entry.time <= now.time - window]
+            grown = (now.kinetic_casing - before[-1].kinetic_casing) / now.kinetic_casing if before else 1.0
+            if before and self._burnt_out() and grown < self.settings.acceleration_tolerance:
+                self.acceleration_complete = now.time
+        return self.settings.end_time is None and self.acceleration_complete is not None
+
+    def _burnt_out(self) -> bool:
+        """Whether no charge waits to be lit any more."""
+        light = self.fields.charge.ignition_time
+        latest = float(light[np.isfinite(light)].max(initial=0.0))
+        return bool(self.comm.allreduce(latest, op=_largest()) < self.solver.time)
+
+    def _open_series(self) -> None:
+        if self.comm.rank == 0:
+            self._series = TimeSeries(
+                self.out_dir / "burst", self.mesh.cells, self.provenance, resume_at=self._resumed_at
+            )
+
+    def _write_output(self) -> None:
+        points, cells = self._gathered()
+        if self._series is not None:
+            position = points.pop("position")
+            if not self._series.times or self.solver.time > self._series.times[-1]:
+                self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
+        if self.solver.time > 0.0:
+            write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key)
+
+    def _gathered(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Fields for the eye, in the order of the mesh, on rank 0 (empty elsewhere)."""
+        state, mesh = self.fields, self.fields.mesh
+        count = mesh.cells
+        stress = state.solid.stress[:count].mean(axis=1)
+        charge = mesh.part == Part.CHARGE
+        pressure = state.charge.pressure[:count] * state.charge.leakage[state.charge.axial_part]
+        pressure = np.where(charge, pressure, -stress[:, :3].mean(axis=1))
+        stress[charge, :3] -= pressure[charge, None]
+        volume = np.empty(count)
+        slots, held = state.blocks.slots
+        volume[held] = state.grid.volume[slots]
+        shear = state.solid.shear_strain[:count].mean(axis=1)
+        tension = state.solid.volume_strain[:count].mean(axis=1)
+        local_cells = {
+            "pressure": pressure,
+            "stress": stress,
+            "shear_stress": _largest_shear(stress),
+            "plastic_shear_strain": shear,
+            "plastic_volumetric_strain": tension,
+            "burn_fraction": state.charge.burn_fraction[:count],
+            "density": state.cell_mass / volume,
+            "part": mesh.part,
+            "round": mesh.round,
+            "segment": mesh.segment,
+        }
+        local_points = {
+            "position": state.nodes.position,
+            "velocity": state.nodes.velocity,
+            "displacement": state.nodes.position - state.start,
+        }
+        points = {name: mesh.gather_nodes(values) for name, values in local_points.items()}
+        cells = {name: mesh.gather_cells(values) for name, values in local_cells.items()}
+        if self.comm.rank != 0:
+            return {}, {}
+        return {k: v for k, v in points.items() if v is not None}, {k: v for k, v in cells.items() if v is not None}
+
+    def _report_progress(self, end: float, began: float) -> None:
+        now = clock.perf_counter()
+        if self.on_progress is None or self.comm.rank != 0 or now - self._clocks.last_progress < _PROGRESS_SECONDS:
+            return
+        self._clocks.last_progress = now
+        solver = self.solver
+        done = solver.steps - self._first_step_at
+        rate = done / max(now - began, 1e-9)
+        left = (end - solver.time) / solver.time_step / rate if solver.time_step > 0.0 and rate > 0.0 else None
+        self.on_progress(
+            BurstProgress(
+                time=solver.time,
+                end_time=end,
+                step=solver.steps,
+                steps_per_second=rate,
+                cell_steps_per_second=rate * len(self.mesh.cells),
+                time_step=solver.time_step,
+                seconds_left=left,
+            )
+        )
+
+    def finish(self) -> BurstResult:
+        """Write the snapshot and give the summary; collective."""
+        along = self.measures.rounds()
+        counts = [len(segments) for segments in self.mesh.segments]
+        masses, speeds = self.measures.segment_masses_and_speeds(counts)
+        records = round_records(self, masses, speeds)
+        state, mesh = self.fields, self.fields.mesh
+        shear = state.solid.shear_strain[: mesh.cells].mean(axis=1)
+        tension = state.solid.volume_strain[: mesh.cells].mean(axis=1)
+        nodes = {
+            "reference": mesh.gather_nodes(state.start),
+            "position": mesh.gather_nodes(state.nodes.position),
+            "velocity": mesh.gather_nodes(state.nodes.velocity),
+        }
+        cells = {
+            "mass": mesh.gather_cells(state.cell_mass),
+            "plastic_shear_strain": mesh.gather_cells(shear),
+            "plastic_volumetric_strain": mesh.gather_cells(tension),
+        }
+        history = self.ledger.columns()
+        summary = self._summary(along, [record.charge_mass for record in records])
+        if self.comm.rank == 0:
+            whole = self.mesh
+            write_snapshot(
+                self.out_dir / "burst_snapshot.h5",
+                self.solver.time,
+                {name: values for name, values in nodes.items() if values is not None},
+                {
+                    "nodes": whole.cells,
+                    "part": whole.part.astype(np.uint8),
+                    "round": whole.round,
+                    "segment": whole.segment,
+                    "station": whole.station,
+                    **{name: values for name, values in cells.items() if values is not None},
+                },
+                records,
+                along,
+                history,
+                self.provenance,
+            )
+        return BurstResult(summary, along, history)
+
+    def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+        solver, last = self.solver, self.ledger.entries[-1]
+        steps = max(solver.steps - self._first_step_at, 1)
+        casing = np.array([item.casing_mass.sum() for item in along])
+        means = np.array([item.mean for item in along])
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        earlier = [e for e in self.ledger.entries if e.time <= last.time - self.settings.acceleration_window]
+        growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
+        return {
+            "cells": len(self.mesh.cells),
+            "nodes": len(self.mesh.nodes),
+            "ranks": self.comm.size,
+            "threads": numba.get_num_threads(),
+            "steps": solver.steps,
+            "end_time": solver.time,
+            "wall_seconds": clock.perf_counter() - self._clocks.start,
+            "start_seconds": self._clocks.first_step,
+            "stepping_seconds": self._clocks.stepping,
+            "seconds_per_cell_step": self._clocks.stepping / steps / len(self.mesh.cells),
+            "peak_memory_bytes": int(self.comm.allreduce(memory)),
+            "casing_mass": float(casing.sum()),
+            "charge_mass": float(sum(charge_masses)),
+            "mean_initial_speed": float((means * casing).sum() / casing.sum()),
+            "max_initial_speed": max(item.largest for item in along),
+            "outer_diameter": last.outer_diameter,
+            "lost_cells": 0,
+            "energy_error": max(entry.energy_error for entry in self.ledger.entries),
+            "energy_error_at_end": last.energy_error,
+            "momentum_error": last.momentum_error,
+            "max_penetration": 0.0,
+            "products_balance": self.ledger.products_balance,
+            "acceleration_complete": self.acceleration_complete,
+            "kinetic_energy_growth": growth,
+            "products": self.settings.products,
+            "quadrature": self.settings.quadrature,
+            "cell_size": self.settings.cell_size,
+            "min_scaled_jacobian": self.quality.min_scaled_jacobian,
+            "max_aspect_ratio": self.quality.max_aspect_ratio,
+            "min_edge": self.quality.min_edge,
+            "rounds": [
+                {
+                    "name": item.name,
+                    "casing_mass": float(measure.casing_mass.sum()),
+                    "charge_mass": float(charge),
+                    "mean_initial_speed": measure.mean,
+                    "max_initial_speed": measure.largest,
+                    "outer_diameter": float(np.nanmax(measure.outer_diameter)),
+                    "fastest_station": measure.fastest,
+                    "length": self.mesh.lengths[index],
+                }
+                for index, (item, measure, charge) in enumerate(zip(self.rounds, along, charge_masses, strict=True))
+            ],
+        }
+
+
+def _largest() -> Any:
+    from mpi4py import MPI
+
+    return MPI.MAX
+
+
+def _largest_shear(stress: np.ndarray) -> np.ndarray:
+    """(s1 - s3)/2 of stresses (cells, 6), Pa."""
+    matrices = stress[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
+    values = np.linalg.eigvalsh(matrices)
+    return 0.5 * (values[:, 2] - values[:, 0])
+
+
+def _fuze_density(item: Round) -> float:
+    density = item.profile.fuze_density if item.profile is not None else 0.0
+    return density if density > 0.0 else FUZE.density
+
+
+def _check(rounds: Sequence[Round], settings: BurstSettings) -> None:
+    """Refuse what cannot be computed, before any work."""
+    if not rounds:
+        raise InputError("there is no round to burst")
+    if not settings.cell_size > 0.0:
+        raise InputError(f"cell_size = {settings.cell_size} m; it must be positive")
+    for item in rounds:
+        if not item.ignition:
+            raise InputError(f"round '{item.name}' has no ignition point; give at least one")
