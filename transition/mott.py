@@ -130,7 +130,7 @@ class MottLaw:
         """Return the law stretched so that its fragments up to `heaviest` (kg) have the mean mass `mean` (kg).
 
         A casing of mass M holds no fragment heavier than M. The law cut there keeps its number only if mu is
-        raised; the raise is below 1e-4 from about 110 fragments (two dimensions) or 600 (three) upwards.
+        raised; the raise is below 1e-4 from about 100 fragments (two dimensions) or 700 (three) upwards.
 
         Raises
         ------

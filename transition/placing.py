@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Patches", "join", "patch_means", "patch_positions", "place", "point_positions", "trilinear"]
 
+_ABSORBS = 1e-6  # share of the segment's mass from which a fragment takes up round-off without a trace
+
 
 @dataclass(frozen=True, eq=False)
 class Patches:
@@ -71,8 +73,8 @@ def place(
     generator : numpy.random.Generator
         Source of chance.
     take_all : bool
-        The fragments are to carry the cells' whole mass: what round-off leaves goes to the fragment placed last,
-        one of middle mass.
+        The fragments are to carry the cells' whole mass: what round-off leaves goes to the fragment placed last, the
+        lightest that does not feel it.
 
     Returns
     -------
@@ -83,8 +85,9 @@ def place(
     # A cell's place in the order falls with -ln(u)/m: each next cell comes with odds by its mass.
     order = np.argsort(generator.exponential(size=cell_mass.size) / cell_mass, kind="stable")
     point = generator.random((number, 3))
-    middle = number // 2
-    placing = np.concatenate([fragment_mass[:middle], fragment_mass[middle + 1 :], fragment_mass[middle : middle + 1]])
+    heavy = fragment_mass >= _ABSORBS * cell_mass.sum()
+    last = int(np.flatnonzero(heavy)[-1]) if heavy.any() else 0
+    placing = np.concatenate([fragment_mass[:last], fragment_mass[last + 1 :], fragment_mass[last : last + 1]])
     seed = np.zeros(number, dtype=np.int64)
     contiguous = np.zeros(number, dtype=np.bool_)
     offset = np.zeros(number + 1, dtype=np.int64)

@@ -165,22 +165,31 @@ class Graded:
         InputError
             Not even the first grade holds one fragment, or the first is heavier than the segment.
         """
-        number = mass / law.mean
-        grade = np.arange(1, 2 + int(max(0.0, (mass - self.m0) / self.dm)))
-        masses = self.m0 + self.dm * grade
-        expected = number * (law.survival(masses - 0.5 * self.dm) - law.survival(masses + 0.5 * self.dm))
-        if expected.size == 0 or expected[0] < 1.0 or masses[0] > mass:
+        masses, counts = self.grades(law, mass / law.mean, mass)
+        if not counts.any():
             raise InputError(
                 f"sampler 'graded': the first grade (m_0 + dm = {(self.m0 + self.dm) * 1e3:g} g) holds less than one "
-                f"of the {number:.1f} fragments expected; take a larger graded_dm, or the sampler 'quantile'"
+                f"of the {mass / law.mean:.1f} fragments expected, or is heavier than the {mass:g} kg of the segment; "
+                "change graded_dm, or take the sampler 'quantile'"
             )
-        counts = np.floor(expected[: int(np.argmax(expected < 1.0)) if (expected < 1.0).any() else None]).astype(int)
-        total = np.cumsum(counts * masses[: counts.size])
+        drawn = np.repeat(masses, counts)[::-1]
+        return Draw(drawn, float(mass - drawn.sum()), 1.0, "graded")
+
+    def grades(self, law: MottLaw, number: float, mass: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Masses (kg) of the grades and the fragments in each, for N0 = `number` and a segment of `mass` (kg).
+
+        Eq. 29 acts only where N0 is larger than M/mean: counted by whole numbers, the grades never reach M.
+        """
+        possible = min(number, max(0.0, (mass - self.m0) / self.dm))  # every grade holds one fragment at least
+        masses = self.m0 + self.dm * np.arange(1, 2 + int(possible))
+        expected = number * (law.survival(masses - 0.5 * self.dm) - law.survival(masses + 0.5 * self.dm))
+        small = np.flatnonzero(expected < 1.0)
+        grades = int(small[0]) if small.size else expected.size
+        counts = np.floor(expected[:grades]).astype(np.int64)
+        total = np.cumsum(counts * masses[:grades])
         over = np.flatnonzero(total > mass)
         if over.size:
             last = int(over[0])
             counts = counts[: last + 1]
-            before = total[last - 1] if last else 0.0
-            counts[last] = int((mass - before) / masses[last])
-        drawn = np.repeat(masses[: counts.size], counts)[::-1]
-        return Draw(drawn, float(mass - drawn.sum()), 1.0, "graded")
+            counts[last] = int((mass - (total[last - 1] if last else 0.0)) / masses[last])
+        return masses[: counts.size], counts

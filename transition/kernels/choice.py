@@ -24,7 +24,8 @@ def balanced_choice(
     After every such step the probabilities of all lighter candidates are multiplied by the mass still to be given
     over the mass they would give. That factor is a martingale, so every candidate keeps its probability in
     expectation, and a heavy fragment that happens to come is paid for by all lighter ones. Once so little mass is
-    left that a probability would pass one, the factor stays as it is.
+    left that a probability would leave 0 to 1, the factor stays as it is; only the very lightest candidates, worth
+    less than one fragment together, come a little too rarely for that.
 
     Parameters
     ----------
@@ -69,7 +70,6 @@ def balanced_choice(
         if free and lighter[other] > 0.0:
             wanted = (total - given - p_held * mass[held]) / lighter[other]
             free = wanted * highest <= 1.0
-            if free:
-                factor = max(wanted, 0.0)
+            factor = max(wanted, 0.0) if free else factor
     chosen[held] = uniform[0] < p_held
     return chosen

@@ -12,6 +12,63 @@ if TYPE_CHECKING:
 
 __all__ = ["flood"]
 
+_TRIES = 30
+
+
+@njit(cache=True, nogil=True)
+def _reach(
+    start: int,
+    need: float,
+    over_emptied: bool,
+    remaining: NDArray[np.float64],
+    neighbours: NDArray[np.int64],
+    mark: int,
+    stamp: NDArray[np.int64],
+    queue: NDArray[np.int64],
+) -> tuple[int, float]:
+    """Cells from `start` outwards, nearest first, until they hold the mass `need` (kg).
+
+    Writes them into `queue` and returns their number and the mass still missing. `over_emptied` lets the search
+    cross cells without mass; `mark` is a number that `stamp` does not hold yet.
+    """
+    stamp[start] = mark
+    queue[0] = start
+    head, tail = 0, 1
+    while head < tail and need > 0.0:
+        cell = queue[head]
+        head += 1
+        need -= remaining[cell]
+        for side in range(6):
+            other = neighbours[cell, side]
+            if other >= 0 and stamp[other] != mark and (over_emptied or remaining[other] > 0.0):
+                stamp[other] = mark
+                queue[tail] = other
+                tail += 1
+    return head, need
+
+
+@njit(cache=True, nogil=True)
+def _take(
+    cells: NDArray[np.int64],
+    need: float,
+    remaining: NDArray[np.float64],
+    pieces: int,
+    piece_cell: NDArray[np.int64],
+    piece_mass: NDArray[np.float64],
+) -> tuple[int, float]:
+    """Take the mass `need` (kg) from `cells` in turn; returns the number of pieces so far and what is missing."""
+    for cell in cells:
+        if need <= 0.0:
+            break
+        taken = min(need, remaining[cell])
+        if taken > 0.0:
+            need = need - taken
+            remaining[cell] = remaining[cell] - taken
+            piece_cell[pieces] = cell
+            piece_mass[pieces] = taken
+            pieces += 1
+    return pieces, need
+
 
 @njit(cache=True, nogil=True)
 def flood(
@@ -28,8 +85,9 @@ def flood(
 ) -> int:
     """Give the cells' mass to fragments: each floods from a cell over face neighbours until its mass is covered.
 
-    A flood first keeps to cells that still have mass. Where these end before the fragment is covered, it goes on
-    over emptied cells as well, so that the missing mass comes from near by, and at last to any cell in `order`.
+    A flood keeps to cells that still have mass. Where a pocket of them is too small for the fragment, it tries the
+    next random cell and leaves the pocket to a lighter one. If thirty cells in turn are too small, it goes on over
+    emptied cells, so that the missing mass comes from near by, and at last to any cell in `order`.
 
     Parameters
     ----------
@@ -55,73 +113,43 @@ def flood(
     int
         Number of fragments placed; fewer than n only if the cells' mass ran out.
     """
-    cells = remaining.size
     fragments = fragment_mass.size
-    queue = np.empty(cells, dtype=np.int64)
-    stamp = np.zeros(cells, dtype=np.int64)
+    queue = np.empty(remaining.size, dtype=np.int64)
+    stamp = np.zeros(remaining.size, dtype=np.int64)
     left = order.copy()
-    number_left = cells
-    place = 0
-    pieces = 0
+    number_left, place, pieces, mark = left.size, 0, 0, 0
     offset[0] = 0
     for fragment in range(fragments):
-        start = -1
-        while number_left > 0:
+        found, missing, tries = 0, 1.0, 0
+        while number_left > 0 and missing > 0.0 and tries < _TRIES:
             if place == number_left:  # once round: drop the emptied cells from the list
                 kept = 0
                 for index in range(number_left):
                     if remaining[left[index]] > 0.0:
                         left[kept] = left[index]
                         kept += 1
-                number_left = kept
-                place = 0
+                number_left, place = kept, 0
                 continue
             start = left[place]
             place += 1
             if remaining[start] > 0.0:
-                break
-            start = -1
-        if start < 0:
+                tries += 1
+                mark += 1
+                seed[fragment] = start
+                found, missing = _reach(
+                    start, fragment_mass[fragment], False, remaining, neighbours, mark, stamp, queue
+                )
+        if tries == 0:
             return fragment
-        seed[fragment] = start
-        contiguous[fragment] = True
-        need = fragment_mass[fragment]
-        for attempt in range(2):
-            mark = 2 * fragment + attempt + 1
-            stamp[start] = mark
-            queue[0] = start
-            head, tail = 0, 1
-            while head < tail and need > 0.0:
-                cell = queue[head]
-                head += 1
-                if remaining[cell] > 0.0:
-                    if attempt == 1:
-                        contiguous[fragment] = False
-                    taken = min(need, remaining[cell])
-                    need = need - taken
-                    remaining[cell] = remaining[cell] - taken
-                    piece_cell[pieces] = cell
-                    piece_mass[pieces] = taken
-                    pieces += 1
-                for side in range(6):
-                    other = neighbours[cell, side]
-                    if other >= 0 and stamp[other] != mark and (attempt == 1 or remaining[other] > 0.0):
-                        stamp[other] = mark
-                        queue[tail] = other
-                        tail += 1
-            if need <= 0.0:
-                break
-        last = take_all and fragment == fragments - 1
-        if need > 0.0 or last:
-            for index in range(number_left):
-                cell = left[index]
-                if (need > 0.0 or last) and remaining[cell] > 0.0:
-                    taken = remaining[cell] if last else min(need, remaining[cell])
-                    contiguous[fragment] = contiguous[fragment] and taken < 1e-9 * fragment_mass[fragment]
-                    need -= taken
-                    remaining[cell] = remaining[cell] - taken
-                    piece_cell[pieces] = cell
-                    piece_mass[pieces] = taken
-                    pieces += 1
+        contiguous[fragment] = missing <= 1e-9 * fragment_mass[fragment]  # round-off aside
+        if missing > 0.0:
+            mark += 1
+            start = seed[fragment]
+            found, missing = _reach(start, fragment_mass[fragment], True, remaining, neighbours, mark, stamp, queue)
+        pieces, missing = _take(queue[:found], fragment_mass[fragment], remaining, pieces, piece_cell, piece_mass)
+        if take_all and fragment == fragments - 1:
+            missing = np.inf
+        if missing > 0.0:
+            pieces, missing = _take(left[:number_left], missing, remaining, pieces, piece_cell, piece_mass)
         offset[fragment + 1] = pieces
     return fragments

@@ -1,0 +1,259 @@
+"""The break-up as a whole: what is handed over, by which laws, from which chance."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.transition.synthetic import STEEL, Tube
+from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
+from transition.mean_mass import gurney_sarmousakis, mott_linfoot
+
+
+@pytest.fixture(scope="module")
+def snapshot(tmp_path_factory):
+    return Tube().read(tmp_path_factory.mktemp("burst") / "burst_snapshot.h5")
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    tube = Tube(around=24, axial=20, places=((0.0, 0.0, 0.0), (0.2, 0.0, 0.0)))
+    return tube.read(tmp_path_factory.mktemp("burst") / "pair.h5")
+
+
+def lumped(snapshot):
+    """Casing mass at the nodes, assembled as the burst stage does."""
+    mass = np.zeros(len(snapshot.position))
+    for corner in range(8):
+        np.add.at(mass, snapshot.cells[snapshot.casing, corner], snapshot.mass[snapshot.casing] / 8.0)
+    return mass
+
+
+def test_mass_and_momentum_are_those_of_the_lumped_casing(pair):
+    result = break_up(pair, seed=3)
+    mass = lumped(pair)
+    assert result.fragments.total_mass == pytest.approx(mass.sum(), rel=1e-12)
+    scale = mass @ np.linalg.norm(pair.velocity, axis=1)
+    assert np.linalg.norm(result.fragments.momentum - mass @ pair.velocity) < 1e-12 * scale
+    assert abs(result.summary["mass_error"]) < 1e-12
+    assert result.summary["momentum_error"] < 1e-12
+
+
+def test_energy_is_lost_by_averaging_only(snapshot):
+    result = break_up(snapshot, seed=3)
+    energy = 0.5 * lumped(snapshot) @ (snapshot.velocity**2).sum(axis=1)
+    assert result.ledger.casing_energy == pytest.approx(energy, rel=1e-12)
+    # Jensen: averaging within cells, then over patches, can only lose
+    assert result.ledger.energy < result.ledger.cell_energy < result.ledger.casing_energy
+    assert result.summary["energy_lost"] == pytest.approx(energy - result.fragments.kinetic_energy, rel=1e-9)
+    assert -0.06 < result.summary["energy_error"] < -0.001
+    fine = break_up(snapshot, BreakUpSettings(mean_mass=2e-4), seed=3)
+    assert result.summary["energy_error"] < 2.0 * fine.summary["energy_error"] < 0.0
+
+
+def test_casing_that_moves_as_one_keeps_its_energy(tmp_path):
+    moving = Tube(around=12, axial=10, velocity=lambda x: np.tile([30.0, -40.0, 120.0], (len(x), 1)))
+    result = break_up(moving.read(tmp_path / "s.h5"))
+    assert abs(result.summary["energy_error"]) < 1e-12
+    np.testing.assert_allclose(result.fragments.speed, 130.0, rtol=1e-12)
+
+
+def test_every_casing_cell_is_covered_once_by_its_own_segment(pair):
+    result = break_up(pair, seed=1)
+    given = np.bincount(result.patches.cell, result.patches.piece, minlength=pair.casing.size)
+    np.testing.assert_allclose(given, pair.mass[pair.casing], rtol=1e-12)
+    owner = np.repeat(np.arange(len(result.fragments)), np.diff(result.patches.offset))
+    assert (result.fragments.round[owner] == pair.round[pair.casing][result.patches.cell]).all()
+    assert (result.fragments.segment[owner] == pair.segment[pair.casing][result.patches.cell]).all()
+
+
+def test_fragments_lie_on_the_casing_and_fly_as_it_does_there(snapshot):
+    result = break_up(snapshot, BreakUpSettings(mean_mass=1e-3), seed=1)
+    fragments = result.fragments
+    light = (fragments.mass < 1e-3) & result.patches.contiguous
+    assert light.sum() > 0.6 * len(fragments)
+    radius = np.linalg.norm(fragments.position[light, :2], axis=1)
+    assert radius.min() > 1.9 * 0.0595 * 0.98
+    assert radius.max() < 1.9 * 0.0775
+    outwards = np.einsum("ij,ij->i", fragments.position[light, :2], fragments.velocity[light, :2]) / radius
+    np.testing.assert_allclose(outwards, 1000.0, rtol=0.02)
+
+
+def test_directions_are_those_of_the_cells(snapshot):
+    result = break_up(snapshot, BreakUpSettings(mean_mass=1e-3), seed=1)
+    found = dict(result.directions)[0]
+    assert found.polar_cells.sum() == pytest.approx(1.0)
+    assert found.azimuth_fragments.sum() == pytest.approx(1.0)
+    # fragments of 1 g on cells of 4 g: one piece of heavy fragments out of line
+    assert found.polar_difference < 0.03
+    assert found.azimuth_difference < 0.05
+    # a wall that flies outwards and up to 100 m/s along the axis: within 6 degrees of the equator
+    assert found.polar_cells[(np.abs(found.polar - 90.0) < 10.0)].sum() == pytest.approx(1.0)
+
+
+def test_same_seed_same_fragments_and_order_does_not_matter(pair):
+    settings = BreakUpSettings()
+    ensemble = list(realisations(pair, settings, seed=7, count=3))
+    last_first = BreakUp(pair, settings)
+    for number in (2, 0, 1):
+        again = last_first.realisation(7, number).fragments
+        np.testing.assert_array_equal(again.mass, ensemble[number].fragments.mass)
+        np.testing.assert_array_equal(again.velocity, ensemble[number].fragments.velocity)
+        np.testing.assert_array_equal(again.position, ensemble[number].fragments.position)
+    assert not np.array_equal(ensemble[0].fragments.mass[:20], ensemble[1].fragments.mass[:20])
+    other = break_up(pair, settings, seed=8).fragments
+    assert not np.array_equal(ensemble[0].fragments.mass[:20], other.mass[:20])
+
+
+def test_one_rounds_chance_does_not_depend_on_the_others(pair):
+    """Another law for round 1 leaves round 0 as it is; the two rounds, though alike, break differently."""
+    cut = BreakUpSettings(segments={"round 1": (0.1,)})
+    first, second = break_up(pair, seed=5).fragments, break_up(pair, cut, seed=5).fragments
+    np.testing.assert_array_equal(first.mass[first.round == 0], second.mass[second.round == 0])
+    left, right = first.mass[first.round == 0], first.mass[first.round == 1]
+    assert left.size != right.size or not np.allclose(left, right)
+
+
+def test_number_follows_the_law_per_segment_and_in_total(snapshot):
+    results = list(realisations(snapshot, BreakUpSettings(), seed=1, count=40))
+    for index, law in enumerate(BreakUp(snapshot).laws):
+        for share in (0.9, 0.5, 0.1):
+            mass = float(law.law.inverse(share))
+            counts = [(r.fragments.mass[r.fragments.segment == index] > mass).sum() for r in results]
+            error = np.std(counts) / np.sqrt(len(counts)) + 0.01 * law.n0 * share
+            assert abs(np.mean(counts) - share * law.n0) < 4.0 * error, (index, share)
+
+
+def test_laws_by_hand(snapshot):
+    """Wall: Eq. 21 with Eq. 22; ends: the same with radius and wall before the burst."""
+    laws = BreakUp(snapshot, BreakUpSettings(critical_strain=0.5)).laws
+    segments = snapshot.rounds[0].segments
+    wall = mott_linfoot(4.0, STEEL, 1.5 * 0.0775, 14.7e4, 0.018 / 1.5, segments[1].speed)
+    assert laws[1].law.mean == pytest.approx(wall, rel=1e-12)
+    assert laws[1].n0 == pytest.approx(segments[1].casing_mass / wall, rel=1e-12)
+    end = mott_linfoot(4.0, STEEL, 0.0775, 14.7e4, 0.018, segments[0].speed)
+    assert laws[0].law.mean == pytest.approx(end, rel=1e-12)
+    assert [law.rupture for law in laws] == ["unstretched", "critical_strain", "critical_strain", "unstretched"]
+
+
+def test_rupture_from_the_burst_and_eq_22_where_it_has_none(tmp_path):
+    settings = BreakUpSettings(rupture="burst")
+    law = BreakUp(Tube(rupture=(0.13, 0.011)).read(tmp_path / "a.h5"), settings).laws[1]
+    assert (law.radius, law.wall, law.rupture) == (0.13, 0.011, "burst")
+    law = BreakUp(Tube().read(tmp_path / "b.h5"), settings).laws[1]
+    assert (law.wall, law.rupture) == (pytest.approx(0.018 / 1.75), "critical_strain")
+
+
+def test_speed_from_gurney(snapshot):
+    law = BreakUp(snapshot, BreakUpSettings(velocity_source="gurney")).laws[1]
+    data = snapshot.rounds[0].segments[1]
+    ratio = data.charge_mass / data.casing_mass
+    assert law.v0 == pytest.approx(2463.2 * np.sqrt(ratio / (1.0 + 0.5 * ratio)), rel=1e-9)
+
+
+def test_other_laws_of_the_mean(snapshot, tmp_path):
+    assert BreakUp(snapshot, BreakUpSettings(mean_mass=0.01)).laws[1].law.mean == pytest.approx(0.01)
+    law = BreakUp(snapshot, BreakUpSettings(mean_mass="gurney_sarmousakis")).laws[1]
+    assert law.law.mean == pytest.approx(gurney_sarmousakis(3.81, 0.018, 0.119), rel=1e-9)
+    other = Tube(around=8, axial=10, explosive="ANFO").read(tmp_path / "s.h5")
+    with pytest.raises(
+        InputError, match=r"no constant is known for the explosive 'ANFO'.*give break_up.explosive_constant"
+    ):
+        BreakUp(other, BreakUpSettings(mean_mass="gurney_sarmousakis"))
+
+
+def test_end_that_does_not_move_stays_in_one_piece(tmp_path):
+    tube = Tube(around=16, axial=20, velocity=lambda x: np.where(x[:, 2:] < 0.04, 0.0, 1.0) * [0.0, 0.0, 900.0])
+    result = break_up(tube.read(tmp_path / "s.h5"))
+    base = result.summary["rounds"][0]["segments"][3]
+    assert (base["v0"], base["fragments"], base["n0"], base["method"]) == (0.0, 1, 1.0, "few_pieces")
+    assert base["mass"] == pytest.approx(base["casing_mass"], rel=1e-12)
+
+
+def test_segments_by_stations_are_measured_on_the_cells(snapshot):
+    cut = BreakUp(snapshot, BreakUpSettings(segments=(0.06, 0.21)))
+    assert [s.data.kind for s in cut.segments] == ["wall", "wall", "wall"] or cut.segments[0].is_end
+    for segment, (start, end) in zip(cut.segments, ((0.0, 0.06), (0.06, 0.21), (0.21, 0.3)), strict=True):
+        assert (segment.data.start, segment.data.end) == pytest.approx((start, end))
+        share = (end - start) / 0.3
+        assert segment.data.casing_mass == pytest.approx(share * snapshot.mass[snapshot.casing].sum(), rel=1e-9)
+        assert segment.data.outer_radius == pytest.approx(0.0775, rel=1e-9)
+        # a ring of 48 straight sides: a smaller volume by (2 pi/48)^2/6
+        assert segment.data.wall_thickness == pytest.approx(0.018, rel=0.01)
+        assert segment.data.charge_radius == pytest.approx(np.sqrt(0.0595**2 - 0.01**2), rel=0.01)
+    speeds = [s.data.speed for s in cut.segments]
+    assert all(900.0 < speed < 1010.0 for speed in speeds)
+
+
+def test_stations_on_a_cone_give_its_mean_radius_and_wall(tmp_path):
+    def cone(nodes):
+        return nodes * np.column_stack([1.0 - nodes[:, 2], 1.0 - nodes[:, 2], np.ones(len(nodes))])
+
+    snapshot = Tube(around=64, axial=60, reshape=cone).read(tmp_path / "s.h5")
+    for segment in BreakUp(snapshot, BreakUpSettings(segments=(0.1, 0.2))).segments:
+        middle = 0.3 - 0.5 * (segment.data.start + segment.data.end)
+        assert segment.data.outer_radius == pytest.approx(0.0775 * (1.0 - middle), rel=0.01)
+        assert segment.data.wall_thickness == pytest.approx(0.018 * (1.0 - middle), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("segments", "message"),
+    [
+        ((0.1, 0.5), r"round 'round 0': station 0.5 m lies beyond the round's length of 0.3 m"),
+        ({"round 9": (0.1,)}, r"no round 'round 9'; did you mean 'round 0'"),
+        ((0.1, 0.101), r"no casing cell has its centre between 0.1 and 0.101 m"),
+    ],
+)
+def test_stations_refused(snapshot, segments, message):
+    with pytest.raises(InputError, match=message):
+        break_up(snapshot, BreakUpSettings(segments=segments))
+
+
+def test_graded_reports_what_is_missing(snapshot):
+    summary = break_up(snapshot, BreakUpSettings(sampler="graded", graded_dm=1e-3)).summary
+    segments = summary["rounds"][0]["segments"]
+    assert [s["method"] for s in segments] == ["quantile", "graded", "graded", "quantile"]
+    missing = sum(s["mass_deficit"] for s in segments)
+    assert missing > 0.0
+    assert summary["mass_error"] == pytest.approx(-missing / snapshot.mass[snapshot.casing].sum(), rel=1e-9)
+    with pytest.raises(InputError, match="round 'round 0', segment 'wall 1': sampler 'graded': the first grade"):
+        break_up(snapshot, BreakUpSettings(sampler="graded", graded_dm=1e-8))
+
+
+def test_summary_holds_the_names_of_the_contract(snapshot):
+    result = break_up(snapshot, BreakUpSettings(dimension="mixed"), seed=2)
+    summary = result.summary
+    assert {"fragments", "mass", "mass_error", "momentum_error", "energy_error", "rounds"} <= set(summary)
+    names = {"name", "kind", "mean_mass", "mu", "n0", "fragments", "mass", "mass_deficit", "v0"}
+    segments = summary["rounds"][0]["segments"]
+    assert all(names <= set(segment) for segment in segments)
+    assert sum(segment["fragments"] for segment in segments) == summary["fragments"] == len(result.fragments)
+    assert summary["rounds"][0]["name"] == "round 0"
+    assert (result.fragments.shape_factor == 2600.0).all()
+
+
+@pytest.mark.parametrize("seed", [-1, 0.5, "one"])
+def test_seed_refused(snapshot, seed):
+    with pytest.raises(InputError, match=r"break_up seed: found .*; a whole number from 0 upwards is needed"):
+        break_up(snapshot, seed=seed)
+
+
+def test_empty_ensemble_refused(snapshot):
+    with pytest.raises(InputError, match="realisations: found 0; at least 1"):
+        list(realisations(snapshot, count=0))
+
+
+def test_speed_that_is_not_a_number_is_refused(snapshot):
+    data = snapshot.rounds[0]
+    broken = tuple(replace(segment, speed=float("nan")) for segment in data.segments)
+    with pytest.raises(InputError, match="round 'round 0', segment 'nose 0': the burst stage gives the speed nan"):
+        BreakUp(replace(snapshot, rounds=(replace(data, segments=broken),)))
+
+
+def test_interpolation_without_dolfinx_names_the_cure(snapshot, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dolfinx", None)
+    with pytest.raises(InputError, match=r"'interpolation' needs dolfinx .*; 'patch' works without it"):
+        break_up(snapshot, BreakUpSettings(velocity="interpolation"))

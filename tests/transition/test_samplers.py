@@ -1,0 +1,164 @@
+"""Samplers: number by mass against the law, exact mass, kept tail, the paper's grades by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from transition import Graded, InputError, MottLaw, Quantile
+from transition.kernels.choice import balanced_choice
+from transition.samplers import few_pieces
+
+MEAN = 0.0149
+DIMENSIONS = (2, 3, "mixed")
+
+
+def draws(dimension, number, realisations, seed=0):
+    law = MottLaw.from_mean(MEAN, dimension)
+    generator = np.random.default_rng(seed)
+    return law, [Quantile().draw(law, number * MEAN, generator) for _ in range(realisations)]
+
+
+def kolmogorov(masses, survival):
+    """Largest difference between the number above m and the law, in fragments."""
+    heavy_first = np.sort(masses)[::-1]
+    expected = masses.size * survival(heavy_first)
+    rank = np.arange(masses.size)
+    return max(np.abs(expected - rank).max(), np.abs(expected - rank - 1).max())
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("number", [1.0, 2.3, 8.0, 31.7, 1760.0, 40_000.0])
+def test_mass_closes_to_round_off(dimension, number):
+    _, drawn = draws(dimension, number, 3)
+    for draw in drawn:
+        assert draw.mass.sum() == pytest.approx(number * MEAN, rel=1e-12)
+        assert (np.diff(draw.mass) <= 0.0).all()
+        assert draw.mass.min() > 0.0
+        assert draw.deficit == 0.0
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("number", [150.0, 1760.0, 20_000.0])
+def test_one_realisation_follows_the_law_far_closer_than_independent_draws(dimension, number):
+    """Independent draws stray by 0.87 sqrt(n) on average; a heavy fragment alone moves the rest by its mass."""
+    law, drawn = draws(dimension, number, 12)
+    strays = [kolmogorov(draw.mass, law.survival) for draw in drawn]
+    assert np.mean(strays) < 0.35 * np.sqrt(number) + 2.0, strays
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize(("number", "realisations"), [(12.0, 4000), (40.0, 3000), (300.0, 600)])
+def test_number_above_any_mass_is_right_in_expectation(dimension, number, realisations):
+    """Also where single pieces are a large part of the segment: no bias of mu by closing the mass."""
+    law, drawn = draws(dimension, number, realisations)
+    total = number * MEAN
+    cut = law.with_mean_below(total, MEAN)
+    above = float(cut.survival(total))
+    for share in (0.99, 0.8, 0.5, 0.2, 0.05, 0.01):
+        mass = float(law.inverse(share))
+        if mass > 0.5 * total:
+            continue
+        expected = number * (float(cut.survival(mass)) - above) / (1.0 - above)
+        counts = np.array([(draw.mass > mass).sum() for draw in drawn])
+        tolerance = 4.0 * counts.std() / np.sqrt(realisations) + 0.03 * expected * (12.0 / number)
+        assert abs(counts.mean() - expected) < tolerance, (share, counts.mean(), expected, tolerance)
+
+
+def test_closing_factor_is_one_but_for_a_few_large_pieces():
+    for number, largest in ((100.0, 1e-4), (1760.0, 1e-7)):
+        _, drawn = draws(2, number, 300)
+        assert max(abs(draw.closure - 1.0) for draw in drawn) < largest
+
+
+def test_tail_is_kept():
+    """Fragments that a realisation holds once in a hundred come once in a hundred; the heaviest grow with ln^2."""
+    law, drawn = draws(2, 1000.0, 3000)
+    rare = float(law.inverse(0.01 / 1000.0))
+    seen = sum(int((draw.mass > rare).sum()) for draw in drawn)
+    assert abs(seen - 30) < 4 * np.sqrt(30), seen
+    heaviest = np.array([draw.mass[0] for draw in drawn])
+    # P(heaviest > m) for the law is near 1 - exp(-N(m)) and, with one fragment in the first unit, at most N(m).
+    median = float(np.median(heaviest))
+    assert 0.5 < 1000.0 * float(law.survival(median)) < 0.7
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_second_moment_over_an_ensemble(dimension):
+    law, drawn = draws(dimension, 1760.0, 500)
+    sums = np.array([(draw.mass**2).sum() for draw in drawn])
+    expected = 1760.0 * law.moment(2)
+    assert abs(sums.mean() - expected) < 4.0 * sums.std() / np.sqrt(sums.size)
+
+
+def test_choice_keeps_every_probability():
+    """Fifty random candidates, 20,000 choices: each is chosen as often as asked."""
+    generator = np.random.default_rng(11)
+    mass = np.sort(generator.exponential(size=50))[::-1].copy()
+    probability = generator.uniform(0.05, 0.3, 50)
+    total = float(mass @ probability)
+    counts = np.zeros(50)
+    for _ in range(20_000):
+        counts += balanced_choice(mass, probability, total, generator.random(50))
+    error = np.sqrt(probability * (1 - probability) * 20_000)
+    # but for the lightest, worth one fragment: see the last sentence of the kernel's description
+    assert (np.abs(counts - 20_000 * probability) < 4.5 * error)[:44].all()
+    assert -0.3 < counts.sum() / 20_000 - probability.sum() < 0.05
+
+
+def test_few_pieces_never_fewer_than_one():
+    law = MottLaw.from_mean(2.0, 2)
+    generator = np.random.default_rng(1)
+    whole = few_pieces(law, 1.5, generator)
+    assert whole.mass.tolist() == pytest.approx([1.5], rel=1e-15)
+    numbers = [few_pieces(law, 2.0 * 3.4, generator).mass.size for _ in range(4000)]
+    assert set(numbers) == {3, 4}
+    assert np.mean(numbers) == pytest.approx(3.4, abs=4 * 0.5 / np.sqrt(4000))
+
+
+def test_grades_by_hand():
+    """Whole numbers of the differences of N(m), for mu = 1 g, N0 = 100, dm = 1 g, m_0 = 0.
+
+    N(m) at the half grades: 49.307, 29.383, 20.574, 15.400, 11.987, 9.583,
+    7.812, 6.466, 5.418, 4.586; differences: 19, 8, 5, 3, 2, 1, 1, 1, and then 0.83 stops.
+    """
+    law = MottLaw.from_mean(2e-3, 2)
+    draw = Graded(0.0, 1e-3).draw(law, 0.2, np.random.default_rng(0))
+    grades, counts = np.unique(np.round(draw.mass * 1e3, 9), return_counts=True)
+    assert grades.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert counts.tolist() == [19, 8, 5, 3, 2, 1, 1, 1]
+    assert draw.deficit == pytest.approx(0.200 - 0.093, rel=1e-12)
+    # m_0 shifts the grades: 1.5 g, 2.5 g, ... with N at 1, 2, 3 g: 36.788, 24.312, 17.692
+    _, counts = Graded(5e-4, 1e-3).grades(law, 100.0, 0.2)
+    assert counts[:2].tolist() == [12, 6]
+
+
+def test_last_grade_is_corrected_to_the_mass():
+    """Eq. 29: N0 larger than M/mean. 19 g and 16 g are given; of 37 g, 2 g are left, none of 3 g: 40 g leave one."""
+    law = MottLaw.from_mean(2e-3, 2)
+    sampler = Graded(0.0, 1e-3)
+    assert sampler.grades(law, 100.0, 0.037)[1].tolist() == [19, 8, 0]
+    assert sampler.grades(law, 100.0, 0.0401)[1].tolist() == [19, 8, 1]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("step", [1e-4, 1e-3, 1e-2])
+def test_graded_loses_the_heavy_end_and_says_so(dimension, step):
+    """The deficit is what lies beyond the last grade, and less than one fragment of every grade."""
+    law, total = MottLaw.from_mean(MEAN, dimension), 1760 * MEAN
+    draw = Graded(0.0, step).draw(law, total, np.random.default_rng(0))
+    assert draw.mass.sum() + draw.deficit == pytest.approx(total, rel=1e-12)
+    edge = draw.mass[0] + 0.5 * step
+    beyond = float(law.mass_fraction_above(edge)) * total
+    # Within a grade m_i stands for masses up to half a step away, of 1760 fragments at most.
+    count = 1760 * (1.0 - float(law.survival(edge)))
+    assert beyond - 0.5 * step * count < draw.deficit < beyond + np.unique(draw.mass).sum() + 0.5 * step * count
+    assert draw.deficit > 0.15 * total  # why it is not the default
+    expected = 1760 * (law.survival(0.5 * step) - law.survival(edge))
+    assert expected - np.unique(draw.mass).size < draw.mass.size <= expected
+
+
+def test_grades_finer_than_the_fragments_are_refused():
+    law = MottLaw.from_mean(MEAN, 2)
+    with pytest.raises(InputError, match=r"first grade \(m_0 \+ dm = 0.1 g\) holds less than one of the 9.0 fragments"):
+        Graded(0.0, 1e-4).draw(law, 9 * MEAN, np.random.default_rng(0))

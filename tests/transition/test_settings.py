@@ -1,0 +1,41 @@
+"""Messages of the settings."""
+
+from __future__ import annotations
+
+import pytest
+
+from transition import BreakUpSettings, InputError
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"dimension": 4}, r"break_up.dimension: found 4; allowed: 2, 3, 'mixed'"),
+        ({"sampler": "quantil"}, r"break_up.sampler: found 'quantil'; did you mean 'quantile'\? \(allowed: quantile,"),
+        ({"velocity": "pach"}, r"break_up.velocity: found 'pach'; did you mean 'patch'"),
+        ({"rupture": "never"}, r"break_up.rupture: found 'never' \(allowed: critical_strain, burst\)"),
+        ({"velocity_source": 3}, r"break_up.velocity_source: found 3 \(allowed: burst, gurney\)"),
+        ({"mean_mass": "mot"}, r"break_up.mean_mass: found 'mot'; did you mean 'mott'.* or a mass in kg"),
+        ({"mean_mass": -1.0}, r"break_up.mean_mass: found -1; a number above zero is needed \(kg\)"),
+        ({"mean_mass": None}, r"break_up.mean_mass: found None; a number is needed"),
+        ({"prefactor": "book"}, r"break_up.prefactor: found 'book'; allowed: a number or 'paper'"),
+        ({"prefactor": 0.0}, r"break_up.prefactor: found 0; a number above zero"),
+        ({"fracture_energy": float("inf")}, r"break_up.fracture_energy: found inf; .* \(J/m2\)"),
+        ({"critical_strain": -0.1}, r"break_up.critical_strain: found -0.1; allowed: 0 to 5"),
+        ({"mixed_fraction": 1.5}, r"break_up.mixed_fraction: found 1.5; allowed: 0 to 1"),
+        ({"graded_m0": -1e-4}, r"break_up.graded_m0: found -0.0001; allowed: 0 to inf"),
+        ({"graded_dm": float("nan")}, r"break_up.graded_dm: found nan; a number is needed"),
+        ({"shape_factor": 0}, r"break_up.shape_factor: found 0; .* \(kg/m3\)"),
+        ({"explosive_constant": -3.0}, r"break_up.explosive_constant: found -3; "),
+        ({"segments": (0.2, 0.1)}, r"break_up.segments: found \[0.2, 0.1\]; stations must rise"),
+        ({"segments": (0.0, 0.1)}, r"break_up.segments: found \[0.0, 0.1\]; every station lies above zero"),
+        ({"segments": {"a": ("x",)}}, r"break_up.segments.a: found \('x',\); stations in m"),
+    ],
+)
+def test_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        BreakUpSettings(**given)
+
+
+def test_accepted():
+    BreakUpSettings(dimension="mixed", mean_mass=0.01, prefactor="paper", segments={"a": (0.1, 0.2)}, sampler="graded")
