@@ -1,0 +1,130 @@
+"""Putting the report together: figures to files and into one HTML page that needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+from datetime import UTC, datetime
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import fragfield
+from fragfield.report.blocks import Illustration
+from fragfield.report.drawing import drawing_style, to_bytes
+from fragfield.report.run_files import read_run
+from fragfield.report.sections import sections
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["write_report"]
+
+_MIME = {"svg": "image/svg+xml", "png": "image/png"}
+
+
+def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
+    """Write the report of a run, whole or in part.
+
+    Parameters
+    ----------
+    run_dir : Path
+        The run directory; only its files are read.
+    path : Path, optional
+        The page to write; left out: `report.html` in the run directory. Figures go to `figures` beside it.
+    pictures : bool
+        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on.
+
+    Returns
+    -------
+    Path
+        The page: one file that opens offline.
+
+    Raises
+    ------
+    InputError
+        No run directory, a damaged file in it, or no right to write.
+    """
+    from fragfield.errors import InputError
+
+    run = read_run(Path(run_dir))
+    target = Path(path) if path is not None else run.folder / "report.html"
+    illustrator = _Illustrator(run, target.parent / "figures", pictures=pictures)
+    try:
+        illustrator.folder.mkdir(parents=True, exist_ok=True)
+        parts = sections(run, illustrator.draw, illustrator.picture)
+        page = _render(run, parts, illustrator.count)
+        draft = target.with_name(target.name + ".part")
+        draft.write_text(page, encoding="utf-8")
+        draft.replace(target)
+    except OSError as error:
+        raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
+    return target
+
+
+class _Illustrator:
+    """Draws each figure once for the page and once, narrower, for a telephone; keeps PNG and SVG as files."""
+
+    def __init__(self, run: RunFiles, folder: Path, *, pictures: bool) -> None:
+        self.run = run
+        self.folder = folder
+        self.pictures = pictures
+        self.count = 0
+
+    def draw(
+        self, name: str, title: str, caption: str, function: Callable[[RunFiles, bool], Figure | None]
+    ) -> list[Illustration]:
+        with drawing_style():
+            wide = function(self.run, False)
+            if wide is None:
+                return []
+            narrow = function(self.run, True)
+            images = {kind: to_bytes(wide, kind) for kind in ("svg", "png")}
+            small = to_bytes(narrow, "svg") if narrow is not None else images["svg"]
+        for kind, data in images.items():
+            (self.folder / f"{name}.{kind}").write_bytes(data)
+        self.count += 1
+        return [Illustration(name, title, caption, _uri(images["svg"], "svg"), _uri(small, "svg"))]
+
+    def picture(self, name: str, title: str, caption: str) -> list[Illustration]:
+        from fragfield.view.offscreen import PictureUnavailableError
+        from fragfield.view.pictures import burst_figures, fragments_figures
+
+        function = burst_figures if name == "picture_of_burst" else fragments_figures
+        if not self.pictures:
+            return []
+        self.count += 1
+        try:
+            wide, narrow = (to_bytes(figure, "png") for figure in function(self.run))
+        except PictureUnavailableError as error:
+            return [Illustration(name, title, caption, missing=str(error))]
+        (self.folder / f"{name}.png").write_bytes(wide)
+        return [Illustration(name, title, caption, _uri(wide, "png"), _uri(narrow, "png"))]
+
+
+def _uri(data: bytes, kind: str) -> str:
+    return f"data:{_MIME[kind]};base64,{base64.b64encode(data).decode('ascii')}"
+
+
+def _render(run: RunFiles, parts: list[object] | object, figures: int) -> str:
+    from jinja2 import Environment, StrictUndefined
+    from jinja2.loaders import DictLoader
+
+    folder = resources.files("fragfield.report") / "templates"
+    sources = {name: (folder / name).read_text(encoding="utf-8") for name in ("report.html", "report.css")}
+    environment = Environment(
+        loader=DictLoader(sources), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template("report.html").render(
+        title=run.title,
+        sections=parts,
+        figures=figures,
+        style=sources["report.css"],
+        program_version=run.provenance.get("program_version") or fragfield.__version__,
+        computed=run.provenance.get("date", ""),
+        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        missing=run.missing,
+    )

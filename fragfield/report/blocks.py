@@ -1,0 +1,124 @@
+"""The pieces a report is made of; the template knows one way to draw each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fragfield.report.findings import Finding
+    from fragfield.report.quantities import Row
+
+__all__ = ["Block", "Card", "Cards", "Findings", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text"]  # fmt: skip  # noqa: E501
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Running text."""
+
+    text: str
+    kind: str = "paragraph"
+
+
+@dataclass(frozen=True)
+class Points:
+    """A list of statements."""
+
+    items: tuple[str, ...]
+    kind: str = "points"
+
+
+@dataclass(frozen=True)
+class Card:
+    """A key number."""
+
+    label: str
+    value: str
+    unit: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Cards:
+    """The key numbers side by side."""
+
+    items: tuple[Card, ...]
+    kind: str = "cards"
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Warnings, notes and passed checks."""
+
+    items: tuple[Finding, ...]
+    kind: str = "findings"
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table of quantities: name, practical value, SI."""
+
+    title: str
+    rows: tuple[Row, ...]
+    kind: str = "rows"
+
+    @property
+    def has_si(self) -> bool:
+        """Whether the column of SI values is needed."""
+        return any(row.si for row in self.rows)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of several columns; all but the first are numbers."""
+
+    title: str
+    head: tuple[str, ...]
+    lines: tuple[tuple[str, ...], ...]
+    note: str = ""
+    columns: int = 1
+    """Number of newspaper columns for long tables."""
+    kind: str = "table"
+
+
+@dataclass(frozen=True)
+class Text:
+    """Text of a file, as it stands."""
+
+    title: str
+    text: str
+    kind: str = "text"
+
+
+@dataclass(frozen=True)
+class Illustration:
+    """A figure with the data URI of its wide and, where it differs, its narrow form."""
+
+    name: str
+    title: str
+    caption: str
+    wide: str = ""
+    narrow: str = ""
+    missing: str = ""
+    """Why the picture could not be drawn, in place of it."""
+    kind: str = "illustration"
+
+
+@dataclass(frozen=True)
+class Signatures:
+    """Lines to sign."""
+
+    roles: tuple[str, ...]
+    kind: str = "signatures"
+
+
+Block = Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Signatures
+
+
+@dataclass
+class Section:
+    """A numbered part of the report."""
+
+    key: str
+    title: str
+    blocks: list[Block] = field(default_factory=list)

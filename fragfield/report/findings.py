@@ -1,0 +1,206 @@
+"""What a reader must know before using the numbers: the run's own warnings, in order of weight."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fragfield.report.quantities import number, si_value
+
+if TYPE_CHECKING:
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["Finding", "findings", "heat_of_charges"]
+
+Weight = Literal["stop", "warning", "note", "good"]
+_ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
+_PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
+_DRAG_WARNING = re.compile(r"^drag .* above Mach")
+_LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One statement on the run: "stop" (do not use), "warning", "note", or "good" (a check that passed)."""
+
+    weight: Weight
+    text: str
+
+    @property
+    def label(self) -> str:
+        """The weight in a word, so that it does not hang on colour."""
+        return {"stop": "Do not use", "warning": "Warning", "note": "Note", "good": "Passed"}[self.weight]
+
+
+def findings(run: RunFiles) -> list[Finding]:
+    """All findings of a run, the gravest first."""
+    found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_log(run)]
+    return sorted(found, key=lambda item: _ORDER[item.weight])
+
+
+def heat_of_charges(run: RunFiles) -> float | None:
+    """Heat of detonation of all charges (J), rho Q V0 summed over the rounds; None where the case does not say Q."""
+    tables = run.case.get("round") or []
+    if len(tables) != len(run.rounds) or not tables:
+        return None
+    total = 0.0
+    for table, item in zip(tables, run.rounds, strict=True):
+        explosive = table.get("explosive")
+        heat = explosive.get("heat_of_detonation") if isinstance(explosive, dict) else None
+        if heat is None:
+            return None
+        total += si_value(heat, math.nan) * float(item.attributes["charge_mass"])
+    return total
+
+
+def _value(part: dict[str, object], name: str) -> float | None:
+    found = part.get(name)
+    return float(found) if isinstance(found, (int, float)) and not isinstance(found, bool) else None
+
+
+def _stages(run: RunFiles) -> list[Finding]:
+    if not run.missing:
+        return []
+    names = ", ".join(run.missing)
+    return [Finding("warning", f"Not yet run: {names}. What rests on it is missing below.")]
+
+
+def _ledger(run: RunFiles) -> list[Finding]:
+    part = run.part("burst")
+    found: list[Finding] = []
+    error = _value(part, "energy_error")
+    if error is not None:
+        text = f"The energy ledger closes within {number(abs(error) * 100, 3)} % of the products' work"
+        if not abs(error) <= 0.05:
+            found.append(Finding("stop", f"{text}; above 5 % the burst is not computed correctly."))
+        elif abs(error) > 0.01:
+            found.append(Finding("warning", f"{text}; 1 % is the aim."))
+        else:
+            found.append(Finding("good", f"{text} (aim: 1 %)."))
+    heat = heat_of_charges(run)
+    work, left = run.history.get("products_work"), run.history.get("products_energy_left")
+    if heat and work is not None and left is not None:
+        share = float(work[-1] + left[-1]) / heat
+        text = f"Work done by the products and energy left in them are {number(share * 100, 4)} % of the charges' heat"
+        if share > 1.01:
+            found.append(
+                Finding(
+                    "warning",
+                    f"{text} of detonation: more than the charges hold, so that speeds are on the high side "
+                    "(known of the product model `landau`; compare with `landau_cj` or `jwl`).",
+                )
+            )
+        else:
+            found.append(Finding("good", f"{text} of detonation, not above it."))
+    momentum = _value(part, "momentum_error")
+    if momentum is not None and abs(momentum) > 1e-9:
+        found.append(Finding("warning", f"Total momentum drifts by {momentum:.1e} of the momentum summed."))
+    return found
+
+
+def _burst(run: RunFiles) -> list[Finding]:
+    part = run.part("burst")
+    found: list[Finding] = []
+    lost, cells = _value(part, "lost_cells"), _value(part, "cells")
+    if lost is not None and cells:
+        if lost:
+            text = f"{number(int(lost))} of {number(int(cells))} cells were lost ({100 * lost / cells:.2g} %)"
+            found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: too distorted to compute."))
+        else:
+            found.append(Finding("good", "No cell was lost."))
+    size = si_value(run.case.get("burst", {}).get("cell_size"), math.nan)
+    walls = [float(np.min(item.segments["wall_thickness"])) for item in run.rounds if len(item.segments)]
+    if walls and size > 0:
+        across = min(walls) / size
+        if across < 3:
+            found.append(
+                Finding(
+                    "warning",
+                    f"The thinnest wall ({number(min(walls) * 1e3, 3)} mm) is {across:.1f} cells across; below 3 the "
+                    "casing is coarse: repeat with smaller cells and compare.",
+                )
+            )
+    penetration = _value(part, "max_penetration")
+    if penetration is not None and size > 0 and penetration > 0.05 * size:
+        share = 100 * penetration / size
+        found.append(
+            Finding("warning", f"Surfaces in contact overlap by up to {share:.1f} % of a cell; 5 % is the aim.")
+        )
+    if run.rounds and part.get("acceleration_complete") is False:
+        found.append(Finding("warning", "The casing still accelerates at the end of the burst: speeds are too low."))
+    return found
+
+
+def _break_up(run: RunFiles) -> list[Finding]:
+    part = run.part("break_up")
+    found: list[Finding] = []
+    mass = _value(part, "mass_error")
+    if mass is not None and abs(mass) > 1e-6:
+        found.append(
+            Finding(
+                "warning",
+                f"Fragments hold {number(100 * abs(mass), 3)} % {'less' if mass < 0 else 'other'} mass than the casing "
+                "(the graded sampler drops the heaviest, which fly farthest).",
+            )
+        )
+    for name, what in (("momentum_error", "momentum"), ("energy_error", "kinetic energy")):
+        value = _value(part, name)
+        if value is not None and abs(value) > 0.05:
+            found.append(
+                Finding("note", f"Fragments carry {what} that differs by {100 * abs(value):.2g} % from the burst.")
+            )
+    if part:
+        found.append(
+            Finding(
+                "note",
+                "The mean fragment mass rests on calibrated inputs (prefactor, fracture energy); "
+                "without tests of this round it is uncertain by a factor of about 2.",
+            )
+        )
+    return found
+
+
+def _flight(run: RunFiles) -> list[Finding]:
+    part = run.part("flight")
+    found: list[Finding] = []
+    if not part:
+        return found
+    samples = _value(part, "realisations") or 1
+    if samples < 2:
+        found.append(
+            Finding(
+                "warning",
+                "One sample of the break-up was flown (one seed): distances and densities carry no bands. Repeat with "
+                "other seeds before relying on a single sector.",
+            )
+        )
+    beyond, flown = _value(part, "above_drag_table"), _value(part, "fragments")
+    if beyond and flown:
+        found.append(
+            Finding(
+                "warning",
+                f"{number(int(beyond))} of {number(int(flown))} fragments flew faster than the drag table "
+                f"“{part.get('drag', '')}” reaches; its last coefficient was used there.",
+            )
+        )
+    flown, landed = _value(part, "fragments"), _value(part, "landed")
+    if flown and landed is not None and landed < flown:
+        found.append(Finding("note", f"{number(int(flown - landed))} of {number(int(flown))} fragments did not land."))
+    return found
+
+
+def _log(run: RunFiles) -> list[Finding]:
+    """Warnings that the stages wrote into run.log, each once."""
+    texts: dict[str, Weight] = {}
+    for line in run.log.splitlines():
+        match = _LOG_WARNING.match(line)
+        if match:
+            text = _PYTHON_WARNING.sub("", match[2].strip())
+            if not text or _DRAG_WARNING.search(text):
+                continue  # told above, from summary.json
+            texts.setdefault(text[0].upper() + text[1:], "warning")
+    return [Finding(weight, f"{text} (from run.log)") for text, weight in texts.items()]

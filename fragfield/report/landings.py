@@ -1,0 +1,86 @@
+"""Where fragments came down and how densely, in the columns that figures and tables need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.report.quantities import si_value
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.hazard import Hazard
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["Landings", "all_round_distance", "hazard", "hazard_density", "hazard_energy", "landings", "worst_sector"]
+
+HAZARDOUS_ENERGY = 79.0
+"""J; 58 ft lb."""
+ACCEPTABLE_DENSITY = 1.0 / 55.7
+"""1/m2; one per 600 ft2."""
+SECTORS = 72
+_LANDED = 1  # of flight's Status
+
+
+@dataclass(frozen=True)
+class Landings:
+    """Fragments that reached the ground: place from the origin of distances (m), impact energy (J)."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    distance: NDArray[np.float64]
+    energy: NDArray[np.float64]
+    hazardous: NDArray[np.bool_]
+
+
+def hazard_energy(run: RunFiles) -> float:
+    """Impact energy from which a fragment counts as hazardous (J)."""
+    return si_value(run.case.get("hazard", {}).get("energy"), HAZARDOUS_ENERGY)
+
+
+def hazard_density(run: RunFiles) -> float:
+    """Acceptable number of hazardous fragments per area (1/m2)."""
+    return si_value(run.case.get("hazard", {}).get("density"), ACCEPTABLE_DENSITY)
+
+
+def landings(run: RunFiles) -> Landings | None:
+    """The fragments that landed, or None while the flight has not been run."""
+    if run.landing is None:
+        return None
+    rows = run.landing[run.landing["status"] == _LANDED]
+    # Distance and azimuth count from the origin that the case gives.
+    turn, distance, energy = np.radians(rows["azimuth"]), rows["distance"], rows["energy"]
+    return Landings(distance * np.cos(turn), distance * np.sin(turn), distance, energy, energy >= hazard_energy(run))
+
+
+def hazard(run: RunFiles) -> Hazard | None:
+    """Densities by sector and distance as the flight assesses them; None where nothing landed."""
+    if run.landing is None or not (run.landing["status"] == _LANDED).any():
+        return None
+    from flight.hazard import Criteria, assess
+
+    sectors = int(run.case.get("hazard", {}).get("sectors", SECTORS))
+    realisations = int(run.part("flight").get("realisations") or 1)
+    criteria = Criteria(energy=hazard_energy(run), density=hazard_density(run))
+    return assess(run.landing, criteria, sector_width=360.0 / sectors, realisations=realisations)
+
+
+def worst_sector(run: RunFiles) -> tuple[float, float] | None:
+    """Azimuth (degrees) and hazardous fragment distance (m) of the sector in which that is largest."""
+    found = [
+        (float(line["hazardous_fragment_distance"]), float(line["azimuth_deg"]))
+        for line in run.part("flight").get("by_sector") or []
+        if line.get("hazardous_fragment_distance") is not None
+    ]
+    return (max(found)[1], max(found)[0]) if found else None
+
+
+def all_round_distance(run: RunFiles) -> float | None:
+    """Hazardous fragment distance of the densities over all azimuths, the larger of both densities (m)."""
+    part = run.part("flight")
+    values = [part.get(f"hazardous_fragment_distance_all_round_{kind}") for kind in ("ground", "normal")]
+    known = [float(value) for value in values if isinstance(value, (int, float))]
+    return max(known) if known else None

@@ -1,0 +1,211 @@
+"""What a run directory holds, read from its files alone."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import h5py
+    from numpy.typing import NDArray
+
+__all__ = ["STAGE_FILES", "RoundData", "RunFiles", "read_run"]
+
+STAGE_FILES = {
+    "burst": "burst_snapshot.h5",
+    "break-up": "fragments.h5",
+    "flight": "landing.h5",
+}
+"""File that tells that a stage has been run."""
+
+_PROVENANCE_SKIPPED = ("format", "format_version", "time")
+
+
+@dataclass(frozen=True)
+class RoundData:
+    """One round at the end of the burst: attributes, and its tables as structured arrays (SI)."""
+
+    attributes: dict[str, Any]
+    segments: NDArray[Any]
+    along: NDArray[Any]
+
+    @property
+    def name(self) -> str:
+        """Name of the round."""
+        return str(self.attributes.get("name", ""))
+
+
+@dataclass
+class RunFiles:
+    """All that the report and the pictures show of a run. Anything not yet computed is empty or None."""
+
+    folder: Path
+    case: dict[str, Any] = field(default_factory=dict)
+    case_text: str = ""
+    summary: dict[str, Any] = field(default_factory=dict)
+    log: str = ""
+    provenance: dict[str, str] = field(default_factory=dict)
+    burst_time: float | None = None
+    rounds: list[RoundData] = field(default_factory=list)
+    history: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    nodes: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    cells: dict[str, NDArray[Any]] = field(default_factory=dict)
+    fragments: dict[str, NDArray[Any]] = field(default_factory=dict)
+    landing: NDArray[Any] | None = None
+
+    @property
+    def missing(self) -> list[str]:
+        """Stages that have not been run."""
+        present = {"burst": bool(self.nodes), "break-up": bool(self.fragments), "flight": self.landing is not None}
+        return [stage for stage in STAGE_FILES if not present[stage]]
+
+    def part(self, name: str) -> dict[str, Any]:
+        """One part of summary.json ("burst", "break_up", "flight"), empty when absent."""
+        found = self.summary.get(name)
+        return found if isinstance(found, dict) else {}
+
+    @property
+    def witnesses(self) -> list[dict[str, Any]]:
+        """The witness surfaces' part of summary.json."""
+        found = self.summary.get("witness")
+        return found if isinstance(found, list) else []
+
+    @property
+    def title(self) -> str:
+        """Title of the case, else the folder's name."""
+        return str(self.case.get("title") or self.summary.get("title") or self.folder.resolve().name)
+
+
+def read_run(folder: Path | str) -> RunFiles:
+    """Read a run directory.
+
+    Parameters
+    ----------
+    folder : Path
+        Directory written by `fragfield run`, or by some of its stages.
+
+    Returns
+    -------
+    RunFiles
+        Stages that have not been run are left empty.
+
+    Raises
+    ------
+    InputError
+        There is no such directory, it holds nothing of a run, or a file is damaged.
+    """
+    root = Path(folder)
+    if not root.is_dir():
+        raise InputError(f"{root}: no such run directory; give a directory written by `fragfield run`")
+    run = RunFiles(root)
+    known = ["case.toml", "summary.json", *STAGE_FILES.values()]
+    if not any((root / name).is_file() for name in known):
+        raise InputError(f"{root}: not a run directory, none of its files is here ({', '.join(known)})")
+    _read_texts(run)
+    _read_snapshot(run)
+    _read_fragments(run)
+    _read_landing(run)
+    return run
+
+
+def _read_texts(run: RunFiles) -> None:
+    if (path := run.folder / "case.toml").is_file():
+        run.case_text = path.read_text(encoding="utf-8")
+        try:
+            run.case = tomllib.loads(run.case_text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{path}: not valid TOML: {error}") from error
+    if (path := run.folder / "summary.json").is_file():
+        try:
+            run.summary = json.loads(path.read_text(encoding="utf-8"))
+        except json.JSONDecodeError as error:
+            raise InputError(f"{path}: not valid JSON: {error}; run the stages again") from error
+        if not isinstance(run.summary, dict):
+            raise InputError(f"{path}: found {type(run.summary).__name__}, expected a JSON object")
+    if (path := run.folder / "run.log").is_file():
+        run.log = path.read_text(encoding="utf-8", errors="replace")
+
+
+def _open(path: Path) -> h5py.File:
+    import h5py
+
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        raise InputError(f"{path}: not a complete HDF5 file ({error}); run the stage that writes it again") from error
+
+
+def _note_provenance(run: RunFiles, attributes: Mapping[str, object]) -> None:
+    for key, value in attributes.items():
+        if key not in _PROVENANCE_SKIPPED:
+            run.provenance.setdefault(key, value.decode() if isinstance(value, bytes) else str(value))
+
+
+def _read_snapshot(run: RunFiles) -> None:
+    path = run.folder / STAGE_FILES["burst"]
+    if not path.is_file():
+        return
+    with _open(path) as file:
+        try:
+            _note_provenance(run, file.attrs)
+            run.burst_time = float(file.attrs["time"])
+            run.nodes = {name: file["nodes"][name][()] for name in ("reference", "position", "velocity")}
+            run.cells = {name: data[()] for name, data in file["cells"].items()}
+            run.history = {name: data[()] for name, data in file.get("history", {}).items()}
+            for name in sorted(file["rounds"], key=int):
+                group = file["rounds"][name]
+                attributes = {key: _plain(value) for key, value in group.attrs.items()}
+                run.rounds.append(RoundData(attributes, _strings(group["segments"][()]), group["along"][()]))
+        except (KeyError, OSError) as error:
+            raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
+
+
+def _read_fragments(run: RunFiles) -> None:
+    path = run.folder / STAGE_FILES["break-up"]
+    if not path.is_file():
+        return
+    with _open(path) as file:
+        try:
+            _note_provenance(run, file.attrs)
+            group = file["fragments"]
+            run.fragments = {
+                name: group[name][()] for name in ("mass", "position", "velocity", "shape_factor", "round", "segment")
+            }
+        except (KeyError, OSError) as error:
+            raise InputError(
+                f"{path}: not a complete fragment file: {error}; run `fragfield break-up` again"
+            ) from error
+
+
+def _read_landing(run: RunFiles) -> None:
+    path = run.folder / STAGE_FILES["flight"]
+    if not path.is_file():
+        return
+    from flight.files import read_landing
+
+    run.landing = read_landing(path)
+    with _open(path) as file:
+        _note_provenance(run, file.attrs)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, bytes):
+        return value.decode()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _strings(table: NDArray[Any]) -> NDArray[Any]:
+    """Decode the variable-length strings that h5py returns as bytes."""
+    for name in table.dtype.names or ():
+        if table.dtype[name].kind == "O":
+            table[name] = [item.decode() if isinstance(item, bytes) else item for item in table[name]]
+    return table

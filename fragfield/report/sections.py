@@ -1,0 +1,258 @@
+"""The sections of the report in their order, from a run's files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fragfield.report import burst_figures, fragment_figures, statements
+from fragfield.report.blocks import (
+    Block,
+    Card,
+    Cards,
+    Findings,
+    Paragraph,
+    Points,
+    Section,
+    Signatures,
+    Text,
+)
+from fragfield.report.findings import findings
+from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings, worst_sector
+from fragfield.report.quantities import number
+from fragfield.report.tables import (
+    azimuth_tables,
+    break_up_rows,
+    burst_rows,
+    flight_rows,
+    hazard_rows,
+    input_tables,
+    ledger_table,
+    mesh_rows,
+    provenance_rows,
+    round_table,
+    sector_table,
+    segment_table,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
+    from fragfield.report.blocks import Illustration
+    from fragfield.report.run_files import RunFiles
+
+    Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
+    Picture = Callable[[str, str, str], list[Illustration]]
+
+__all__ = ["sections"]
+
+
+def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
+    """All sections in order.
+
+    Parameters
+    ----------
+    run : RunFiles
+        The run.
+    draw : callable
+        Makes a figure from its name, title, caption and drawing function; an empty list where there is no data.
+    picture : callable
+        Makes one of the off-screen pictures from its name, title and caption, alike.
+    """
+    return [
+        _summary(run),
+        Section("warnings", "Warnings and checks", [Findings(tuple(findings(run)))]),
+        Section("inputs", "Inputs as resolved", [*input_tables(run)]),
+        Section("mesh", "Mesh and its quality", _stage(run, "burst", lambda: [mesh_rows(run)])),
+        _ledger(run, draw),
+        _burst(run, draw, picture),
+        _break_up(run, draw, picture),
+        _flight(run, draw),
+        _hazard(run, draw),
+        Section(
+            "tables", "Tables by azimuth", _stage(run, "flight", lambda: [*azimuth_tables(run), *sector_table(run)])
+        ),
+        _provenance(run),
+        _use(),
+        _signatures(),
+    ]
+
+
+def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list[Block]:
+    """The blocks of a stage, or the word that it has not been run."""
+    if stage in run.missing:
+        return [Paragraph(f"Not computed: the stage “{stage}” has not been run in this directory.")]
+    return blocks()
+
+
+def _summary(run: RunFiles) -> Section:
+    burst, flight = run.part("burst"), run.part("flight")
+    found = landings(run)
+    sector = worst_sector(run)
+    criterion = f"{hazard_energy(run):.3g} J or more, 1 per {1 / hazard_density(run):.1f} m²"
+    where = f", azimuth {sector[0]:.0f}°" if sector else ""
+    cards = [
+        _distance("Hazardous fragment distance", flight.get("hazardous_fragment_distance"), f"worst sector{where}"),
+        _distance("The same, all azimuths", all_round_distance(run), criterion),
+        _distance("Largest throw", flight.get("max_range"), "farthest fragment of this sample"),
+    ]
+    if found is not None:
+        count = int(found.hazardous.sum())
+        cards.append(Card("Hazardous fragments", number(count), "", f"of {number(len(found.x))} that landed"))
+    for label, name, note in (
+        ("Mean initial speed", "mean_initial_speed", "of the casing, by mass"),
+        ("Largest initial speed", "max_initial_speed", "largest mean of a cell"),
+    ):
+        value = burst.get(name)
+        if isinstance(value, (int, float)):
+            cards.append(Card(label, number(round(value)), "m/s", note))
+    blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards))]
+    if "flight" not in run.missing:
+        terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
+        blocks.append(Paragraph(terms))
+    blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.LIMITS)]
+    return Section("summary", "Summary for the safety engineer", blocks)
+
+
+def _distance(label: str, value: object, note: str) -> Card:
+    if not isinstance(value, (int, float)):
+        return Card(label, "–", "", "not computed")
+    # Rounded up: a distance to keep must not lose half a metre to the print.
+    return Card(label, number(int(-(-float(value) // 1))), "m", note)
+
+
+def _sentence(run: RunFiles) -> str:
+    what = [f"{item.name} ({number(float(item.attributes['charge_mass']), 3)} kg {item.attributes['explosive']} in "
+            f"{number(float(item.attributes['casing_mass']), 3)} kg of casing)" for item in run.rounds]  # fmt: skip
+    if not what:
+        return "The rounds are described under inputs; the burst itself is not part of this directory."
+    many = "one round" if len(what) == 1 else f"{len(what)} rounds"
+    listed = "; ".join(what[:4]) + (f"; and {len(what) - 4} more" if len(what) > 4 else "")
+    return f"Computed for {many}: {listed}."
+
+
+def _ledger(run: RunFiles, draw: Draw) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *draw(
+            "energy_ledger", "Energy ledger over time",
+            "Work of the products and where it went; below, what the sum leaves open.", burst_figures.energy_ledger,
+        ),
+        *ledger_table(run),
+    ]  # fmt: skip
+    return Section("ledger", "Energy ledger", _stage(run, "burst", blocks))
+
+
+def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *burst_rows(run),
+        *picture(
+            "picture_of_burst", "Section of the burst",
+            "The half behind the section through the middle, looked at along +y, coloured by speed; "
+            "thin lines are edges of the casing. Light is fast, dark is slow.",
+        ),
+        *draw(
+            "speed_along_round", "Speed along the round",
+            "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: "
+            "mean by mass, and largest cell, of each axial bin. Dotted lines part the segments.",
+            burst_figures.speed_along_round,
+        ),
+        *draw(
+            "casing_over_time", "Casing over time",
+            "Mean speed of the casing by mass, and the largest over the stations of the azimuthal mean outer diameter. "
+            "A dotted upright marks the time at which acceleration is complete.",
+            burst_figures.casing_over_time,
+        ),
+        *round_table(run),
+    ]  # fmt: skip
+    return Section("burst", "Burst", _stage(run, "burst", blocks))
+
+
+def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *break_up_rows(run),
+        *draw(
+            "number_by_mass", "Number of fragments by mass",
+            "Number of fragments heavier than m against the root of m (upper figures; lower figures: m): "
+            "law (lines) and sample (circles), in total and by segment.",
+            fragment_figures.number_by_mass,
+        ),
+        *picture(
+            "picture_of_fragments", "Fragment cloud",
+            "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "
+            "the mass and are enlarged; shapes are not known.",
+        ),
+        *segment_table(run),
+    ]  # fmt: skip
+    return Section("break-up", "Break-up", _stage(run, "break-up", blocks))
+
+
+def _flight(run: RunFiles, draw: Draw) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *flight_rows(run),
+        *draw(
+            "by_azimuth", "Number and speed by azimuth",
+            "Fragments that cross the witness surface, by the azimuth of the crossing: number, and speed at which they "
+            "left the burst.",
+            fragment_figures.by_azimuth,
+        ),
+        *draw(
+            "landing_map", "Landing points",
+            "Where fragments first touch the ground; dark: hazardous. Seen from above, y upwards.",
+            fragment_figures.landing_map,
+        ),
+    ]  # fmt: skip
+    return Section("flight", "Flight", _stage(run, "flight", blocks))
+
+
+def _hazard(run: RunFiles, draw: Draw) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *hazard_rows(run),
+        *draw(
+            "density_curve", "Density by distance",
+            "Hazardous fragments per acceptable area, in rings: over all azimuths, by area of ground and normal to the "
+            "path, and in the densest sector of each ring, where single fragments decide far out.",
+            fragment_figures.density_curve,
+        ),
+        *draw(
+            "distance_by_azimuth", "Distances by azimuth",
+            "Hazardous fragment distance and farthest fragment of each sector.", fragment_figures.distance_by_azimuth,
+        ),
+    ]  # fmt: skip
+    return Section("hazard", "Hazard", _stage(run, "flight", blocks))
+
+
+def _tables(run: RunFiles) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [*azimuth_tables(run), *sector_table(run)]  # noqa: E731
+    return Section("tables", "Tables by azimuth", _stage(run, "flight", blocks))
+
+
+def _provenance(run: RunFiles) -> Section:
+    blocks: list[Block] = [*provenance_rows(run)]
+    if run.case_text:
+        blocks.append(Text("case.toml, as resolved", run.case_text))
+    return Section("provenance", "Provenance", blocks)
+
+
+def _use() -> Section:
+    return Section(
+        "use",
+        "What this result may be used for",
+        [
+            Paragraph("It may be used for", kind="heading"),
+            Points(statements.MAY_BE_USED_FOR),
+            Paragraph("It must not be used for", kind="heading"),
+            Points(statements.MUST_NOT_BE_USED_FOR),
+        ],
+    )
+
+
+def _signatures() -> Section:
+    return Section(
+        "signatures",
+        "Signatures",
+        [
+            Paragraph("By signing, the reviewer confirms to have read the warnings, the limits and the inputs."),
+            Signatures(("Computed by", "Reviewed by", "Approved by")),
+        ],
+    )

@@ -1,0 +1,374 @@
+"""The tables of the report: practical values with SI beside them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.report.blocks import Rows, Table
+from fragfield.report.landings import hazard_density, hazard_energy, landings
+from fragfield.report.laws import segment_laws
+from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
+from fragfield.report.quantities import UNKNOWN, Row, from_case, number, row
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from fragfield.report.run_files import RunFiles
+
+__all__ = [
+    "azimuth_tables",
+    "break_up_rows",
+    "burst_rows",
+    "flight_rows",
+    "hazard_rows",
+    "input_tables",
+    "ledger_table",
+    "mesh_rows",
+    "provenance_rows",
+    "round_table",
+    "sector_table",
+    "segment_table",
+]
+
+# What summary.json holds: key -> (words, SI unit). Keys of the contract come first, others are shown under their name.
+_BURST = {
+    "end_time": ("End of the burst", "s"),
+    "acceleration_complete_time": ("Acceleration complete at", "s"),
+    "mean_initial_speed": ("Mean initial speed, by mass", "m/s"),
+    "max_initial_speed": ("Largest initial speed, mean of a cell", "m/s"),
+    "outer_diameter": ("Outer diameter at the end", "m"),
+    "casing_mass": ("Mass of the casings", "kg"),
+    "charge_mass": ("Mass of the charges", "kg"),
+    "momentum_error": ("Drift of momentum", "1"),
+    "max_penetration": ("Largest overlap in contact", "m"),
+    "steps": ("Steps", ""),
+    "ranks": ("Ranks", ""),
+    "threads": ("Threads a rank", ""),
+    "wall_seconds": ("Wall time", "s"),
+    "seconds_per_cell_step": ("Time per cell and step", "s"),
+    "peak_memory_bytes": ("Largest memory", "byte"),
+}
+_LEDGER = {
+    "products_work": "Work of the products",
+    "kinetic": "Kinetic energy",
+    "kinetic_casing": "– of the casing",
+    "strain": "Strain energy",
+    "plastic": "Plastic work",
+    "viscous": "Artificial viscosity",
+    "hourglass": "Hourglass control",
+    "contact": "Contact",
+    "damping": "Damping",
+    "products_energy_left": "Energy left in the products",
+}
+
+
+def _cells(lines: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(line) for line in lines)
+
+
+def input_tables(run: RunFiles) -> Iterator[Rows]:
+    """One table for each part of the resolved case."""
+    own = {key: value for key, value in run.case.items() if not _is_table(value)}
+    if own:
+        yield Rows("Case", tuple(_flat("", own)))
+    for key, value in run.case.items():
+        if isinstance(value, dict):
+            yield Rows(_words(key).capitalize(), tuple(_flat("", value)))
+        elif _is_table(value):
+            for index, entry in enumerate(value, start=1):
+                name = f"“{entry['name']}”" if entry.get("name") else str(index)
+                yield Rows(f"{_words(key).capitalize()} {name}", tuple(_flat("", entry)))
+
+
+def _flat(prefix: str, table: dict[str, Any]) -> Iterator[Row]:
+    """Rows of a table and of the tables in it; sources and remarks are texts, which case.toml keeps."""
+    nested = []
+    for key, value in table.items():
+        name = f"{prefix}{_words(key)}"
+        if _is_table(value):
+            nested.append((name, value))
+        elif not (isinstance(value, str) and (len(value) > 200 or "\n" in value)):
+            yield from_case(name, value)
+    for name, value in nested:
+        if isinstance(value, dict):
+            yield from _flat(f"{name} · ", value)
+            continue
+        for index, entry in enumerate(value, start=1):
+            yield from _flat(f"{name} {index} · " if len(value) > 1 else f"{name} · ", entry)
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def mesh_rows(run: RunFiles) -> Rows:
+    """Size of the mesh and quality of its cells."""
+    nodes, cells = run.nodes["reference"], run.cells["nodes"]
+    quality, aspect = scaled_jacobian(nodes, cells), aspect_ratio(nodes, cells)
+    after = scaled_jacobian(run.nodes["position"], cells)
+    part = run.cells["part"]
+    return Rows(
+        "Mesh",
+        (
+            from_case("Cell size", run.case.get("burst", {}).get("cell_size", "not stated")),
+            row("Hexahedra", len(cells)),
+            row("– of the casings", int((part == 0).sum())),
+            row("– of the charges", int((part == 1).sum())),
+            row("Nodes", len(nodes)),
+            row("Smallest scaled Jacobian, before", float(quality.min()), "", "aim: 0.2 or more; 1 is a box", digits=3),
+            row("Mean scaled Jacobian, before", float(quality.mean()), digits=3),
+            row("Largest aspect ratio, before", float(aspect.max()), digits=3),
+            row(
+                "Casing cells folded at the end", int((after[part == 0] <= 0).sum()), "",
+                "scaled Jacobian of 0 or less; the casing is torn there by then",
+            ),
+        ),
+    )  # fmt: skip
+
+
+def ledger_table(run: RunFiles) -> Iterator[Table]:
+    """Entries of the ledger at the end."""
+    if "products_work" not in run.history or not len(run.history["products_work"]):
+        return
+    work = float(run.history["products_work"][-1])
+    lines = []
+    for key, words in _LEDGER.items():
+        if key in run.history:
+            value = float(run.history[key][-1])
+            share = number(100 * value / work, 3) if work else "–"
+            lines.append((words, number(value * 1e-6, 4), f"{value:.4e}", share))
+    error = run.history.get("energy_error")
+    if error is not None:
+        worst = float(np.nanmax(np.abs(error), initial=0.0))
+        lines.append(
+            ("Largest imbalance", number(worst * work * 1e-6, 3), f"{worst * work:.3e}", number(worst * 100, 3))
+        )
+    yield Table("Ledger at the end of the burst", ("Entry", "MJ", "J", "% of the work"), tuple(lines))
+
+
+def burst_rows(run: RunFiles) -> Iterator[Rows]:
+    """The burst in numbers."""
+    part = run.part("burst")
+    if part:
+        rows = [row(words, part.get(key), "" if unit == "1" else unit) for key, (words, unit) in _BURST.items()]
+        yield Rows("Burst", tuple(one for one, key in zip(rows, _BURST, strict=True) if part.get(key) is not None))
+
+
+def round_table(run: RunFiles) -> Iterator[Table]:
+    """Rounds one by one, and the segments of each."""
+    reported = {str(item.get("name")): item for item in run.part("burst").get("rounds") or []}
+    lines = []
+    for item in run.rounds:
+        casing, charge = float(item.attributes["casing_mass"]), float(item.attributes["charge_mass"])
+        along = item.along[item.along["casing_mass"] > 0]
+        mean = float(np.average(along["mean_speed"], weights=along["casing_mass"])) if len(along) else np.nan
+        fastest = along["station"][along["mean_speed"].argmax()] / float(item.attributes["length"]) if len(along) else 0
+        summary = reported.get(item.name, {})
+        lines.append(
+            (
+                item.name,
+                str(item.attributes["explosive"]),
+                number(casing, 4),
+                number(charge, 4),
+                number(charge / casing, 3) if casing else "–",
+                number(round(summary.get("mean_initial_speed") or mean)),
+                number(round(float(summary.get("max_initial_speed") or along["max_speed"].max(initial=0)))),
+                number(round(1e3 * float(summary.get("outer_diameter") or along["outer_diameter"].max(initial=0)))),
+                number(100 * float(fastest), 3),
+            )
+        )
+    head = (
+        "Round", "Fill", "Casing (kg)", "Charge (kg)", "Charge / casing", "Mean speed (m/s)", "Largest speed (m/s)",
+        "Diameter (mm)", "Fastest at (% of length)",
+    )  # fmt: skip
+    if lines:
+        yield Table("Rounds at the end of the burst", head, _cells(lines))
+    for item in run.rounds[:4]:
+        yield Table(
+            f"Segments of {item.name}",
+            ("Segment", "From (mm)", "To (mm)", "Wall (mm)", "Casing (kg)", "Charge (kg)", "Speed (m/s)"),
+            _cells(
+                (
+                    str(line["name"]),
+                    number(1e3 * float(line["start"]), 4),
+                    number(1e3 * float(line["end"]), 4),
+                    number(1e3 * float(line["wall_thickness"]), 3),
+                    number(float(line["casing_mass"]), 4),
+                    number(float(line["charge_mass"]), 4),
+                    number(round(float(line["speed"]))) if np.isfinite(line["speed"]) else "–",
+                )
+                for line in item.segments
+            ),
+            note="Stations from the nose; wall before the burst; speed at its end, by mass.",
+        )
+
+
+def break_up_rows(run: RunFiles) -> Iterator[Rows]:
+    """The break-up in numbers."""
+    mass = run.fragments["mass"]
+    part = run.part("break_up")
+    speed = np.linalg.norm(run.fragments["velocity"], axis=1)
+    yield Rows(
+        "Fragments",
+        (
+            row("Fragments", len(mass)),
+            row("Mass of all", float(mass.sum()), "kg"),
+            row("Mean mass", float(mass.mean()) if len(mass) else None, "kg"),
+            row("Heaviest", float(mass.max(initial=0.0)), "kg"),
+            row("Fastest", float(speed.max(initial=0.0)), "m/s"),
+            row("Mass against the casing", part.get("mass_error"), "%", "error handed over", digits=2),
+            row("Momentum against the burst", part.get("momentum_error"), "%", "error handed over", digits=2),
+            row("Kinetic energy against the burst", part.get("energy_error"), "%", "error handed over", digits=2),
+        ),
+    )  # fmt: skip
+
+
+def segment_table(run: RunFiles) -> Iterator[Table]:
+    """Law and sample of each segment."""
+    lines = []
+    several = len(run.rounds) > 1
+    for law in segment_laws(run)[:60]:
+        chosen = (run.fragments["round"] == law.round_index) & (run.fragments["segment"] == law.segment_index)
+        masses = run.fragments["mass"][chosen]
+        name = run.rounds[law.round_index].name if law.round_index < len(run.rounds) else str(law.round_index)
+        mean = law.line.get("mean_mass")
+        lines.append(
+            (
+                f"{name}, {law.name}" if several else law.name,
+                number(1e3 * float(mean), 4) if mean is not None else "–",
+                " + ".join(number(1e3 * mu, 4) for _, mu, _ in law.terms),
+                " + ".join(number(float(round(n0)), 4) for n0, _, _ in law.terms),
+                number(len(masses)),
+                number(float(masses.sum()), 4),
+                number(1e3 * float(masses.max(initial=0.0)), 4),
+            )
+        )
+    head = ("Segment", "Mean mass (g)", "μ (g)", "N₀", "Sampled", "Mass (kg)", "Heaviest (g)")
+    if lines:
+        yield Table(
+            "Law and sample by segment",
+            head,
+            _cells(lines),
+            note="Number heavier than m: N₀ exp(−(m/μ)^λ), λ = 1/2 or 1/3 (Eq. 19); two terms for a mixture.",
+        )
+
+
+def flight_rows(run: RunFiles) -> Iterator[Rows]:
+    """The flight in numbers."""
+    part = run.part("flight")
+    rows = [
+        row("Fragments flown", part.get("fragments")),
+        row("Landed", part.get("landed")),
+        row("Largest range", part.get("max_range"), "m"),
+        row("Drag table", part.get("drag")),
+        row("Fragments above the drag table's speeds", part.get("above_drag_table")),
+        row("Wall time", part.get("wall_seconds"), "s"),
+    ]
+    rows += [row(f"Fragments through “{item.get('name', '')}”", item.get("hits")) for item in run.witnesses]
+    yield Rows("Flight", tuple(one for one in rows if one.value != UNKNOWN))
+
+
+def hazard_rows(run: RunFiles) -> Iterator[Rows]:
+    """The hazard in numbers."""
+    part = run.part("flight")
+    found = landings(run)
+    rows = [
+        row("Hazardous from", hazard_energy(run), "J", "impact energy; 58 ft lb is 79 J"),
+        Row("Acceptable density", f"1 per {1 / hazard_density(run):.1f} m²", f"{hazard_density(run):.5f} 1/m²"),
+        row("Hazardous fragment distance", part.get("hazardous_fragment_distance"), "m", "largest of all sectors"),
+    ]
+    for kind, words in (("ground", "per area of ground"), ("normal", "normal to the path")):
+        worst = part.get(f"hazardous_fragment_distance_{kind}")
+        mean = part.get(f"hazardous_fragment_distance_all_round_{kind}")
+        if worst is not None:
+            rows.append(row(f"– density {words}, worst sector", worst, "m"))
+        if mean is not None:
+            rows.append(row(f"– density {words}, all azimuths", mean, "m"))
+    rows.append(row("Largest throw", part.get("max_range"), "m"))
+    if found is not None and len(found.x):
+        rows.append(row("Hazardous fragments on the ground", int(found.hazardous.sum())))
+        rows.append(row("Largest impact energy", float(found.energy.max()), "J"))
+        if found.hazardous.any():
+            rows.append(row("Farthest hazardous fragment", float(found.distance[found.hazardous].max()), "m"))
+    yield Rows("Hazard", tuple(rows))
+
+
+def azimuth_tables(run: RunFiles) -> Iterator[Table]:
+    """Every witness surface by azimuth."""
+    for witness in run.witnesses:
+        lines = [
+            (
+                f"{line.get('azimuth_deg', 0):.0f}",
+                number(line.get("hits")),
+                number(line["hazardous_hits"]) if line.get("hazardous_hits") is not None else "–",
+                _rounded(line.get("mean_initial_speed")),
+                _rounded(line.get("max_initial_speed")),
+            )
+            for line in witness.get("by_azimuth") or []
+        ]
+        head = ("Azimuth (°)", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
+        if lines:
+            name = witness.get("name", "")
+            yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
+
+
+def sector_table(run: RunFiles) -> Iterator[Table]:
+    """Distances of every azimuth sector."""
+    lines = [
+        (
+            f"{line['azimuth_deg']:.0f}",
+            number(line.get("hazardous")),
+            _rounded(line.get("hazardous_fragment_distance"), 1),
+            _rounded(line.get("max_throw"), 1),
+        )
+        for line in run.part("flight").get("by_sector") or []
+        if "azimuth_deg" in line
+    ]
+    if lines:
+        head = ("Azimuth (°)", "Hazardous", "Hazard distance (m)", "Farthest (m)")
+        note = "Hazard distance: the larger of both densities'; 0 where the acceptable density is never reached."
+        yield Table("Distances by sector", head, _cells(lines), note, columns=2)
+
+
+def _rounded(value: float | None, decimals: int = 0) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:,.{decimals}f}"
+
+
+def provenance_rows(run: RunFiles) -> Iterator[Rows | Table]:
+    """Program, versions, seed, date, and the fingerprints of the files."""
+    rows = [
+        Row(words, run.provenance[key])
+        for key, words in (
+            ("program", "Program"), ("program_version", "Version"), ("revision", "Revision"), ("date", "Date (UTC)"),
+            ("seed", "Seed"), ("platform", "Platform"),
+        )
+        if run.provenance.get(key)
+    ]  # fmt: skip
+    versions = run.summary.get("versions") or _json(run.provenance.get("versions"))
+    rows += [Row(f"Version of {name}", str(value)) for name, value in versions.items() if name != "fragfield"]
+    if rows:
+        yield Rows("Program", tuple(rows))
+    lines = []
+    for path in sorted(run.folder.iterdir()):
+        if path.is_file() and path.suffix in {".toml", ".json", ".h5", ".csv", ".xdmf"}:
+            size = path.stat().st_size
+            digest = "too large" if size > 200_000_000 else hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+            lines.append((path.name, number(size), digest))
+    if lines:
+        yield Table("Files of the run", ("File", "Bytes", "SHA-256, first 16"), _cells(lines))
+
+
+def _json(text: str | None) -> dict[str, Any]:
+    try:
+        found = json.loads(text or "{}")
+    except json.JSONDecodeError:
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,57 @@
+"""May VTK draw without a window here? Asked before the first picture, because otherwise it ends the process."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import subprocess
+import sys
+from functools import cache
+
+__all__ = ["PictureUnavailableError", "display_available", "offscreen_fault", "require_offscreen"]
+
+_LIBRARIES = ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
+_CURE = "install libegl1 (Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
+# A driver may be missing behind a library that is there; VTK then dies by a signal, so that another process tries.
+_TRIAL = (
+    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(16, 16)); p.add_mesh(pyvista.Sphere());"
+    "p.screenshot(None, return_img=True); p.close()"
+)
+
+
+class PictureUnavailableError(RuntimeError):
+    """No picture can be drawn on this machine; the message says why and what to install."""
+
+
+def _loadable(name: str) -> bool:
+    try:
+        ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
+
+
+def display_available() -> bool:
+    """Whether a window can be opened (X or Wayland)."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+@cache
+def offscreen_fault() -> str | None:
+    """Why VTK cannot draw off-screen here, with the cure; None when it can. Tried once a process."""
+    if not any(_loadable(name) for name in _LIBRARIES):
+        return f"VTK needs libEGL or libOSMesa to draw without a window, and finds neither; {_CURE}"
+    try:
+        trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, text=True, timeout=120, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"VTK could not be tried: {error}"
+    if trial.returncode == 0:
+        return None
+    last = (trial.stderr.strip().splitlines() or [f"exit code {trial.returncode}"])[-1]
+    return f"VTK fails to draw without a window here ({last}); {_CURE}"
+
+
+def require_offscreen() -> None:
+    """Raise PictureUnavailableError where VTK cannot draw off-screen."""
+    if fault := offscreen_fault():
+        raise PictureUnavailableError(fault)

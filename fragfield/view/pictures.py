@@ -1,0 +1,199 @@
+"""Pictures drawn off-screen: the section of the burst over time, and the cloud of fragments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.report.drawing import SPEED_MAP, drawing_style
+from fragfield.report.run_files import RunFiles, read_run
+from fragfield.view.offscreen import require_offscreen
+from fragfield.view.scenes import burst_at, burst_times, final_burst, fragment_points, section
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pyvista
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+__all__ = ["burst_figures", "fragments_figures", "picture_of_burst", "picture_of_fragments"]
+
+_PIXELS_HIGH = 900
+_LIGHT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.0}
+
+
+def picture_of_burst(run: Path | RunFiles, path: Path | None = None, *, frames: int = 4) -> Path:
+    """Write the section of the deforming rounds, coloured by speed, at a few times.
+
+    Parameters
+    ----------
+    run : Path or RunFiles
+        The run.
+    path : Path, optional
+        Where to write the PNG; otherwise `figures/picture_of_burst.png` in the run directory.
+    frames : int
+        Number of times, the end of the burst among them.
+
+    Raises
+    ------
+    InputError
+        The burst has not been run.
+    PictureUnavailableError
+        VTK cannot draw here.
+    """
+    files = run if isinstance(run, RunFiles) else read_run(run)
+    return _saved(burst_figures(files, frames=frames)[0], files, path, "picture_of_burst.png")
+
+
+def picture_of_fragments(run: Path | RunFiles, path: Path | None = None) -> Path:
+    """Write the cloud of fragments, coloured by initial speed; parameters and errors as `picture_of_burst`."""
+    files = run if isinstance(run, RunFiles) else read_run(run)
+    return _saved(fragments_figures(files)[0], files, path, "picture_of_fragments.png")
+
+
+def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:
+    target = path or run.folder / "figures" / name
+    target.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(target, dpi=170)
+    return target
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A section at one time, with its extent in x and z (m)."""
+
+    time: float
+    pixels: NDArray[np.uint8]
+    extent: tuple[float, float, float, float]
+
+
+def burst_figures(run: RunFiles, *, frames: int = 4) -> tuple[Figure, Figure]:
+    """Figures of the section over time: `frames` times side by side, and for a narrow page half as many."""
+    require_offscreen()
+    grids = _grids(run, frames)
+    fastest = max(float(grid.point_data["speed"].max()) for _, grid in grids) or 1.0
+    drawn = [_Frame(time, *_render_section(section(grid), fastest)) for time, grid in grids]
+    return _panels(drawn, fastest, 7.4), _panels(drawn[1::2] if len(drawn) > 2 else drawn[-1:], fastest, 3.75)
+
+
+def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
+    """The sections with one scale of length and one of speed."""
+    widths = [frame.extent[1] - frame.extent[0] for frame in drawn]
+    low, high = min(frame.extent[2] for frame in drawn), max(frame.extent[3] for frame in drawn)
+    height = float(np.clip((width - 1.2) * (high - low) / sum(widths), 1.8, 5.5))
+    with drawing_style():
+        figure = _canvas(width, height + 1.35)
+        axes = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw={"width_ratios": widths})[0]
+        for axis, frame in zip(axes, drawn, strict=True):
+            left, right, bottom, top = (edge * 1e3 for edge in frame.extent)
+            axis.imshow(frame.pixels, extent=(left, right, bottom, top), interpolation="antialiased")
+            axis.set(title=f"{frame.time * 1e6:.0f} µs", ylim=(low * 1e3, high * 1e3), xlabel="x (mm)")
+            axis.grid(visible=False)
+        axes[0].set_ylabel("z (mm)")
+        _speed_bar(figure, fastest)
+    return figure
+
+
+def _grids(run: RunFiles, frames: int) -> list[tuple[float, pyvista.UnstructuredGrid]]:
+    end = (run.burst_time or 0.0, final_burst(run))
+    times = [time for time in burst_times(run) if time < end[0] * (1 - 1e-9)]
+    # Even in time, without the start, which shows no speed, when there is anything later.
+    later = [time for time in times if time > 0] or times
+    wanted = np.linspace(0.0, end[0], frames + 1)[1:-1]
+    chosen = sorted({later[int(np.abs(np.subtract(later, want)).argmin())] for want in wanted}) if later else []
+    return [*((time, burst_at(run, time)) for time in chosen), end]
+
+
+def _render_section(
+    grid: pyvista.UnstructuredGrid, fastest: float
+) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
+    """Picture of the half behind the section, looked at along +y, and its extent in x and z (m)."""
+    import pyvista
+
+    bounds = np.asarray(grid.bounds, dtype=float)
+    margin = 0.02 * max(bounds[1] - bounds[0], bounds[5] - bounds[4])
+    extent = (bounds[0] - margin, bounds[1] + margin, bounds[4] - margin, bounds[5] + margin)
+    size = np.array([extent[1] - extent[0], extent[3] - extent[2]])
+    pixels = tuple(round(length) for length in size / size[1] * _PIXELS_HIGH)
+    plotter = pyvista.Plotter(off_screen=True, window_size=pixels)
+    plotter.set_background("white")
+    plotter.add_mesh(
+        grid, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), show_scalar_bar=False, show_edges=False, **_LIGHT
+    )
+    casing = grid.extract_cells(np.flatnonzero(grid.cell_data["part"] == 0))
+    plotter.add_mesh(casing.extract_surface(algorithm=None).extract_feature_edges(35.0), color="black", line_width=1.2)
+    centre = (0.5 * (extent[0] + extent[1]), 0.5 * (bounds[2] + bounds[3]), 0.5 * (extent[2] + extent[3]))
+    plotter.camera_position = [(centre[0], centre[1] - 10.0 * float(size.max()), centre[2]), centre, (0, 0, 1)]
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = 0.5 * float(size[1])
+    picture = plotter.screenshot(None, return_img=True)
+    plotter.close()
+    return picture, extent
+
+
+def _canvas(width: float, height: float) -> Figure:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _speed_bar(figure: Figure, fastest: float) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    scale = ScalarMappable(Normalize(0.0, fastest), SPEED_MAP)
+    bar = figure.colorbar(scale, ax=figure.axes, location="bottom", fraction=0.05, aspect=40, shrink=0.8)
+    bar.set_label("Speed (m/s)")
+    bar.outline.set_visible(False)  # type: ignore[operator]
+
+
+def fragments_figures(run: RunFiles, streak: float = 1e-4) -> tuple[Figure, Figure]:
+    """Figures, wide and narrow, of the fragments `streak` seconds on without drag, sized by mass, coloured by speed."""
+    import pyvista
+
+    require_offscreen()
+    points, _ = fragment_points(run, streak)
+    fastest = float(points.point_data["speed"].max()) or 1.0
+    # Enlarged until a mean fragment is a hundredth of the cloud: true sizes would vanish.
+    enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
+    symbols = points.glyph(
+        scale="size", factor=enlarged, orient=False, geom=pyvista.Sphere(theta_resolution=10, phi_resolution=10)
+    )
+    plotter = pyvista.Plotter(off_screen=True, window_size=(1500, 1100))
+    plotter.set_background("white")
+    plotter.add_mesh(symbols, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), show_scalar_bar=False, **_LIGHT)
+    plotter.view_vector((-1.0, -1.6, 0.7), viewup=(0, 0, 1))
+    plotter.enable_parallel_projection()
+    plotter.reset_camera(bounds=points.bounds)
+    plotter.camera.zoom(1.25)
+    picture = _cropped(plotter.screenshot(None, return_img=True))
+    plotter.close()
+    extents = np.ptp(points.points, axis=0)
+    text = f"Cloud {extents[0]:.2f} × {extents[1]:.2f} × {extents[2]:.2f} m; symbols enlarged {enlarged:.3g} times"
+    return _cloud(picture, fastest, text, 7.4, 4.6), _cloud(picture, fastest, text, 3.75, 3.9)
+
+
+def _cloud(picture: NDArray[np.uint8], fastest: float, text: str, width: float, height: float) -> Figure:
+    with drawing_style():
+        figure = _canvas(width, height)
+        axis = figure.subplots()
+        axis.imshow(picture, interpolation="antialiased")
+        axis.set_axis_off()
+        figure.suptitle(text, fontsize=8 if width > 5 else 7)
+        _speed_bar(figure, fastest)
+    return figure
+
+
+def _cropped(picture: NDArray[np.uint8], margin: int = 12) -> NDArray[np.uint8]:
+    """The picture without its white borders."""
+    drawn = np.argwhere((picture < 250).any(axis=2))
+    if not len(drawn):
+        return picture
+    (top, left), (bottom, right) = drawn.min(axis=0), drawn.max(axis=0)
+    return picture[max(0, top - margin) : bottom + margin, max(0, left - margin) : right + margin]

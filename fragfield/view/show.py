@@ -1,0 +1,79 @@
+"""`fragfield view RUN`: a window where there is a display, pictures otherwise."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fragfield.errors import InputError
+from fragfield.report.drawing import SPEED_MAP
+from fragfield.report.run_files import RunFiles, read_run
+from fragfield.view.offscreen import display_available
+from fragfield.view.pictures import picture_of_burst, picture_of_fragments
+from fragfield.view.scenes import final_burst, fragment_points, section
+
+__all__ = ["open_window", "view_run", "write_pictures"]
+
+
+def view_run(run_dir: Path | str, *, window: bool | None = None) -> list[Path]:
+    """Open the run in a window, or write its pictures.
+
+    Parameters
+    ----------
+    run_dir : Path
+        The run.
+    window : bool, optional
+        Open a window; left out: where a display is present.
+
+    Returns
+    -------
+    list of Path
+        Pictures written; empty after a window.
+
+    Raises
+    ------
+    InputError
+        Nothing to look at: neither the burst nor the break-up has been run.
+    PictureUnavailableError
+        VTK cannot draw here.
+    """
+    run = read_run(Path(run_dir))
+    if not run.nodes and not run.fragments:
+        raise InputError(f"{run.folder}: nothing to look at; run `fragfield burst` or `fragfield break-up` first")
+    if display_available() if window is None else window:
+        open_window(run)
+        return []
+    return write_pictures(run)
+
+
+def write_pictures(run: RunFiles) -> list[Path]:
+    """Write every picture that the run has data for into its folder `figures`."""
+    written = []
+    if run.nodes:
+        written.append(picture_of_burst(run))
+    if run.fragments:
+        written.append(picture_of_fragments(run))
+    return written
+
+
+def open_window(run: RunFiles) -> None:
+    """Show the section of the burst and the fragments side by side until the window is closed."""
+    import pyvista
+
+    both = bool(run.nodes) and bool(run.fragments)
+    plotter = pyvista.Plotter(shape=(1, 2) if both else (1, 1), title=run.title)
+    plotter.set_background("white")
+    bar = {"title": "Speed (m/s)", "color": "black", "n_labels": 5, "fmt": "%.0f"}
+    if run.nodes:
+        plotter.add_mesh(section(final_burst(run)), scalars="speed", cmap=SPEED_MAP, scalar_bar_args=dict(bar))
+        plotter.add_axes()
+        plotter.view_xz()
+    if both:
+        plotter.subplot(0, 1)
+    if run.fragments:
+        points, _ = fragment_points(run, streak=1e-4)
+        plotter.add_mesh(
+            points, scalars="speed", cmap=SPEED_MAP, render_points_as_spheres=True, point_size=5,
+            scalar_bar_args={**bar, "title": "Initial speed (m/s)"},
+        )  # fmt: skip
+        plotter.view_isometric()
+    plotter.show()
