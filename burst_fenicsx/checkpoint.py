@@ -95,7 +95,8 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> None:
                 raise InputError(f"{path} is not a checkpoint of a burst (format {file.attrs.get('format')!r})")
             if file.attrs["mesh_key"] != mesh_key:
                 raise InputError(
-                    f"{path} belongs to another case: {file.attrs['mesh_key']}; this one is {mesh_key}; run without resuming"
+                    f"{path} belongs to another case: {file.attrs['mesh_key']}; this one is {mesh_key}; "
+                    "run without resuming"
                 )
             _restore(file, solver)
     except (OSError, KeyError) as error:
@@ -118,8 +119,11 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     hourglass = file["cells/hourglass"][()][mesh.cell]
     # Padded lanes repeat their block's last cell.
     state.grid.volume[:] = volume[state.blocks.cells.ravel()]
-    state.solid.hourglass[:] = hourglass[state.blocks.cells.ravel()].reshape(-1, LANES, 12).transpose(0, 2, 1).reshape(
-        len(state.blocks.cells), -1
+    state.solid.hourglass[:] = (
+        hourglass[state.blocks.cells.ravel()]
+        .reshape(-1, LANES, 12)
+        .transpose(0, 2, 1)
+        .reshape(len(state.blocks.cells), -1)
     )
     leakage: LeakageParts = solver.leakage
     leakage.factor[:] = file["leakage/factor"][()]

@@ -30,7 +30,7 @@ __all__ = [
 _VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 _MODERN = _VERSION >= (0, 7)
 
-if not (0, 5) <= _VERSION:
+if _VERSION < (0, 5):
     raise ImportError(f"dolfinx {dolfinx.__version__} is too old; 0.5.2, 0.9, 0.10 and 0.11 are supported")
 
 
@@ -129,9 +129,7 @@ def cell_space(domain: Any, size: int = 1) -> Any:
     """Functions constant in each cell, with `size` components."""
     if _MODERN:
         return fem.functionspace(domain, ("DG", 0) if size == 1 else ("DG", 0, (size,)))
-    return (
-        fem.FunctionSpace(domain, ("DG", 0)) if size == 1 else fem.VectorFunctionSpace(domain, ("DG", 0), dim=size)
-    )
+    return fem.FunctionSpace(domain, ("DG", 0)) if size == 1 else fem.VectorFunctionSpace(domain, ("DG", 0), dim=size)
 
 
 def quadrature_space(domain: Any, size: int = 1) -> Any:

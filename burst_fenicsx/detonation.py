@@ -97,8 +97,8 @@ class LeakageParts:
     ) -> LeakageParts:
         """Build from the parts of this rank's own nodes.
 
-        `node_part` (own nodes,) is -1 off the charge's outer surface; `start` their places (m), `radius` their distances
-        from the round's axis (m), `outward` the unit vectors away from it.
+        `node_part` (own nodes,) is -1 off the charge's outer surface; `start` their places (m), `radius` their
+        distances from the round's axis (m), `outward` the unit vectors away from it.
         """
         node = np.flatnonzero(node_part >= 0).astype(np.int32)
         part = node_part[node].astype(np.int32)

@@ -9,7 +9,7 @@ class InputError(ValueError):
     """The input cannot be computed; the message says what was found and what is allowed."""
 
 
-class NumericalStop(RuntimeError):
+class NumericalStop(RuntimeError):  # noqa: N818 - it ends a run, it does not crash it
     """The computation left its bounds (lost cell, open ledger, not a number).
 
     Parameters

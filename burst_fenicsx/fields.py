@@ -136,7 +136,8 @@ def make_fields(
     reference = np.array([item.casing.softening_length or 0.0 for item in rounds])[mesh.round]
     inverse_scale = np.where(reference > 0.0, np.cbrt(volume) / np.where(reference > 0.0, reference, 1.0), 1.0)
     scale[slots] = inverse_scale[held]
-    _pad(slot_mass, blocks), _pad(slot_volume, blocks)
+    _pad(slot_mass, blocks)
+    _pad(slot_volume, blocks)
 
     light, burn = _ignition(mesh, rounds, lengths, position, volume)
     energy = functions["products_energy"].x.array

@@ -141,7 +141,8 @@ class Ledger:
         if not entry.energy_error <= self.energy_tolerance:
             raise NumericalStop(
                 f"the energy ledger is open by {100 * entry.energy_error:.2f} % of the work done "
-                f"(allowed {100 * self.energy_tolerance:.2g} %): the cells hold {stored:.6g} J, the charge gave {given:.6g} J",
+                f"(allowed {100 * self.energy_tolerance:.2g} %): the cells hold {stored:.6g} J, "
+                f"the charge gave {given:.6g} J",
                 time,
             )
         return entry
@@ -172,5 +173,7 @@ def _energy_left(state: BurstFields) -> float:
             left = state.charge.energy[own]
         else:
             left = products.remaining_work(volume[own] / start)
-        total += float((start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)).sum())
+        total += float(
+            (start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)).sum()
+        )
     return total

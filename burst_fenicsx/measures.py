@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from mpi4py import MPI
 
 from burst_fenicsx.kernels.assembly import mean_velocities
 from burst_fenicsx.problem import Part
@@ -98,8 +99,6 @@ class Measures:
 
     def rounds(self) -> list[RoundMeasures]:
         """Speeds and diameters along every round."""
-        from mpi4py import MPI
-
         state = self._state
         mass = state.cell_mass[self._casing]
         speed = np.linalg.norm(mean_velocities(state.nodes.velocity, state.mesh.dofmap), axis=1)[self._casing]
@@ -114,9 +113,7 @@ class Measures:
         result = []
         for index in range(self._rounds):
             own = self._bin_round == index
-            result.append(
-                RoundMeasures(self._bin_station[own], mean[own], largest[own], diameter[own], total[own])
-            )
+            result.append(RoundMeasures(self._bin_station[own], mean[own], largest[own], diameter[own], total[own]))
         return result
 
     def segment_masses_and_speeds(self, segments: Sequence[int]) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -21,9 +21,7 @@ __all__ = ["round_records"]
 _GURNEY_VOLUME = 7.0
 
 
-def round_records(
-    run: Simulation, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]
-) -> list[RoundRecord]:
+def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
     """Describe every round of a finished run.
 
     `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.

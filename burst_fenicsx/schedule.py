@@ -10,7 +10,7 @@ from burst_fenicsx.kernels.state import Schedule
 __all__ = ["CELLS_PER_CHUNK", "Blocks", "arrange"]
 
 CELLS_PER_CHUNK = 1024
-"""Small enough for the second-level cache, large enough that few nodes are shared; a multiple of nothing in particular."""
+"""Small enough for the second-level cache, large enough that few nodes are shared."""
 
 
 class Blocks:

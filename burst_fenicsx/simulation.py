@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
+from mpi4py import MPI
 
 from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.detonation import LeakageParts
@@ -29,8 +30,6 @@ from burst_fenicsx.surfaces import radial_surfaces
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from mpi4py import MPI
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation", "simulate"]
 
@@ -96,10 +95,7 @@ def simulate(
     NumericalStop
         A cell was lost or the ledger opened; all outputs written so far are whole.
     """
-    if comm is None:
-        from mpi4py import MPI
-
-        comm = MPI.COMM_WORLD
+    comm = comm or MPI.COMM_WORLD
     simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
     if resume and simulation.checkpoint_path.exists():
         simulation.resume()
@@ -265,7 +261,7 @@ class Simulation:
         """Whether no charge waits to be lit any more."""
         light = self.fields.charge.ignition_time
         latest = float(light[np.isfinite(light)].max(initial=0.0))
-        return bool(self.comm.allreduce(latest, op=_largest()) < self.solver.time)
+        return bool(self.comm.allreduce(latest, op=MPI.MAX) < self.solver.time)
 
     def _open_series(self) -> None:
         if self.comm.rank == 0:
@@ -435,12 +431,6 @@ class Simulation:
                 for index, (item, measure, charge) in enumerate(zip(self.rounds, along, charge_masses, strict=True))
             ],
         }
-
-
-def _largest() -> Any:
-    from mpi4py import MPI
-
-    return MPI.MAX
 
 
 def _largest_shear(stress: np.ndarray) -> np.ndarray:

@@ -85,8 +85,8 @@ class RoundRecord:
     explosive_density: float
     detonation_velocity: float
     gurney_velocity: float
-    position: tuple[float, float, float]
-    axis: tuple[float, float, float]
+    position: tuple[float, ...]
+    axis: tuple[float, ...]
     segments: tuple[SegmentRecord, ...]
 
 

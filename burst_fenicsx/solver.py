@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
+from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.errors import NumericalStop
@@ -164,8 +165,6 @@ class BurstSolver:
             hold.apply(state.nodes.force)
         stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
         if comm.size > 1:
-            from mpi4py import MPI
-
             stable = comm.allreduce(stable, op=MPI.MIN)
         self.stable_step = stable
 
@@ -190,6 +189,6 @@ class BurstSolver:
         place = self.fields.nodes.position[mesh.dofmap[cell]].mean(axis=0) * 1e3
         return (
             f"cell {mesh.cell[cell]} of the {Part(int(mesh.part[cell])).name.lower()} of round {mesh.round[cell]}, "
-            f"station {mesh.station[cell] * 1e3:.1f} mm from the nose, now at ({place[0]:.1f}, {place[1]:.1f}, {place[2]:.1f}) mm, "
-            f"has turned inside out"
+            f"station {mesh.station[cell] * 1e3:.1f} mm from the nose, "
+            f"now at ({place[0]:.1f}, {place[1]:.1f}, {place[2]:.1f}) mm, has turned inside out"
         )

@@ -44,7 +44,7 @@ Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 f
 
 
 @kernel
-def _inverse_cube_root(x: float) -> float:
+def _inverse_cube_root(x: float) -> np.float64:
     """x^(-1/3) by Newton's iteration from a guess made on the exponent; vectorises where a power does not."""
     bits = np.float64(x).view(np.int64)
     third = (bits >> 2) + (bits >> 4) + (bits >> 6) + (bits >> 8) + (bits >> 10) + (bits >> 12) + (bits >> 14)
@@ -172,7 +172,7 @@ def charge_block(
     `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge on its surroundings.
     """
     cells = grid.cells[block]
-    count = grid.count[block]
+    count = grid.filled[block]
     material = state.parameters[grid.material[block]]
     slot = block * LANES
     mass = grid.mass[slot : slot + LANES]
@@ -227,7 +227,7 @@ def charge_block(
         density[lane] = mass[lane] / volume[lane]
         old_burn = state.burn_fraction[cell]
         by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
-        burn[lane] = min(max(old_burn, max(by_time, by_compression * (1.0 - relative[lane]))), 1.0)
+        burn[lane] = min(max(old_burn, by_time, by_compression * (1.0 - relative[lane])), 1.0)
         # The step in which a cell burns out still takes its deviator to zero.
         least_burn = min(least_burn, old_burn)
         unlit[lane] = unlit_bulk * (1.0 / relative[lane] - 1.0)

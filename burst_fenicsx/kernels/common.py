@@ -102,23 +102,38 @@ def force_modes(
             h7 = resistance[(9 + i) * LANES + lane]
             q = viscous[lane]
             # The linear part of gamma acts like a stress, which need not be symmetric.
-            tx = (q if i == 0 else 0.0) - stress[ix * LANES + lane] + inverse * (
-                h3 * position[9 * LANES + lane]
-                + h5 * position[15 * LANES + lane]
-                + h6 * position[18 * LANES + lane]
-                + h7 * position[21 * LANES + lane]
+            tx = (
+                (q if i == 0 else 0.0)
+                - stress[ix * LANES + lane]
+                + inverse
+                * (
+                    h3 * position[9 * LANES + lane]
+                    + h5 * position[15 * LANES + lane]
+                    + h6 * position[18 * LANES + lane]
+                    + h7 * position[21 * LANES + lane]
+                )
             )
-            ty = (q if i == 1 else 0.0) - stress[iy * LANES + lane] + inverse * (
-                h3 * position[10 * LANES + lane]
-                + h5 * position[16 * LANES + lane]
-                + h6 * position[19 * LANES + lane]
-                + h7 * position[22 * LANES + lane]
+            ty = (
+                (q if i == 1 else 0.0)
+                - stress[iy * LANES + lane]
+                + inverse
+                * (
+                    h3 * position[10 * LANES + lane]
+                    + h5 * position[16 * LANES + lane]
+                    + h6 * position[19 * LANES + lane]
+                    + h7 * position[22 * LANES + lane]
+                )
             )
-            tz = (q if i == 2 else 0.0) - stress[iz * LANES + lane] + inverse * (
-                h3 * position[11 * LANES + lane]
-                + h5 * position[17 * LANES + lane]
-                + h6 * position[20 * LANES + lane]
-                + h7 * position[23 * LANES + lane]
+            tz = (
+                (q if i == 2 else 0.0)
+                - stress[iz * LANES + lane]
+                + inverse
+                * (
+                    h3 * position[11 * LANES + lane]
+                    + h5 * position[17 * LANES + lane]
+                    + h6 * position[20 * LANES + lane]
+                    + h7 * position[23 * LANES + lane]
+                )
             )
             modes[i * LANES + lane] = 0.0
             modes[(3 + i) * LANES + lane] = (

@@ -100,9 +100,7 @@ def _add_point_force(
             sx = (xx - mean) if i == 0 else (stress[3 * LANES + lane] if i == 1 else stress[5 * LANES + lane])
             sy = stress[3 * LANES + lane] if i == 0 else ((yy - mean) if i == 1 else stress[4 * LANES + lane])
             sz = stress[5 * LANES + lane] if i == 0 else (stress[4 * LANES + lane] if i == 1 else (zz - mean))
-            tx = -0.125 * (
-                sx * cofactor[lane] + sy * cofactor[3 * LANES + lane] + sz * cofactor[6 * LANES + lane]
-            )
+            tx = -0.125 * (sx * cofactor[lane] + sy * cofactor[3 * LANES + lane] + sz * cofactor[6 * LANES + lane])
             ty = -0.125 * (
                 sx * cofactor[LANES + lane] + sy * cofactor[4 * LANES + lane] + sz * cofactor[7 * LANES + lane]
             )
@@ -131,7 +129,7 @@ def solid_block_full(
 ) -> None:
     """Advance one block of solid cells by `step` (s) at 2x2x2 points; arguments as for `solid.solid_block`."""
     cells = grid.cells[block]
-    count = grid.count[block]
+    count = grid.filled[block]
     material = state.parameters[grid.material[block]]
     slot = block * LANES
     mass = grid.mass[slot : slot + LANES]

@@ -23,7 +23,14 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, kernel
 
-__all__ = ["add_nodal_forces", "gather_modes", "largest_gradient", "mean_gradient", "mid_step_modes", "velocity_gradient"]
+__all__ = [
+    "add_nodal_forces",
+    "gather_modes",
+    "largest_gradient",
+    "mean_gradient",
+    "mid_step_modes",
+    "velocity_gradient",
+]
 
 
 @kernel
@@ -97,9 +104,9 @@ def mean_gradient(modes: np.ndarray, gradient: np.ndarray, volume: np.ndarray) -
     Notes
     -----
     Flanagan and Belytschko (1981), Eq. 15-21, rewritten for the coefficients a, b, c of xi, eta, zeta,
-    d, e, f of eta zeta, xi zeta, xi eta and g of xi eta zeta:
+    d, e, f of eta zeta, xi zeta, xi eta (and g of xi eta zeta):
     P = b x c + f x e / 3, Q = c x a + d x f / 3, R = a x b + e x d / 3,
-    S3 = (b x d + f x g / 3 + e x a + g x f / 3) / 3 and so on by cycling.
+    S3 = (b x d + e x a) / 3 and so on by cycling; g drops out.
     """
     third = 1.0 / 3.0
     scale = 1.0 / 64.0
@@ -115,11 +122,10 @@ def mean_gradient(modes: np.ndarray, gradient: np.ndarray, volume: np.ndarray) -
             cj, ck = modes[(12 + j) * LANES + lane], modes[(12 + k) * LANES + lane]
             ej, ek = modes[(15 + j) * LANES + lane], modes[(15 + k) * LANES + lane]
             dj, dk = modes[(18 + j) * LANES + lane], modes[(18 + k) * LANES + lane]
-            gj, gk = modes[(21 + j) * LANES + lane], modes[(21 + k) * LANES + lane]
             p = scale * ((bj * ck - bk * cj) + third * (fj * ek - fk * ej))
             q = scale * ((cj * ak - ck * aj) + third * (dj * fk - dk * fj))
             r = scale * ((aj * bk - ak * bj) + third * (ej * dk - ek * dj))
-            # f x g in P's eta part cancels g x f in Q's xi part, and so do the other two pairs.
+            # f x g / 3 in P's eta part cancels g x f / 3 in Q's xi part; so do the other two pairs, and g drops out.
             s3 = third * scale * ((bj * dk - bk * dj) + (ej * ak - ek * aj))
             s5 = third * scale * ((dj * ck - dk * cj) + (aj * fk - ak * fj))
             s6 = third * scale * ((cj * ek - ck * ej) + (fj * bk - fk * bj))
@@ -184,9 +190,7 @@ def largest_gradient(gradient: np.ndarray, volume: np.ndarray, length: np.ndarra
 
 
 @kernel
-def add_nodal_forces(
-    count: int, cells: np.ndarray, dofmap: np.ndarray, modes: np.ndarray, force: np.ndarray
-) -> None:
+def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, modes: np.ndarray, force: np.ndarray) -> None:
     """Transform the modes of the nodal forces back and add them to the nodes of the first `count` cells."""
     _transform_back(modes)
     for lane in range(count):

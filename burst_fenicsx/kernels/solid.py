@@ -195,7 +195,7 @@ def solid_block(
     limits : (4,): smallest stable step (s) and its cell, smallest volume (m3) and its cell; updated.
     """
     cells = grid.cells[block]
-    count = grid.count[block]
+    count = grid.filled[block]
     material = state.parameters[grid.material[block]]
     slot = block * LANES
     mass = grid.mass[slot : slot + LANES]
@@ -262,7 +262,17 @@ def solid_block(
         sound[lane] = np.sqrt((lame + 2.0 * shear) / density[lane])
     step_and_viscosity(rate, length, density, sound, sound, material[6], material[7], viscous, stable)
     _resist_hourglass(
-        state.hourglass[block], rotation, sound, density, length, volume, material[8], material[9], step, amplitude, power
+        state.hourglass[block],
+        rotation,
+        sound,
+        density,
+        length,
+        volume,
+        material[8],
+        material[9],
+        step,
+        amplitude,
+        power,
     )
     for lane in range(count):
         dilatation = rate[lane] + rate[4 * LANES + lane] + rate[8 * LANES + lane]

@@ -27,7 +27,7 @@ class Grid(NamedTuple):
 
     dofmap: np.ndarray  # (cells, 8) int32, nodes in tensor-product order
     cells: np.ndarray  # (blocks, LANES) int32, padded with the block's last cell
-    count: np.ndarray  # (blocks,) int32, cells that count
+    filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current

@@ -117,15 +117,16 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
     least = speed**2 / 16.0
     if heat <= least:
         raise InputError(
-            f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope needs "
-            f"more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or use products = \"jwl\""
+            f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope "
+            f"needs more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose the "
+            "products jwl"
         )
     inertia = rho * speed**2
     if model == "landau":
         p0, work = inertia / 8.0, rho * heat
     else:
         p0, work = 27.0 / 256.0 * inertia, rho * heat - (21.0 / 512.0 - 1.0 / 32.0) * inertia
-    # The isentrope's own work from v = 1 to infinity must be `work` = P0/2 (1 - x) + 3 P0 x with x = (Pk/P0)^(2/3) = vk^-2.
+    # The isentrope's own work from v = 1 to infinity, P0/2 (1 - x) + 3 P0 x with x = (Pk/P0)^(2/3) = vk^-2, is `work`.
     x = (2.0 * work / p0 - 1.0) / 5.0
     if x <= 0.0:
         raise InputError(f"explosive '{explosive.name}': no isentrope of Landau's form gives {work / 1e9:.4g} GJ/m3")

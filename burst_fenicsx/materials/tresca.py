@@ -31,15 +31,16 @@ def softened_strength(initial: float, strain: float, inverse_limit: float) -> fl
 
 
 @kernel
-def _rotate(matrix: np.ndarray, vectors: np.ndarray, p: int, q: int, r: int, pq: int, rp: int, rq: int) -> None:
-    """One Jacobi rotation in the plane (p, q) for every lane; r is the third axis."""
+def _rotate(matrix: np.ndarray, vectors: np.ndarray, p: int, q: int, pq: int, rp: int, rq: int) -> None:
+    """One Jacobi rotation in the plane (p, q) for every lane; pq, rp and rq are the rows of the other entries."""
     for lane in range(LANES):
         app = matrix[p * LANES + lane]
         aqq = matrix[q * LANES + lane]
         apq = matrix[pq * LANES + lane]
         difference = aqq - app
         # The tangent of the smaller angle; the tiny term keeps 0/0 away where nothing is to be done.
-        tangent = 2.0 * apq / (difference + np.copysign(np.sqrt(difference * difference + 4.0 * apq * apq) + 1e-290, difference))
+        root = np.sqrt(difference * difference + 4.0 * apq * apq) + 1e-290
+        tangent = 2.0 * apq / (difference + np.copysign(root, difference))
         cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
         sine = tangent * cosine
         matrix[p * LANES + lane] = app - tangent * apq
@@ -79,9 +80,9 @@ def principal_stresses(stress: np.ndarray, matrix: np.ndarray, vectors: np.ndarr
         for lane in range(LANES):
             vectors[4 * i * LANES + lane] = 1.0
     for _ in range(_SWEEPS):
-        _rotate(matrix, vectors, 0, 1, 2, 3, 5, 4)
-        _rotate(matrix, vectors, 1, 2, 0, 4, 3, 5)
-        _rotate(matrix, vectors, 2, 0, 1, 5, 4, 3)
+        _rotate(matrix, vectors, 0, 1, 3, 5, 4)
+        _rotate(matrix, vectors, 1, 2, 4, 3, 5)
+        _rotate(matrix, vectors, 2, 0, 5, 4, 3)
 
 
 @kernel

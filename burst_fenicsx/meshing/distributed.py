@@ -112,7 +112,7 @@ def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarra
         result[places] = values
         return result
     pieces = comm.gather((places, values), root=0)
-    if comm.rank != 0:
+    if pieces is None:
         return None
     total = sum(len(where) for where, _ in pieces)
     result = np.empty((total, *values.shape[1:]), dtype=values.dtype)
