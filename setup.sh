@@ -307,7 +307,7 @@ prepare_running
 bin=$venv/bin
 case $act in
     install) say "ready: .venv/bin/fragfield --help" ;;
-    demo) exec "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo "$@" ;;
+    demo) exec "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo --overwrite "$@" ;;
     # A missing dolfinx or mpirun must fail here, not be skipped.
     test) FRAGFIELD_REQUIRE_ALL=1 exec "$bin/python" -m pytest "$@" ;;
     lint)

@@ -1,0 +1,62 @@
+"""What an import loads: each package alone in a fresh interpreter, read from `sys.modules`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+OURS = {"burst_fenicsx", "transition", "flight", "fragfield"}
+PARALLEL = {"dolfinx", "mpi4py", "petsc4py", "ufl", "basix", "ffcx"}
+PICTURES = {"vtk", "vtkmodules", "pyvista", "matplotlib"}
+
+
+def top_level_modules(statement: str) -> set[str]:
+    """Names of the top-level modules that are loaded after `statement`."""
+    code = f"import sys\n{statement}\nprint(*sorted({{name.partition('.')[0] for name in sys.modules}}))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("statement", "forbidden"),
+    [
+        ("import flight", (OURS - {"flight"}) | PARALLEL | PICTURES),
+        ("import transition", (OURS - {"transition", "flight"}) | PARALLEL | PICTURES),
+        ("import burst_fenicsx.problem, burst_fenicsx.errors", (OURS - {"burst_fenicsx"}) | PARALLEL | PICTURES),
+        ("import burst_fenicsx.materials, burst_fenicsx.kernels", (OURS - {"burst_fenicsx"}) | PARALLEL | PICTURES),
+        ("import fragfield.cli", (OURS - {"fragfield"}) | PARALLEL | PICTURES),
+    ],
+)
+def test_import_loads_only_what_it_needs(statement: str, forbidden: set[str]) -> None:
+    loaded = top_level_modules(statement)
+    assert not loaded & forbidden, f"`{statement}` loads {sorted(loaded & forbidden)}"
+
+
+def test_the_check_sees_an_import() -> None:
+    assert "json" in top_level_modules("import json")
+    assert "json" not in top_level_modules("import math")
+
+
+def test_fragments_fly_without_dolfinx(tmp_path: Path) -> None:
+    """`fragfield fly` in an interpreter that refuses to import the finite-element packages."""
+    code = f"""
+import sys
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {sorted(PARALLEL | {"burst_fenicsx"})!r}:
+            raise ImportError(f"{{name}} is refused here")
+sys.meta_path.insert(0, Refuse())
+import flight
+fragments = flight.Fragments.from_arrays(mass=[0.01, 0.02], position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
+result = flight.fly(fragments)
+print(len(result.landing))
+import fragfield.cli
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["2"]

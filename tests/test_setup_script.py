@@ -1,0 +1,208 @@
+"""What `setup.sh` does before it changes anything: which Python it takes, and every refusal with its cure.
+
+The script runs in a copy of the project with a PATH that holds a few harmless tools and stand-ins for those that
+would change the machine (apt-get, sudo), or whose answer is the case under test (id, df, dpkg-query, python3).
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+HARMLESS = ["awk", "cat", "cksum", "cut", "date", "dirname", "env", "mktemp", "rm", "sed", "sh", "tail"]
+
+DOLFINX_PYTHON = """
+case "$*" in
+    *find_spec*) echo "{dolfinx} {python}" ;;
+    *ensurepip*) exit {without_venv} ;;
+    *"-m venv"*) mkdir -p "$5/bin" "$5/lib" && cp "$0" "$5/bin/python" ;;
+    *"-m pip"*) echo "Could not find a version" >&2; exit 1 ;;
+esac
+"""
+
+
+class Machine:
+    """A copy of the project and a PATH of stand-ins."""
+
+    def __init__(self, folder: Path) -> None:
+        self.project = folder / "project with spaces"
+        self.tools = folder / "tools"
+        self.release = folder / "os-release"
+        self.variables: dict[str, str] = {}
+        self.project.mkdir()
+        self.tools.mkdir()
+        for name in ("setup.sh", "pyproject.toml"):
+            shutil.copy(ROOT / name, self.project / name)
+        shutil.copytree(ROOT / "constraints", self.project / "constraints")
+        for name in [*HARMLESS, "cp", "mkdir"]:
+            (self.tools / name).symlink_to(shutil.which(name) or "/bin/false")
+        self.debian("12")
+        self.tool("id", "echo 0")
+        self.tool("df", "echo header; echo disk 1 1 99000000 1 /")
+        self.tool("dpkg-query", "printf installed")
+        self.tool("apt-get", 'echo "apt-get $*" >>"${0%/*}/../apt-calls"')
+
+    def tool(self, name: str, script: str) -> Path:
+        """Put a stand-in on the PATH."""
+        path = self.tools / name
+        path.write_text(f"#!/bin/sh\n{script}\n")
+        path.chmod(0o755)
+        return path
+
+    def debian(self, version: str, name: str = "debian") -> None:
+        """Say which release the machine runs."""
+        self.release.write_text(f'ID={name}\nVERSION_ID="{version}"\n')
+
+    def dolfinx(self, version: str, python: str = "3.12.1", without_venv: int = 0) -> None:
+        """Put a python3 on the PATH that says it has dolfinx."""
+        self.tool("python3", DOLFINX_PYTHON.format(dolfinx=version, python=python, without_venv=without_venv))
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Call the script without a terminal."""
+        environment = {"PATH": str(self.tools), "HOME": str(self.tools), "OS_RELEASE": str(self.release)}
+        return subprocess.run(
+            ["/bin/sh", str(self.project / "setup.sh"), *arguments],
+            env=environment | self.variables,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+
+    def refusal(self, *arguments: str) -> str:
+        """Call the script, expect it to refuse in a few lines, return them joined by spaces."""
+        done = self.run(*arguments)
+        assert done.returncode == 1, done.stdout + done.stderr
+        return " ".join(done.stderr.split())
+
+    @property
+    def apt_calls(self) -> list[str]:
+        """What was asked of apt-get."""
+        record = self.tools.parent / "apt-calls"
+        return record.read_text().splitlines() if record.exists() else []
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    return Machine(tmp_path)
+
+
+def test_unknown_act_is_told_the_known_ones(machine: Machine) -> None:
+    done = machine.run("instal")
+    assert done.returncode == 2
+    assert 'unknown act "instal"' in done.stderr
+    for act in ("install", "demo", "test", "lint", "validate", "bench"):
+        assert f"\n  {act} " in done.stderr
+
+
+def test_help_needs_no_set_up(machine: Machine) -> None:
+    done = machine.run("help")
+    assert done.returncode == 0
+    assert "FRAGFIELD_PYTHON" in done.stdout
+
+
+@pytest.mark.parametrize(("name", "version"), [("debian", "11"), ("debian", "14"), ("fedora", "42")])
+def test_other_releases_are_refused_with_conda_and_docker_as_cure(machine: Machine, name: str, version: str) -> None:
+    machine.variables["PYTHONHOME"] = "/nowhere"  # keeps a dolfinx that this machine may have out of sight
+    machine.debian(version, name)
+    message = machine.refusal()
+    assert f"this is {name} {version}, not Debian 12 or 13" in message
+    assert "conda create" in message
+    assert "dolfinx/dolfinx" in message
+
+
+def test_missing_packages_without_root_and_sudo(machine: Machine) -> None:
+    machine.tool("dpkg-query", 'case "$*" in *libegl1*) exit 1 ;; *) printf installed ;; esac')
+    machine.tool("id", "echo 1000")
+    message = machine.refusal()
+    assert "not root, and there is no sudo" in message
+    assert "apt-get install --no-install-recommends libegl1 then call again" in message
+    assert not machine.apt_calls
+
+
+def test_missing_packages_where_sudo_refuses(machine: Machine) -> None:
+    machine.tool("dpkg-query", "exit 1")
+    machine.tool("id", "echo 1000")
+    machine.tool("sudo", "exit 1")
+    message = machine.refusal()
+    assert "sudo did not let you in" in message
+    assert "sudo apt-get install --no-install-recommends python3-dolfinx-real" in message
+    assert not machine.apt_calls
+
+
+def test_too_little_disk_space_is_seen_before_apt(machine: Machine) -> None:
+    machine.tool("dpkg-query", "exit 1")
+    machine.tool("df", "echo header; echo disk 1 1 512000 1 /")
+    message = machine.refusal()
+    assert "too little disk space" in message
+    assert "500 MB are free" in message
+    assert not machine.apt_calls
+
+
+def test_apt_without_network(machine: Machine) -> None:
+    machine.tool("dpkg-query", "exit 1")
+    machine.tool("apt-get", 'case "$*" in *install*) echo "E: Failed to fetch http://deb.debian.org"; exit 100 ;; esac')
+    message = machine.refusal()
+    assert "E: Failed to fetch http://deb.debian.org" in message
+    assert "No network? Check that apt reaches a mirror" in message
+
+
+def test_apt_is_asked_for_the_missing_packages_only(machine: Machine) -> None:
+    machine.tool("dpkg-query", 'case "$*" in *libegl1* | *openmpi-bin*) exit 1 ;; *) printf installed ;; esac')
+    machine.tool("apt-get", 'echo "$*" >>"${0%/*}/../apt-calls"; case "$*" in *install*) exit 100 ;; esac')
+    machine.refusal()
+    update, install = machine.apt_calls
+    assert update.endswith("update")
+    assert install.endswith("--no-install-recommends openmpi-bin libegl1")
+
+
+def test_named_python_must_have_dolfinx(machine: Machine) -> None:
+    machine.variables["FRAGFIELD_PYTHON"] = str(machine.tool("bare-python", "exit 1"))
+    assert "bare-python is not a Python that has dolfinx" in machine.refusal()
+
+
+@pytest.mark.parametrize("version", ["0.4.1", "0.7.3", "0.12.0", "1.0.0"])
+def test_unsupported_dolfinx(machine: Machine, version: str) -> None:
+    machine.dolfinx(version)
+    message = machine.refusal()
+    assert f"dolfinx {version} " in message
+    assert "known are 0.5 0.9 0.10 0.11" in message
+    assert "conda create" in message
+
+
+@pytest.mark.parametrize("version", ["3.9.18", "3.10.14"])
+def test_old_python(machine: Machine, version: str) -> None:
+    machine.dolfinx("0.9.0", python=version)
+    assert f"is Python {version}; 3.11 or newer is needed" in machine.refusal()
+
+
+def test_python_without_the_venv_module(machine: Machine) -> None:
+    machine.dolfinx("0.10.0.post1", without_venv=1)
+    message = machine.refusal()
+    assert "has no venv module" in message
+    assert "apt-get install python3-venv" in message
+
+
+def test_pip_without_network(machine: Machine) -> None:
+    machine.dolfinx("0.9.0")
+    message = machine.refusal()
+    assert "pip could not install the Python packages" in message
+    assert "PIP_INDEX_URL" in message
+    assert not (machine.project / ".venv" / ".stamp").exists(), "a set-up that failed must be tried again"
+
+
+@pytest.mark.parametrize("variable", ["CONDA_PREFIX", "VIRTUAL_ENV"])
+def test_active_environment_comes_before_debian(machine: Machine, variable: str) -> None:
+    machine.dolfinx("0.11.0.post0")
+    environment = machine.tools.parent / "environment" / "bin"
+    environment.mkdir(parents=True)
+    (machine.tools / "python3").rename(environment / "python")
+    machine.variables[variable] = str(environment.parent)
+    done = machine.run()
+    assert f"dolfinx 0.11.0.post0 of {environment / 'python'}" in done.stdout
+    assert not machine.apt_calls
