@@ -99,6 +99,7 @@ def _round(entry: Round, settings: BurstSettings, mesh: HexahedralMesh) -> dict[
     found["mass_error_of_mesh"] = {key: in_mesh[key] / exact[key] - 1.0 for key in exact if exact[key] > 0.0}
     ratio = exact["charge_mass"] / exact["casing_mass"]
     found["charge_ratio"] = ratio
+    found["detonation_velocity"] = entry.explosive.detonation_velocity
     found["gurney_constant"] = gurney_constant(entry.explosive)
     found["gurney_speed"] = gurney_speed(found["gurney_constant"], ratio)
     return found | _products(entry.explosive, settings)
@@ -223,6 +224,6 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
     for name, error in found["mass_error_of_mesh"].items():
         if abs(error) > _MASS_TOLERANCE:
             yield f"{key}: {name} of the mesh is off by {error:+.2%}; smaller cells follow the contour better"
-    passage = found.get("charge_length", 0.0) / found.get("detonation_velocity", math.inf)
+    passage = found.get("charge_length", 0.0) / found["detonation_velocity"]
     if settings.end_time is not None and settings.end_time < passage:
         yield f"{key}: burst.end_time = {settings.end_time:g} s is over before the front has passed ({passage:.3g} s)"

@@ -41,7 +41,7 @@ CellSize = Annotated[
     str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
 ]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with the first missing stage of the same case.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what is missing of the same case.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, nothing else there.")]
@@ -104,13 +104,14 @@ def burst(
     out: Out = None,
     cell_size: CellSize = None,
     threads: Threads = None,
+    resume: Resume = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
     """Compute the detonation and the acceleration of the casings."""
     with _guarded(json=json, quiet=quiet):
-        _run_stage("burst", _request(case, out, cell_size, threads, overwrite=overwrite, quiet=quiet), json=json)
+        _run_stage("burst", _request(case, out, cell_size, threads, resume, overwrite, quiet), json=json)
 
 
 @app.command("break-up")

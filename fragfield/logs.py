@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import builtins
 import logging
+import re
 import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["logged", "to_stderr"]
 
 _OURS = ("fragfield", "burst_fenicsx", "transition", "flight")
+_WARNING = re.compile(r".*?: (?P<kind>\w+Warning): (?P<text>.*)")
 _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 
 
@@ -21,22 +24,33 @@ class _Short(logging.Formatter):
     """Level and message, as a person at the terminal wants them."""
 
     def format(self, record: logging.LogRecord) -> str:
-        return f"{record.levelname.lower()}: {record.getMessage()}"
+        told = _WARNING.match(record.getMessage()) if record.name == "py.warnings" else None
+        return f"{record.levelname.lower()}: {told['text'] if told else record.getMessage()}"
+
+
+def _concerns_the_user(record: logging.LogRecord) -> bool:
+    """Whether a record is ours; of Python's warnings those of our own kinds, not a library's deprecations."""
+    if record.name != "py.warnings":
+        return True
+    told = _WARNING.match(record.getMessage())
+    return told is not None and not hasattr(builtins, told["kind"])
 
 
 @contextmanager
 def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]:
     loggers = [logging.getLogger(name) for name in names]
-    levels = [logger.level for logger in loggers]
+    before = [(logger.level, logger.propagate) for logger in loggers]
     for logger in loggers:
         logger.addHandler(handler)
+        logger.propagate = False  # some libraries hang a handler of their own on the root logger
         logger.setLevel(min(logger.level or logging.INFO, logging.INFO))
     try:
         yield
     finally:
-        for logger, level in zip(loggers, levels, strict=True):
+        for logger, (level, propagate) in zip(loggers, before, strict=True):
             logger.removeHandler(handler)
             logger.setLevel(level)
+            logger.propagate = propagate
         handler.close()
 
 
@@ -67,5 +81,6 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())
-    with _handled(handler, _OURS):
+    handler.addFilter(_concerns_the_user)
+    with _handled(handler, (*_OURS, "py.warnings")):
         yield

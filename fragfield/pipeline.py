@@ -104,7 +104,7 @@ def run_chain(request: Request) -> dict[str, Any]:
     stages = list(STAGES.values())
     done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
     with _working(request, team, directory, fresh=not request.resume) as reporter:
-        job = Job(case, directory, directory, team, reporter, request.threads)
+        job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume)
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
         if done == 0:
@@ -129,10 +129,12 @@ def run_stage(request: Request, name: str) -> dict[str, Any]:
         case, directory, source = request.case(burst=False), request.directory, request.source
         if request.fragments is None:
             _check_inputs(case, source, stage)
-        if name != "report":
+        if name == "report":
+            directory.make()
+        else:
             directory.enter(case, stage)
     with _working(request, team, directory, fresh=name == "burst") as reporter:
-        job = Job(case, source, directory, team, reporter, request.threads, request.fragments)
+        job = Job(case, source, directory, team, reporter, request.threads, request.fragments, request.resume)
         if name == "burst":
             with _together(team):
                 perform(job, stage)
@@ -179,7 +181,14 @@ def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bo
     with ExitStack() as stack:
         if team.first and directory.path.is_dir():
             stack.enter_context(logged(directory.log_file, fresh=fresh))
-        yield stack.enter_context(ProgressReporter(enabled=team.first and not request.quiet))
+        try:
+            yield stack.enter_context(ProgressReporter(enabled=team.first and not request.quiet))
+        except Exception as error:
+            _log.info("ended: %s", error)  # the command line tells it on stderr; the log keeps it
+            raise
+        except KeyboardInterrupt:
+            _log.info("interrupted")
+            raise
 
 
 @contextmanager

@@ -59,7 +59,7 @@ STAGES: dict[str, Stage] = {
             "burst",
             "",
             "burst_snapshot.h5",
-            ("burst.xdmf", "burst.h5", "burst_snapshot.h5"),
+            ("checkpoint.h5", "burst.xdmf", "burst.h5", "burst_snapshot.h5"),
             ("burst",),
             ("burst", "round"),
         ),
@@ -145,7 +145,7 @@ class RunDirectory:
         InputError
             The directory cannot be written, holds something else, or another case; the message names the keys.
         """
-        self._make()
+        self.make()
         if not self.exists:
             self._refuse_foreign()
         elif changed := differences(self.stored_case(), case):
@@ -168,7 +168,7 @@ class RunDirectory:
             The directory cannot be written, holds something else, or the case differs in a key on which earlier
             stages depend.
         """
-        self._make()
+        self.make()
         if not self.exists:
             self._refuse_foreign()
         else:
@@ -185,7 +185,8 @@ class RunDirectory:
             hint = f"its {stage.needs} does not belong to this case; run the earlier stages again, or use another --out"
             raise InputError(_differ(self.path, changed, hint))
 
-    def _make(self) -> None:
+    def make(self) -> None:
+        """Make the directory; raises InputError where it cannot be made or written."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -45,6 +45,8 @@ class Job:
         Threads of a rank; left out: all that the rank may use.
     fragments : Path, optional
         Fragments from elsewhere, to fly in place of the run's own.
+    resume : bool
+        Go on from a burst's checkpoint where there is one.
     """
 
     case: Case
@@ -54,6 +56,7 @@ class Job:
     reporter: ProgressReporter
     threads: int | None = None
     fragments: Path | None = None
+    resume: bool = False
 
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""
@@ -93,6 +96,7 @@ def burst(job: Job, stage: Stage) -> None:
         comm=job.team.comm,
         provenance=provenance_of(job.case),
         on_progress=job.reporter.burst,
+        resume=job.resume,
     )
     if job.team.first:
         job.note({stage.parts[0]: result.summary})
@@ -113,7 +117,8 @@ def break_up(job: Job, stage: Stage) -> None:
 def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5 and their CSV copies."""
     import flight
-    from fragfield.case.convert import flight_arguments
+    from flight import hazard
+    from fragfield.case.convert import flight_arguments, hazard_criteria
 
     fragments = flight.Fragments.read(job.fragments or job.needed(stage))
     if job.fragments is not None or job.source.path != job.target.path:
@@ -122,7 +127,14 @@ def fly(job: Job, stage: Stage) -> None:
     fragments = _above(fragments, job.case.flight.ground.height)
     result = flight.fly(fragments, **flight_arguments(job.case), threads=job.threads, on_progress=job.reporter.flight)
     result.write(job.target.path, provenance_of(job.case))
-    job.note(result.summary)
+    criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
+    found = hazard.assess(result, criteria, sector_width=width, distance=job.case.hazard.distance_cell)
+    surfaces = []
+    for surface, table in zip(result.witnesses, job.case.witness, strict=True):
+        hits = result.hits_on(surface.name)
+        by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
+        surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
+    job.note({"flight": {**result.summary, **found.summary()}, "witness": surfaces})
 
 
 def _above(fragments: Fragments, ground: float) -> Fragments:

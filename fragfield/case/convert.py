@@ -12,13 +12,14 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable
 if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
     from flight import Wind
+    from flight.hazard import Criteria
     from flight.targets import Witness
     from fragfield.case.flight_table import PolygonTable, WindTable
     from fragfield.case.round_table import RoundTable
     from fragfield.case.schema import Case
     from transition import BreakUpSettings
 
-__all__ = ["break_up_settings", "burst_round", "burst_rounds", "burst_settings", "flight_arguments"]
+__all__ = ["break_up_settings", "burst_round", "burst_rounds", "burst_settings", "flight_arguments", "hazard_criteria"]
 
 
 def burst_settings(case: Case) -> BurstSettings:
@@ -81,6 +82,13 @@ def flight_arguments(case: Case) -> dict[str, Any]:
         "sample": table.trajectories,
         "seed": case.seed,
     }
+
+
+def hazard_criteria(case: Case) -> Criteria:
+    """What counts as a hazard."""
+    from flight.hazard import Criteria
+
+    return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
 
 
 def _wind(table: WindTable, ground: float) -> Wind | None:

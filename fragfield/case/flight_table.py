@@ -183,4 +183,10 @@ class HazardTable(Table):
     density: ArealDensity = 1.0 / 55.7
     """Acceptable number of hazardous fragments per area (one per 600 ft2)."""
     sectors: int = Field(default=72, ge=1)
-    """Azimuth sectors; 72 are 5 degrees each."""
+    """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
+    distance_cell: PositiveLength = 10.0
+    """Width of the distance cells in which hazardous fragments are counted."""
+    person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
+    """Area of a person that a fragment may hit."""
+    person_height: Annotated[float, Quantity("m", "1.8 m", least=0.0)] = 1.8
+    """Height of a person: a fragment passing lower may hit."""

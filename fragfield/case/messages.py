@@ -136,7 +136,7 @@ def _needed(location: Sequence[int | str], model: type[BaseModel]) -> str:
     field = _table_of(location, model).model_fields[str(location[-1])]
     marks = [mark.allowed for mark in _marks(field) if isinstance(mark, (Quantity, NumberOrWord, Vector))]
     description = (field.description or "a value").rstrip(".")
-    return "; ".join([description[0].lower() + description[1:], *marks])
+    return "; ".join([description, *marks])
 
 
 def _marks(field: FieldInfo) -> Iterator[Any]:

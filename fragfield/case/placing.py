@@ -31,7 +31,7 @@ class PlacedBody:
 
     @property
     def lowest(self) -> float:
-        """z of the lowest point (m)."""
+        """Height z of the lowest point (m)."""
         return float(self.points()[:, 2].min())
 
     def points(self) -> NDArray[np.float64]:

@@ -96,8 +96,7 @@ def _dimension_of(unit: Any) -> str:
 
 
 def _fault(message: str) -> PydanticCustomError:
-    # A format key in a message is a brace; the messages here carry what the user typed.
-    return PydanticCustomError("quantity", message.replace("{", "{{").replace("}", "}}"))
+    return PydanticCustomError("quantity", message)
 
 
 @dataclass(frozen=True)

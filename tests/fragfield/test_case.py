@@ -311,5 +311,7 @@ def test_differences_name_the_keys(tmp_path):
     one, other = load_case(path), load_case(path, cell_size="8 mm")
     assert differences(one, other) == ['burst.cell_size: stored "0.009 m", now "0.008 m"']
     assert differences(one, other, within=["round", "burst.leakage"]) == []
-    changed = load_case(_write(tmp_path, FULL.replace('radius = "25 ft"', 'radius = "24 ft"').replace("seed = 7", "seed = 8")))
+    changed = load_case(
+        _write(tmp_path, FULL.replace('radius = "25 ft"', 'radius = "24 ft"').replace("seed = 7", "seed = 8"))
+    )
     assert [line.split(":")[0] for line in differences(one, changed)] == ["seed", "witness[1].radius"]

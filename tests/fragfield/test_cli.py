@@ -1,0 +1,212 @@
+"""The command line as a user meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import fragfield
+from fragfield.cli import app
+from fragfield.errors import exit_code_of
+
+ROOT = Path(__file__).parents[2]
+CASES = sorted((ROOT / "cases").glob("*.toml"))
+COMMANDS = ("check", "run", "burst", "break-up", "fly", "report", "view", "info")
+HEAVY = ("dolfinx", "mpi4py", "petsc4py", "vtkmodules", "pyvista", "matplotlib", "gmsh")
+
+
+def _python(code):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=120, check=False
+    )
+
+
+def _invoke(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_the_version_is_told():
+    done = _invoke("--version")
+    assert done.exit_code == 0
+    assert done.stdout.strip() == f"fragfield {fragfield.__version__}"
+
+
+def test_help_names_every_command_and_comes_at_once():
+    begun = time.perf_counter()
+    done = _python("import sys; sys.argv = ['fragfield', '--help']; from fragfield.cli import main; main()")
+    assert done.returncode == 0
+    assert time.perf_counter() - begun < 1.0
+    for command in COMMANDS:
+        assert f" {command} " in done.stdout
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(command):
+    done = _invoke(command, "--help")
+    assert done.exit_code == 0
+    assert "--json" in done.stdout
+
+
+def test_the_command_line_itself_loads_nothing_heavy():
+    done = _python(
+        "import sys; import fragfield.cli; "
+        f"print([name for name in ({HEAVY!r} + ('numpy', 'numba', 'pint', 'pydantic', 'h5py')) if name in sys.modules])"
+    )
+    # typer itself brings pydantic in its later releases
+    assert set(json.loads(done.stdout.replace("'", '"'))) <= {"pydantic"}, done.stderr
+
+
+def test_check_needs_no_dolfinx():
+    blocked = "import sys\nfor name in ('dolfinx', 'mpi4py', 'petsc4py'): sys.modules[name] = None\n"
+    code = f"sys.argv = ['fragfield', 'check', {str(ROOT / 'cases' / 'tube.toml')!r}, '--json']\n"
+    done = _python(blocked + code + "from fragfield.cli import main\nmain()")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["mesh"]["cells"] > 1000
+
+
+def test_an_unknown_option_or_command_is_an_input_error():
+    for arguments in (["run"], ["run", "x.toml", "--cellsize", "3 mm"], ["rnu"], ["run", "x.toml", "--threads", "0"]):
+        assert _invoke(*arguments).exit_code == 2
+
+
+@pytest.mark.parametrize("command", ["check", "run", "burst", "break-up", "fly", "report"])
+def test_a_missing_case_file_is_an_input_error(command, tmp_path):
+    done = _invoke(command, tmp_path / "none.toml")
+    assert done.exit_code == 2
+    assert "none.toml: no such case file" in done.stderr
+
+
+def test_json_of_an_error_is_one_object(tmp_path):
+    done = _invoke("check", tmp_path / "none.toml", "--json")
+    assert done.exit_code == 2
+    error = json.loads(done.stdout)["error"]
+    assert error["exit_code"] == 2
+    assert "no such case file" in error["message"]
+
+
+def test_a_folder_that_is_no_run_is_refused(tmp_path):
+    for command in ("break-up", "fly", "report", "info", "view"):
+        done = _invoke(command, tmp_path)
+        assert done.exit_code == 2, command
+        assert str(tmp_path) in done.stderr
+
+
+def test_a_stage_without_its_input_says_which_command_makes_it(tmp_path):
+    for command, maker in (("break-up", "burst"), ("fly", "break-up")):
+        done = _invoke(command, ROOT / "cases" / "tube.toml", "--out", tmp_path / "run")
+        assert done.exit_code == 2
+        assert f"run `fragfield {maker}` first" in done.stderr
+        assert not (tmp_path / "run").exists()
+
+
+def test_a_cell_size_on_the_command_line_needs_its_unit_too():
+    done = _invoke("check", CASES[0], "--cell-size", "6")
+    assert done.exit_code == 2
+    assert 'with --cell-size: burst.cell_size: found "6" without a unit' in done.stderr
+
+
+def test_exit_codes_of_errors():
+    from burst_fenicsx.errors import InputError as BurstInputError
+    from burst_fenicsx.errors import NumericalStop
+    from flight import InputError as FlightInputError
+    from fragfield.errors import InputError
+    from transition import InputError as BreakUpInputError
+
+    for error in (InputError(""), BurstInputError(""), FlightInputError(""), BreakUpInputError("")):
+        assert exit_code_of(error) == 2
+    assert exit_code_of(NumericalStop("ledger open", 1e-6)) == 3
+    assert exit_code_of(KeyboardInterrupt()) == 130
+    assert exit_code_of(ValueError("ours")) == 1
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "told"),
+    [
+        ("burst_fenicsx.errors.NumericalStop('cell 7 is lost', 3e-6)", 3, "fragfield: cell 7 is lost (at 3.00 us)\n"),
+        ("KeyboardInterrupt()", 130, "fragfield: interrupted; what was written stays, --resume goes on from there\n"),
+    ],
+)
+def test_stops_and_interruptions_have_their_codes(raised, code, told, tmp_path):
+    done = _python(
+        "import sys, burst_fenicsx.errors, fragfield.pipeline\n"
+        f"def stop(*_, **__): raise {raised}\n"
+        "fragfield.pipeline.perform = stop\n"
+        f"sys.argv = ['fragfield', 'run', {str(ROOT / 'cases' / 'tube.toml')!r}, '--out', {str(tmp_path / 'run')!r}]\n"
+        "from fragfield.cli import main\nmain()"
+    )
+    assert done.returncode == code
+    assert done.stderr == told
+    assert (tmp_path / "run" / "case.toml").is_file()
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_check_derives_masses_speeds_and_costs(path):
+    done = _invoke("check", path, "--cell-size", "8 mm", "--json")
+    assert done.exit_code == 0, done.stderr
+    found = json.loads(done.stdout)
+    (entry,) = found["rounds"]
+    expected = {
+        "grenade_155_tnt": (40.0, 8.0),
+        "m107_tnt": (34.53, 6.863),
+        "m107_comp_b": (34.53, 6.863 * 1710 / 1630),
+        "tube": (7800 * 0.3 * 3.14159265 * (0.0775**2 - 0.055**2), 1630 * 0.3 * 3.14159265 * 0.055**2),
+    }[path.stem]
+    assert (entry["casing_mass"], entry["charge_mass"]) == pytest.approx(expected, rel=2e-3)
+    assert all(abs(error) < 0.005 for error in entry["mass_error_of_mesh"].values())
+    ratio = expected[1] / expected[0]
+    detonation_velocity = 7990 if "comp_b" in path.stem else 6940
+    assert entry["gurney_speed"] == pytest.approx(
+        (520 + 0.28 * detonation_velocity) * (ratio / (1 + ratio / 2)) ** 0.5, rel=5e-3
+    )
+    assert entry["P0"] == pytest.approx(
+        27 / 256 * found["case"]["round"][0]["explosive"]["density"] * detonation_velocity**2
+    )
+    assert found["mesh"]["min_scaled_jacobian"] >= 0.2
+    assert found["expected"]["steps"] * found["expected"]["mean_time_step"] >= found["expected"]["end_time"]
+
+
+def test_check_for_people_shows_the_case_and_the_numbers():
+    done = _invoke("check", ROOT / "cases" / "tube.toml")
+    assert done.exit_code == 0
+    for part in (
+        'cell_size = "0.006 m"',
+        "charge ratio C/M",
+        "Gurney speed, Eq. 23",
+        "smallest scaled Jacobian",
+        "expected: about",
+    ):
+        assert part in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "warning"),
+    [
+        ('end_time = "120 us"', 'end_time = "120 us"\nproducts = "landau"', "1.2 times the work rho Q"),
+        ('end_time = "120 us"', 'end_time = "20 us"', "over before the front has passed (4.32e-05 s)"),
+        ('cell_size = "6 mm"', 'cell_size = "15 mm"', "the thinnest wall, 22.5 mm, has 1.5 cells"),
+        ('end_time = "120 us"', 'burn = "time"', "no steady front"),
+        ('end_time = "120 us"', "leakage = { radius_ratio = 3.0 }", "outside the published 1.59 to 2.1"),
+        ('end_time = "120 us"', "leakage = { enabled = false }", "upper bounds"),
+        ('end_time = "120 us"', 'time_step = { fixed = "1 us" }', "the first stable step is about"),
+        ('radius = "25 ft"', 'radius = "10 cm"', "may reach it before break-up"),
+    ],
+)
+def test_check_warns_of_what_is_doubtful(old, new, warning, tmp_path):
+    text = (ROOT / "cases" / "tube.toml").read_text()
+    assert old in text
+    path = tmp_path / "case.toml"
+    path.write_text(text.replace(old, new))
+    found = json.loads(_invoke("check", path, "--json").stdout)
+    assert any(warning in line for line in found["warnings"]), found["warnings"]
+    assert not any(
+        warning in line
+        for line in json.loads(_invoke("check", ROOT / "cases" / "tube.toml", "--json").stdout)["warnings"]
+    )
