@@ -1,8 +1,10 @@
 """The law by which a segment breaks: mean mass, mu and number from its geometry, speed and settings.
 
-End pieces (nose and base, before and behind the charge) are few and large. They do not stretch before they part
-from the wall, so Eq. 21 takes their radius and local thickness as they were before the burst, with the speed that
-the burst gave them; and there is never less than one piece: the mean mass is at most the segment's mass.
+End pieces (nose and base, before and behind the charge) are few and large. The v0/a of Eq. 21 is a rate of hoop
+strain, and an end piece is thrown along the axis without much of it: its v0 is the outward speed of its expansion, not
+its speed of flight. It does not stretch before it parts from the wall, so radius and thickness are those before the
+burst, the thickness being the smaller of wall and length (a base is a plate). And there is never less than one piece:
+the mean mass is at most the segment's mass.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ class SegmentLaw:
     n0 : float
         Expected number of fragments M/mean (Eq. 20).
     v0 : float
-        Speed used in the law (m/s).
+        Speed used in the law (m/s); of an end piece that of its expansion.
     radius, wall : float
         Outer radius and wall at rupture (m).
     rupture : str
@@ -74,6 +76,8 @@ def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: 
 def _speed(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings, where: str) -> float:
     if settings.velocity_source == "gurney":
         return mean_mass.gurney_speed(data.detonation_velocity, segment.data.charge_mass / mass)
+    if segment.is_end:
+        return segment.expansion
     if not (math.isfinite(segment.data.speed) and segment.data.speed >= 0.0):
         raise InputError(f"{where}: the burst stage gives the speed {segment.data.speed}; a finite speed is needed")
     return segment.data.speed
@@ -85,7 +89,7 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"{where}: {name} is {value:g} m; above zero is needed")
     if segment.is_end:
-        return data.outer_radius, data.wall_thickness, "unstretched"
+        return data.outer_radius, min(data.wall_thickness, data.end - data.start), "unstretched"
     found = (data.rupture_radius, data.rupture_wall)
     if settings.rupture == "burst" and all(math.isfinite(value) and value > 0.0 for value in found):
         return *found, "burst"

@@ -38,12 +38,16 @@ class CasingSegment:
         Its description; masses and speed as the cells have them.
     cells : (k,) int64
         Its cells, as places in `Snapshot.casing`.
+    expansion : float
+        Outward speed at its outer radius (m/s): of all expansions with a speed in proportion to the distance from
+        the axis, the one nearest to the cells'. What moves along the axis only has none.
     """
 
     round: int
     index: int
     data: SegmentData
     cells: NDArray[np.int64]
+    expansion: float
 
     @property
     def is_end(self) -> bool:
@@ -82,7 +86,7 @@ def casing_segments(
         if cuts is None:
             label = snapshot.segment[snapshot.casing][own]
             found = [(k, own[label == k]) for k in range(len(data.segments))]
-            segments += [CasingSegment(index, k, data.segments[k], cells) for k, cells in found if cells.size]
+            segments += [_segment(snapshot, index, k, data.segments[k], cells) for k, cells in found if cells.size]
         else:
             segments += _recut(snapshot, index, data, own, cuts)
     return tuple(segments)
@@ -101,8 +105,21 @@ def _recut(
         cells = own[place == k]
         if not cells.size:
             raise InputError(f"{where}: no casing cell has its centre between {start:g} and {end:g} m")
-        segments.append(CasingSegment(index, k, _measured(snapshot, index, data, cells, start, end), cells))
+        segments.append(_segment(snapshot, index, k, _measured(snapshot, index, data, cells, start, end), cells))
     return segments
+
+
+def _segment(snapshot: Snapshot, index: int, number: int, data: SegmentData, cells: NDArray[np.int64]) -> CasingSegment:
+    owner = snapshot.rounds[index]
+    axis = np.asarray(owner.axis) / np.linalg.norm(owner.axis)
+    nodes = snapshot.cells[snapshot.casing[cells]]
+    away = snapshot.reference[nodes].mean(axis=1) - np.asarray(owner.position)
+    away -= np.outer(away @ axis, axis)
+    mass = snapshot.mass[snapshot.casing[cells]]
+    velocity = snapshot.velocity[nodes].mean(axis=1)
+    spread = float(mass @ (away**2).sum(axis=1))
+    rate = float(mass @ (away * velocity).sum(axis=1)) / spread if spread > 0.0 else 0.0
+    return CasingSegment(index, number, data, cells, max(rate * data.outer_radius, 0.0))
 
 
 def _measured(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.transition.synthetic import STEEL, Tube
+from tests.transition.synthetic import STEEL, Tube, radial
 from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
 from transition.mean_mass import gurney_sarmousakis, mott_linfoot
 
@@ -134,7 +134,11 @@ def test_laws_by_hand(snapshot):
     wall = mott_linfoot(4.0, STEEL, 1.5 * 0.0775, 14.7e4, 0.018 / 1.5, segments[1].speed)
     assert laws[1].law.mean == pytest.approx(wall, rel=1e-12)
     assert laws[1].n0 == pytest.approx(segments[1].casing_mass / wall, rel=1e-12)
-    end = mott_linfoot(4.0, STEEL, 0.0775, 14.7e4, 0.018, segments[0].speed)
+    # 1000 m/s outwards at all radii: as near as can be to v = rate r over the ring, at its outer radius
+    inner, outer = 0.0595, 0.0775
+    expansion = 1000.0 * outer * (outer**3 - inner**3) / 3.0 / ((outer**4 - inner**4) / 4.0)
+    assert laws[0].v0 == pytest.approx(expansion, rel=3e-3)
+    end = mott_linfoot(4.0, STEEL, 0.0775, 14.7e4, 0.018, laws[0].v0)
     assert laws[0].law.mean == pytest.approx(end, rel=1e-12)
     assert [law.rupture for law in laws] == ["unstretched", "critical_strain", "critical_strain", "unstretched"]
 
@@ -165,11 +169,14 @@ def test_other_laws_of_the_mean(snapshot, tmp_path):
         BreakUp(other, BreakUpSettings(mean_mass="gurney_sarmousakis"))
 
 
-def test_end_that_does_not_move_stays_in_one_piece(tmp_path):
-    tube = Tube(around=16, axial=20, velocity=lambda x: np.where(x[:, 2:] < 0.04, 0.0, 1.0) * [0.0, 0.0, 900.0])
+def test_end_that_only_flies_along_the_axis_stays_in_one_piece(tmp_path):
+    tube = Tube(around=16, axial=20, velocity=lambda x: np.where(x[:, 2:] < 0.04, [[0.0, 0.0, -570.0]], radial(x)))
     result = break_up(tube.read(tmp_path / "s.h5"))
     base = result.summary["rounds"][0]["segments"][3]
-    assert (base["v0"], base["fragments"], base["n0"], base["method"]) == (0.0, 1, 1.0, "few_pieces")
+    assert (base["fragments"], base["n0"], base["method"]) == (1, 1.0, "few_pieces")
+    assert base["v0"] < 1e-9
+    assert base["speed"] == pytest.approx(570.0)
+    assert result.fragments.velocity[-1] == pytest.approx([0.0, 0.0, -570.0], abs=1e-9)
     assert base["mass"] == pytest.approx(base["casing_mass"], rel=1e-12)
 
 
@@ -249,7 +256,7 @@ def test_empty_ensemble_refused(snapshot):
 def test_speed_that_is_not_a_number_is_refused(snapshot):
     data = snapshot.rounds[0]
     broken = tuple(replace(segment, speed=float("nan")) for segment in data.segments)
-    with pytest.raises(InputError, match="round 'round 0', segment 'nose 0': the burst stage gives the speed nan"):
+    with pytest.raises(InputError, match="round 'round 0', segment 'wall 1': the burst stage gives the speed nan"):
         BreakUp(replace(snapshot, rounds=(replace(data, segments=broken),)))
 
 
