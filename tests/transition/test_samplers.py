@@ -48,7 +48,7 @@ def test_one_realisation_follows_the_law_far_closer_than_independent_draws(dimen
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)
-@pytest.mark.parametrize(("number", "realisations"), [(12.0, 4000), (40.0, 3000), (300.0, 600)])
+@pytest.mark.parametrize(("number", "realisations"), [(12.0, 2000), (40.0, 1200), (300.0, 300)])
 def test_number_above_any_mass_is_right_in_expectation(dimension, number, realisations):
     """Also where single pieces are a large part of the segment: no bias of mu by closing the mass."""
     law, drawn = draws(dimension, number, realisations)
@@ -73,37 +73,37 @@ def test_closing_factor_is_one_but_for_a_few_large_pieces():
 
 def test_tail_is_kept():
     """Fragments that a realisation holds once in a hundred come once in a hundred; the heaviest grow with ln^2."""
-    law, drawn = draws(2, 1000.0, 1500)
+    law, drawn = draws(2, 1000.0, 1000)
     rare = float(law.inverse(0.01 / 1000.0))
     seen = sum(int((draw.mass > rare).sum()) for draw in drawn)
-    assert abs(seen - 15) < 4 * np.sqrt(15), seen
+    assert abs(seen - 10) < 4 * np.sqrt(10), seen
     heaviest = np.array([draw.mass[0] for draw in drawn])
-    # P(heaviest > m) for the law is near 1 - exp(-N(m)) and, with one fragment in the first unit, at most N(m).
+    # P(heaviest > m) is N(m) with never more than one fragment in the first unit, 1 - exp(-N(m)) if independent
     median = float(np.median(heaviest))
-    assert 0.5 < 1000.0 * float(law.survival(median)) < 0.7
+    assert 0.44 < 1000.0 * float(law.survival(median)) < np.log(2.0) + 0.06
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_second_moment_over_an_ensemble(dimension):
-    law, drawn = draws(dimension, 1760.0, 500)
+    law, drawn = draws(dimension, 1760.0, 250)
     sums = np.array([(draw.mass**2).sum() for draw in drawn])
     expected = 1760.0 * law.moment(2)
     assert abs(sums.mean() - expected) < 4.0 * sums.std() / np.sqrt(sums.size)
 
 
 def test_choice_keeps_every_probability():
-    """Fifty random candidates, 20,000 choices: each is chosen as often as asked."""
+    """Fifty random candidates, 10,000 choices: each is chosen as often as asked."""
     generator = np.random.default_rng(11)
     mass = np.sort(generator.exponential(size=50))[::-1].copy()
     probability = generator.uniform(0.05, 0.3, 50)
     total = float(mass @ probability)
     counts = np.zeros(50)
-    for _ in range(20_000):
+    for _ in range(10_000):
         counts += balanced_choice(mass, probability, total, generator.random(50))
-    error = np.sqrt(probability * (1 - probability) * 20_000)
+    error = np.sqrt(probability * (1 - probability) * 10_000)
     # but for the lightest, worth one fragment: see the last sentence of the kernel's description
-    assert (np.abs(counts - 20_000 * probability) < 4.5 * error)[:44].all()
-    assert -0.3 < counts.sum() / 20_000 - probability.sum() < 0.05
+    assert (np.abs(counts - 10_000 * probability) < 4.5 * error)[:44].all()
+    assert -0.3 < counts.sum() / 10_000 - probability.sum() < 0.05
 
 
 def test_few_pieces_never_fewer_than_one():
