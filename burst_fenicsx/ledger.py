@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.fields import BurstFields
 
-__all__ = ["Entry", "Ledger"]
+__all__ = ["LEAST_WORK", "Entry", "Ledger"]
+
+LEAST_WORK = 0.01
+"""Share of the chemical energy below which the ledger's error is taken relative to it: while the first cells burn, the
+few steps that their burning takes leave an error that is large against the little work done, and soon nothing."""
 
 _PARTIAL_SUMS = 256
 
@@ -55,9 +59,8 @@ class Ledger:
     Attributes
     ----------
     energy_tolerance : an error above this stops the run.
-    least_work : J, a thousandth of the chemical energy.
+    least_work : J, `LEAST_WORK` of the chemical energy.
     sums : (4,) J: plastic, viscous, hourglass, work of the charge, of this rank.
-    round_work : work of each round's charge is not told apart here; `products_balance` states the whole.
     """
 
     energy_tolerance: float

@@ -105,7 +105,7 @@ class Measures:
         largest = np.zeros(self._bins)
         np.maximum.at(largest, self._casing_bin, speed)
         if self._comm.size > 1:
-            largest = self._comm.allreduce(largest, op=MPI.MAX)
+            self._comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
         total = self._sum(np.bincount(self._casing_bin, weights=mass, minlength=self._bins))
         weighted = self._sum(np.bincount(self._casing_bin, weights=mass * speed, minlength=self._bins))
         diameter = 2.0 * self.outer_radii()

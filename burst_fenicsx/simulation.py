@@ -17,7 +17,7 @@ from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
-from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.ledger import LEAST_WORK, Ledger
 from burst_fenicsx.measures import Measures, RoundMeasures
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
@@ -188,7 +188,7 @@ class Simulation:
             own = (state.mesh.round == index) & (state.mesh.part == Part.CHARGE)
             chemical += float(state.cell_mass[own].sum()) / products.density * products.energy
         chemical = self.comm.allreduce(chemical)
-        return Ledger(self.settings.energy_tolerance, 1e-3 * chemical, chemical, self.comm)
+        return Ledger(self.settings.energy_tolerance, LEAST_WORK * chemical, chemical, self.comm)
 
     @property
     def key(self) -> str:

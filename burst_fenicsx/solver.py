@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["BurstSolver", "Hold"]
 
+# While a charge burns, a step lets no cell burn by more than this fraction, so that coarse cells are resolved too.
+_BURN_PER_STEP = 0.25
 # The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
 _STEP_GROWTH = 1.05
 
@@ -93,6 +95,7 @@ class BurstSolver:
         self._scratch = make_scratch(numba.get_num_threads())
         self._external_force = np.zeros_like(fields.nodes.force) if external else None
         self.stable_step = np.inf
+        self._fastest_burn, self._burnt_out = self._burning_times()
         self.add_forces(0.0)
 
     @property
@@ -118,11 +121,22 @@ class BurstSolver:
     def choose_step(self, until: float) -> float:
         """Size of the next step (s): the CFL fraction of the stable one, or the fixed one."""
         wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self.stable_step
+        if self.settings.time_step.fixed is None and self.time < self._burnt_out:
+            wanted = min(wanted, _BURN_PER_STEP / self._fastest_burn)
         if self.time_step > 0.0:
             wanted = min(wanted, _STEP_GROWTH * self.time_step)
         left = until - self.time
         # Two equal steps rather than a full and a tiny one.
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
+
+    def _burning_times(self) -> tuple[float, float]:
+        """Largest burn rate (1/s) and the time by which every cell that lights has burnt out (s), over all ranks."""
+        charge = self.fields.charge
+        lit = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
+        rate = float(charge.burn_rate[lit].max(initial=1e-300))
+        end = float((charge.ignition_time[lit] + 1.0 / charge.burn_rate[lit]).max(initial=0.0))
+        comm = self.fields.mesh.comm
+        return (comm.allreduce(rate, op=MPI.MAX), comm.allreduce(end, op=MPI.MAX)) if comm.size > 1 else (rate, end)
 
     def move_nodes(self, step: float) -> None:
         """Velocities, then places (Eq. 3)."""
