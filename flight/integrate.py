@@ -35,7 +35,7 @@ __all__ = ["FlightProgress", "fly"]
 
 CHUNK = 2048  # fragments a thread takes at once
 MOST_STEPS = 100_000_000  # of one fragment
-POINTS_PER_STEP = 6  # of a trajectory
+POINTS_PER_STEP = 2  # of a trajectory
 STANDARD_GRAVITY = 9.80665  # m/s2
 
 
@@ -121,7 +121,7 @@ def fly(
     chosen = _chosen(sample, len(fragments), seed)
     landing, hits, extremes = job.run(threads or _cores(), on_progress, began)
     result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
-    result.summary.update(_summary(result, extremes, drag, time.perf_counter() - began))
+    result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
     return result
 
 
@@ -152,6 +152,7 @@ class _Job:
             math.inf if fixed else integrator.longest_step,  # type: ignore[union-attr]
             MOST_STEPS, 0,
         )  # fmt: skip
+        self.in_air = bool(table.pieces[:, :4].any())
         self.rows, self.vertices, self.everything = pack(self.witnesses)
 
     def run(
@@ -340,11 +341,13 @@ def _check(
         )
 
 
-def _summary(result: FlightResult, extremes: NDArray[np.float64], drag: Drag, seconds: float) -> dict[str, Any]:
+def _summary(
+    result: FlightResult, extremes: NDArray[np.float64], drag: Drag, in_air: bool, seconds: float
+) -> dict[str, Any]:
     landing = result.landing
     landed = result.landed
-    beyond = int((extremes[:, 3] > drag.highest_mach).sum())
-    below = int((extremes[:, 2] < drag.lowest_mach).sum())
+    beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if in_air else 0
+    below = int((extremes[:, 2] < drag.lowest_mach).sum()) if in_air else 0
     if beyond:
         warnings.warn(
             f"drag {drag.name}: {beyond} of {len(landing)} fragments flew above Mach {drag.highest_mach:g}, the table's last "

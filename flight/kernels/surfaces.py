@@ -11,6 +11,7 @@ from flight.kernels.roots import sign_changes
 
 __all__ = [
     "CYLINDER",
+    "PIECES_SHAPE",
     "POLYGON",
     "RECTANGLE",
     "WITNESS_COLUMNS",
@@ -27,6 +28,9 @@ CYLINDER, RECTANGLE, POLYGON = 0, 1, 2
 WITNESS_COLUMNS = 23
 _BOX, _POINT, _NORMAL, _FIRST_AXIS, _SECOND_AXIS, _HALF, _VERTICES = 1, 7, 10, 13, 16, 19, 21
 
+PIECES_SHAPE = (64, 14)  # halves of a step: coefficients of x and y about the axis, lower and upper end
+FARTHEST_SQUARED = 32.0**2  # radii squared; a step that reaches farther is halved
+NARROWEST_PIECE = 2.0**-50
 # binomials C(5,i) C(5,j) / C(10,i+j): the product of two polynomials of degree 5 in Bernstein form
 _PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
 
@@ -64,32 +68,69 @@ def cross_plane(points, px, py, pz, nx, ny, nz, stack, roots):
 
 
 @njit(error_model="numpy")
-def cross_cylinder(points, cx, cy, radius, stack, roots):
+def cross_cylinder(points, cx, cy, radius, pieces, stack, roots):
     """Find the crossings of the vertical cylinder about (cx, cy); places on the step in `roots`.
 
     Entering and leaving within one step, or touching, is found as on any other step: the squared distance from the axis is
-    a polynomial of degree 10 whose sign changes are isolated.
+    a polynomial of degree 10 whose sign changes are isolated. On a step far longer than the cylinder is wide that
+    polynomial would drown in rounding, so such a step is halved first, and halves off the cylinder are dropped.
     """
-    coefficients = stack[0]
+    for i in range(6):
+        pieces[0, i], pieces[0, 6 + i] = points[0, i] - cx, points[1, i] - cy
+    pieces[0, 12], pieces[0, 13] = 0.0, 1.0
     squared = radius * radius
-    outside = False
-    for i in range(6):
-        dx, dy = points[0, i] - cx, points[1, i] - cy
-        if dx * dx + dy * dy >= squared:
-            outside = True
-    if not outside:
-        return 0  # the hull lies inside the disc
-    for k in range(11):
-        coefficients[k] = 0.0
-    scale = squared
-    for i in range(6):
-        dx, dy = points[0, i] - cx, points[1, i] - cy
-        scale = max(scale, dx * dx + dy * dy)
-        for j in range(6):
-            coefficients[i + j] += _PRODUCT[i, j] * (dx * (points[0, j] - cx) + dy * (points[1, j] - cy))
-    for k in range(11):
-        coefficients[k] -= squared
-    return sign_changes(stack, 10, scale, roots)
+    depth, count = 1, 0
+    while depth > 0 and count < roots.size:
+        depth -= 1
+        piece = pieces[depth]
+        farthest = 0.0
+        for i in range(6):
+            farthest = max(farthest, piece[i] * piece[i] + piece[6 + i] * piece[6 + i])
+        if farthest < squared:
+            continue  # the hull lies inside the disc
+        if _one_sided(piece[:6], radius) or _one_sided(piece[6:12], radius):
+            continue
+        low, high = piece[12], piece[13]
+        if farthest > FARTHEST_SQUARED * squared and high - low > NARROWEST_PIECE:
+            _halve(piece, pieces[depth + 1])
+            depth += 2
+            continue
+        coefficients = stack[0]
+        for k in range(11):
+            coefficients[k] = 0.0
+        for i in range(6):
+            for j in range(6):
+                coefficients[i + j] += _PRODUCT[i, j] * (piece[i] * piece[j] + piece[6 + i] * piece[6 + j])
+        for k in range(11):
+            coefficients[k] -= squared
+        found = sign_changes(stack, 10, farthest, roots[count:])
+        for k in range(count, count + found):
+            roots[k] = low + (high - low) * roots[k]
+        count += found
+    return count
+
+
+@njit(error_model="numpy")
+def _one_sided(p, radius):
+    """Tell whether one coordinate's hull lies wholly beyond the radius on one side."""
+    return (
+        max(max(max(p[0], p[1]), max(p[2], p[3])), max(p[4], p[5])) < -radius
+        or min(min(min(p[0], p[1]), min(p[2], p[3])), min(p[4], p[5])) > radius
+    )
+
+
+@njit(error_model="numpy")
+def _halve(piece, left):
+    """Cut a curve in two (de Casteljau): the left half into `left`, the right half stays; the joint is the same number in both."""
+    for j in range(0, 12, 6):
+        left[j] = piece[j]
+        for level in range(1, 6):
+            for i in range(6 - level):
+                piece[j + i] = 0.5 * (piece[j + i] + piece[j + i + 1])
+            left[j + level] = piece[j]
+    middle = 0.5 * (piece[12] + piece[13])
+    left[12], left[13] = piece[12], middle
+    piece[12] = middle
 
 
 @njit(error_model="numpy")

@@ -30,7 +30,15 @@ from flight.kernels.motion import (
     velocity_points,
 )
 from flight.kernels.roots import STACK_SHAPE
-from flight.kernels.surfaces import CYLINDER, cross_cylinder, cross_plane, dense_state, inside_outline, misses_box
+from flight.kernels.surfaces import (
+    CYLINDER,
+    PIECES_SHAPE,
+    cross_cylinder,
+    cross_plane,
+    dense_state,
+    inside_outline,
+    misses_box,
+)
 
 __all__ = ["HIT_COLUMNS", "OUTCOME_COLUMNS", "PATH_COLUMNS", "Limits", "fly_chunk"]
 
@@ -91,7 +99,7 @@ def _prepare(ahead, first, stop, mass, shape_factor, position, velocity, around,
 
 @njit(error_model="numpy")
 def _load(q, lane, ahead, place):
-    """Put the fragment prepared at `place` of `ahead` into a lane."""
+    """Put the fragment prepared at `place` of `ahead` into a lane; returns its Mach number."""
     for j in range(6):
         q[(STATE + j) * LANES + lane] = ahead[(STATE + j) * LANES + place]
     for j in range(3):
@@ -99,6 +107,7 @@ def _load(q, lane, ahead, place):
     q[AREA * LANES + lane] = ahead[AREA * LANES + place]
     q[STEP * LANES + lane] = ahead[STEP * LANES + place]
     q[TIME * LANES + lane] = 0.0
+    return ahead[MACH * LANES + place]
 
 
 @njit(error_model="numpy")
@@ -155,7 +164,7 @@ def _may_end(q, lane, limits):
 
 
 @njit(error_model="numpy")
-def _ending(points, limits, stack, roots):
+def _ending(points, limits, pieces, stack, roots):
     """Place on the step where the flight ends and its status; 2.0 if it goes on."""
     theta, status = 2.0, _IN_FLIGHT
     if limits.ground == limits.ground and cross_plane(points, 0.0, 0.0, limits.ground, 0.0, 0.0, 1.0, stack, roots) > 0:
@@ -169,7 +178,7 @@ def _ending(points, limits, stack, roots):
         if found > 0 and roots[0] < theta:
             theta, status = roots[0], _LEFT_DOMAIN
     if limits.domain_radius < np.inf:
-        found = cross_cylinder(points, limits.origin_x, limits.origin_y, limits.domain_radius, stack, roots)
+        found = cross_cylinder(points, limits.origin_x, limits.origin_y, limits.domain_radius, pieces, stack, roots)
         if found > 0 and roots[0] < theta:
             theta, status = roots[0], _LEFT_DOMAIN
     return theta, status
@@ -184,7 +193,7 @@ def _outside(q, lane, limits):
 
 
 @njit(error_model="numpy")
-def _record_hits(witnesses, vertices, points, until, time, h, fragment, stack, roots, out, hits, count):
+def _record_hits(witnesses, vertices, points, until, time, h, fragment, pieces, stack, roots, out, hits, count):
     """Append the crossings of this step up to its place `until`; returns the new count, -1 if `hits` is full."""
     for index in range(witnesses.shape[0]):
         row = witnesses[index]
@@ -192,7 +201,7 @@ def _record_hits(witnesses, vertices, points, until, time, h, fragment, stack, r
             continue
         is_cylinder = int(row[0]) == CYLINDER
         if is_cylinder:
-            found = cross_cylinder(points, row[7], row[8], row[10], stack, roots)
+            found = cross_cylinder(points, row[7], row[8], row[10], pieces, stack, roots)
         else:
             found = cross_plane(points, row[7], row[8], row[9], row[10], row[11], row[12], stack, roots)
         for k in range(found):
@@ -235,6 +244,7 @@ def _compile(source_stamp: str) -> Any:
             return 0, 0
         q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
         out, points, stack, roots = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE), np.empty(16)
+        pieces = np.empty(PIECES_SHAPE)
         flying, fresh = np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
         final = np.zeros(LANES, np.bool_)
         adaptive = limits.fixed_step <= 0.0
@@ -260,11 +270,11 @@ def _compile(source_stamp: str) -> Any:
                 place = (following - start) % LANES
                 if place == 0:
                     _prepare(ahead, following, stop, mass, shape_factor, position, velocity, around, limits)
-                _load(q, lane, ahead, place)
+                mach = _load(q, lane, ahead, place)
                 flying[lane] = following
                 row = outcome[following - start]
                 row[7] = row[8] = 0.0
-                row[9], row[10] = np.inf, -np.inf
+                row[9] = row[10] = mach
                 fresh[lane] = False
                 if many_points > 0:
                     if path_count == path.shape[0]:
@@ -312,20 +322,18 @@ def _compile(source_stamp: str) -> Any:
                     theta = 0.0
                 else:
                     row[7] += 1.0
-                    mach = q[MACH * LANES + lane]
-                    row[9], row[10] = min(row[9], mach), max(row[10], mach)
                     may_end = _may_end(q, lane, limits)
                     if may_end or witnesses.shape[0] > 0 or many_points > 0:
                         place_points(q, lane, points)
                         if may_end:
-                            theta, ending = _ending(points, limits, stack, roots)
+                            theta, ending = _ending(points, limits, pieces, stack, roots)
                         until = min(theta, 1.0)
                         near = witnesses.shape[0] > 0 and not misses_box(points, everything)
                         if ending != _IN_FLIGHT or near or many_points > 0:
                             velocity_points(q, lane, points)
                         if near:
                             hit_count = _record_hits(
-                                witnesses, vertices, points, until, time, h, fragment, stack, roots, out, hits, hit_count
+                                witnesses, vertices, points, until, time, h, fragment, pieces, stack, roots, out, hits, hit_count
                             )
                             if hit_count < 0:
                                 return -1, 0
@@ -340,6 +348,8 @@ def _compile(source_stamp: str) -> Any:
                             path[path_count, 7] = fragment
                             path_count += 1
                     if ending == _IN_FLIGHT:
+                        mach = q[MACH * LANES + lane]
+                        row[9], row[10] = min(row[9], mach), max(row[10], mach)
                         for j in range(6):
                             q[(STATE + j) * LANES + lane] = q[(NEW + j) * LANES + lane]
                         for j in range(3):

@@ -1,0 +1,156 @@
+"""The contract that fills the flight: shapes, messages, files."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+from flight import Fragments, InputError
+from flight.shape import BOX_5_2_1_STEEL, box_shape_factor, sphere_shape_factor
+
+
+@pytest.fixture
+def some() -> Fragments:
+    generator = np.random.default_rng(1)
+    return Fragments.from_arrays(
+        mass=generator.uniform(1e-4, 0.5, 50),
+        position=generator.normal(size=(50, 3)),
+        velocity=1e3 * generator.normal(size=(50, 3)),
+        shape_factor=generator.uniform(2000.0, 5000.0, 50),
+        round=generator.integers(0, 3, 50),
+        segment=generator.integers(0, 9, 50),
+    )
+
+
+def same(one: Fragments, other: Fragments) -> bool:
+    names = ("mass", "position", "velocity", "shape_factor", "round", "segment")
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+
+
+def test_single_values_stand_for_all() -> None:
+    fragments = Fragments.from_arrays(0.01, (0, 0, 1), np.ones((4, 3)))
+    assert len(fragments) == 4
+    assert fragments.mass.shape == (4,)
+    assert (fragments.shape_factor == 2600.0).all()
+    assert fragments.round.dtype == np.int32
+
+
+def test_sums(some: Fragments) -> None:
+    assert some.total_mass == pytest.approx(some.mass.sum())
+    assert some.momentum == pytest.approx((some.mass[:, None] * some.velocity).sum(axis=0))
+    assert some.kinetic_energy == pytest.approx(0.5 * (some.mass * (some.velocity**2).sum(axis=1)).sum())
+    joined = Fragments.concatenate([some.select(some.mass > 0.2), some.select(~(some.mass > 0.2))])
+    assert joined.total_mass == pytest.approx(some.total_mass, rel=1e-14)
+    assert len(some.select([])) == 0
+
+
+def test_presented_area_of_tumbling_box() -> None:
+    """Eq. 34 of Wang et al.: A = 8.5 (m / (10 rho))^(2/3) for a 5:2:1 box is a quarter of its surface."""
+    factor = box_shape_factor(7800.0, 5.0, 2.0, 1.0)
+    assert factor == pytest.approx(BOX_5_2_1_STEEL, rel=1e-3)
+    mass = 0.02
+    assert (mass / factor) ** (2 / 3) == pytest.approx(8.5 * (mass / 78_000.0) ** (2 / 3), rel=1e-12)
+
+
+def test_presented_area_of_sphere() -> None:
+    diameter, density = 0.01, 7850.0
+    mass = density * np.pi / 6 * diameter**3
+    assert (mass / sphere_shape_factor(density)) ** (2 / 3) == pytest.approx(np.pi / 4 * diameter**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mass": [0.01, 0.0]}, r"mass of fragment 1 is 0\.0; needed: a finite number above zero"),
+        ({"mass": [-1.0, 0.0]}, r"mass of fragment 0 is -1\.0, and 1 more"),
+        ({"velocity": [[1, 2, 3], [np.nan, 0, 0]]}, r"velocity of fragment 1 is \[nan"),
+        ({"position": [[0, 0, np.inf], [0, 0, 0]]}, r"position of fragment 0"),
+        ({"shape_factor": 0.0}, r"shape_factor of fragment 0 is 0\.0, and 1 more.*kg/m3"),
+        ({"position": np.zeros((2, 2))}, r"position has shape \(2, 2\), but 2 fragments need \(2, 3\)"),
+        ({"mass": [0.1, 0.1, 0.1]}, r"velocity has shape \(2, 3\), but 3 fragments need \(3, 3\)"),
+        ({"round": 0.5}, r"round must hold whole numbers"),
+        ({"mass": "heavy"}, r"mass cannot be read as numbers"),
+    ],
+)
+def test_what_cannot_fly_is_refused(change: dict[str, object], message: str) -> None:
+    good: dict[str, object] = {"mass": [0.01, 0.02], "position": (0.0, 0.0, 1.0), "velocity": np.ones((2, 3))}
+    with pytest.raises(InputError, match=message):
+        Fragments.from_arrays(**(good | change))  # type: ignore[arg-type]
+
+
+def test_constructor_wants_arrays() -> None:
+    with pytest.raises(InputError, match=r"mass is int64 \(2,\), needed float64 \(2,\)"):
+        Fragments(np.array([1, 2]), *[np.zeros((2, 3))] * 2, np.ones(2), *[np.zeros(2, np.int32)] * 2)
+
+
+def test_hdf5_round_trip(some: Fragments, tmp_path) -> None:
+    path = some.write(tmp_path / "fragments.h5", {"case": "title = 1\n", "seed": "7"})
+    assert same(Fragments.read(path), some)
+    with h5py.File(path) as file:
+        assert file.attrs["format"] == "fragfield fragments"
+        assert file.attrs["format_version"] == 1
+        assert file.attrs["case"] == "title = 1\n"
+        assert file.attrs["seed"] == "7"
+
+
+def test_csv_round_trip(some: Fragments, tmp_path) -> None:
+    path = some.write(tmp_path / "fragments.csv", {"case": "a\nb"})
+    lines = path.read_text().splitlines()
+    assert lines[0] == '# case = "a\\nb"'
+    assert lines[1].startswith("id,round,segment,mass_kg,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,speed_m_s")
+    again = Fragments.read(path)
+    assert again.mass == pytest.approx(some.mass, rel=1e-9)
+    assert again.velocity == pytest.approx(some.velocity, rel=1e-9)
+    assert np.array_equal(again.segment, some.segment)
+
+
+def test_own_csv_needs_four_columns_only(tmp_path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.01,500,0,10\n")
+    fragments = Fragments.read(path)
+    assert fragments.velocity.tolist() == [[500.0, 0.0, 10.0]]
+    assert fragments.shape_factor.tolist() == [2600.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mass_kg,vx_m_s,vy_m_s\n1,2,3\n", "column vz_m_s missing"),
+        ("mass,vx_m_s,vy_m_s,vz_m_s\n1,2,3,4\n", "unknown column 'mass'; did you mean 'mass_kg'"),
+        ("mass_kg,vx_m_s,vy_m_s,vz_m_s\n1,2,3,4\n1,2,x,4\n", "line 3, column vy_m_s: 'x' is not a number"),
+        ("mass_kg,vx_m_s,vy_m_s,vz_m_s\n1,2,3\n", "line 2 has 3 cells"),
+        ("mass_kg,vx_m_s,vy_m_s,vz_m_s\n0,2,3,4\n", r"own\.csv: fragments: mass of fragment 0 is 0\.0"),
+        ("mass_kg,vx_m_s,vy_m_s,vz_m_s\n", "no rows"),
+        ("# nothing\n", "no table in it"),
+    ],
+)
+def test_csv_messages(tmp_path, text: str, message: str) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        Fragments.read(path)
+
+
+def test_file_messages(some: Fragments, tmp_path) -> None:
+    with pytest.raises(InputError, match=r"nowhere\.h5: no such file"):
+        Fragments.read(tmp_path / "nowhere.h5")
+    whole = some.write(tmp_path / "whole.h5")
+    cut = tmp_path / "cut.h5"
+    cut.write_bytes(whole.read_bytes()[:3000])
+    with pytest.raises(InputError, match=r"cut\.h5: cut off, or not an HDF5 file"):
+        Fragments.read(cut)
+    with h5py.File(whole, "a") as file:
+        del file["fragments/velocity"]
+    with pytest.raises(InputError, match=r"whole\.h5: /fragments/velocity missing"):
+        Fragments.read(whole)
+    with h5py.File(whole, "a") as file:
+        file.attrs["format_version"] = 9
+    with pytest.raises(InputError, match="format_version is 9, this program reads 1"):
+        Fragments.read(whole)
+    with h5py.File(whole, "a") as file:
+        file.attrs["format"] = "something else"
+    with pytest.raises(InputError, match="attribute format is 'something else', needed 'fragfield fragments'"):
+        Fragments.read(whole)
+    with pytest.raises(InputError, match="cannot be written"):
+        some.write(tmp_path / "no" / "folder" / "fragments.h5")

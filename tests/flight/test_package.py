@@ -1,0 +1,50 @@
+"""The package alone: what its import brings along, and what its notebook example prints."""
+
+from __future__ import annotations
+
+import doctest
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import flight
+
+ROOT = Path(flight.__file__).parent.parent
+
+PROBE = """
+import json, sys, time
+before = set(sys.modules)
+import numpy
+start = time.perf_counter()
+import flight
+print(json.dumps([time.perf_counter() - start, sorted({name.split(".")[0] for name in set(sys.modules) - before})]))
+"""
+
+
+def test_import_is_alone_and_quick() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE], capture_output=True, text=True, check=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT)}
+    )
+    seconds, modules = json.loads(done.stdout)
+    for name in ("dolfinx", "mpi4py", "petsc4py", "burst_fenicsx", "transition", "fragfield", "numba", "scipy", "pyvista",
+                 "vtk", "matplotlib", "pandas", "h5py"):  # fmt: skip
+        assert name not in modules
+    assert seconds < 1.0
+
+
+def test_flying_needs_no_other_of_ours() -> None:
+    code = "import sys, flight; flight.fly(flight.Fragments.from_arrays(0.1, (0, 0, 1), (1, 0, 0)))\n"
+    code += "assert not {'dolfinx', 'mpi4py', 'burst_fenicsx', 'transition', 'fragfield', 'pyvista'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT)})
+
+
+def test_example_of_the_package() -> None:
+    result = doctest.testmod(flight)
+    assert result.attempted == 4
+    assert result.failed == 0
+
+
+def test_everything_named_is_there() -> None:
+    for name in flight.__all__:
+        assert getattr(flight, name) is not None
