@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
@@ -18,11 +19,13 @@ if TYPE_CHECKING:
 
 __all__ = ["check_report", "gurney_constant", "gurney_speed"]
 
-# Measured with the solver on tubes and shells of 6 and 3 mm cells: the mean stable step over a burst, relative to the
-# first one (cells flatten in the front and while the casing thins), and memory per cell of one process.
-_MEAN_STEP = 0.55
-_BYTES_PER_CELL = 2_600.0
-_BYTES_AT_START = 250e6
+# Measured with the solver on the tube (6 mm cells, to 120 us) and the M107 (8 mm, until acceleration was complete).
+# A step is this share of the first stable one (cells flatten in the front), divided by the casing's expansion (walls
+# thin); acceleration is complete at about this expansion; memory is that of one process.
+_STEP_IN_FRONT = 0.45
+_EXPANSION_AT_END = 4.5
+_BYTES_PER_CELL = 1_300.0
+_BYTES_AT_START = 255e6
 _LEAST_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
 _VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initial one
@@ -95,6 +98,8 @@ def _round(entry: Round, settings: BurstSettings, mesh: HexahedralMesh) -> dict[
         found |= {"profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius}
         found |= {"fuze_mass": profile.fuze_mass, "charge_length": profile.charge_end - profile.charge_front}
         found["segments"] = list(_segments(entry))
+    else:
+        found |= _mesh_extent(entry, mesh)
     found |= exact
     found["mass_error_of_mesh"] = {key: in_mesh[key] / exact[key] - 1.0 for key in exact if exact[key] > 0.0}
     ratio = exact["charge_mass"] / exact["casing_mass"]
@@ -103,6 +108,24 @@ def _round(entry: Round, settings: BurstSettings, mesh: HexahedralMesh) -> dict[
     found["gurney_constant"] = gurney_constant(entry.explosive)
     found["gurney_speed"] = gurney_speed(found["gurney_constant"], ratio)
     return found | _products(entry.explosive, settings)
+
+
+def _mesh_extent(entry: Round, mesh: HexahedralMesh) -> dict[str, float]:
+    """Length, diameter and charge length (m) of a round from a mesh file."""
+    import numpy as np
+
+    from burst_fenicsx.problem import Part
+
+    axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
+    relative = mesh.nodes - np.array(entry.position)
+    height = relative @ axis
+    radius = np.linalg.norm(relative - height[:, None] * axis, axis=1)
+    charge = height[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
+    return {
+        "length": mesh.lengths[0],
+        "outer_diameter": 2.0 * float(radius.max()),
+        "charge_length": float(np.ptp(charge)),
+    }
 
 
 def _segments(entry: Round) -> Iterator[dict[str, Any]]:
@@ -145,9 +168,11 @@ def _expected(
     """Steps, time step and memory, estimated."""
     speed = max(max(_sound_speed(entry), entry.explosive.detonation_velocity) for entry in rounds)
     stable = mesh.min_edge / speed
-    step = settings.time_step.fixed or settings.time_step.cfl * stable * _MEAN_STEP
-    complete = max(_completion(entry, found) for entry, found in zip(rounds, described, strict=True))
-    end = settings.end_time or min(complete, settings.time_limit)
+    shells = [_Shell.of(entry, found) for entry, found in zip(rounds, described, strict=True)]
+    end = settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
+    step = settings.time_step.fixed or settings.time_step.cfl * stable * _STEP_IN_FRONT * min(
+        end / shell.stretched(end) for shell in shells
+    )
     return {
         "stable_time_step": stable,
         "mean_time_step": step,
@@ -165,13 +190,28 @@ def _sound_speed(entry: Round) -> float:
     return math.sqrt(modulus / entry.casing.density)
 
 
-def _completion(entry: Round, found: dict[str, Any]) -> float:
-    """Time (s) at which acceleration may be complete: the front's passage, and the casing's way of 1.1 outer radii."""
-    if "length" not in found:
-        return 200e-6
-    delay = max((point.delay for point in entry.ignition), default=0.0)
-    passage = found["charge_length"] / entry.explosive.detonation_velocity
-    return delay + passage + 0.55 * found["outer_diameter"] / found["gurney_speed"]
+@dataclass(frozen=True)
+class _Shell:
+    """A casing that rests until the front has passed half of its charge (s), then grows at Gurney's speed: 1/s."""
+
+    start: float
+    growth: float
+
+    @classmethod
+    def of(cls, entry: Round, found: dict[str, Any]) -> _Shell:
+        delay = max((point.delay for point in entry.ignition), default=0.0)
+        passage = found["charge_length"] / entry.explosive.detonation_velocity
+        return cls(delay + 0.5 * passage, 2.0 * found["gurney_speed"] / found["outer_diameter"])
+
+    @property
+    def complete(self) -> float:
+        """Time (s) at which acceleration may be complete."""
+        return self.start + (_EXPANSION_AT_END - 1.0) / self.growth
+
+    def stretched(self, end: float) -> float:
+        """Integral of the expansion, 1 before the start, over the time to `end` (s)."""
+        moving = max(end - self.start, 0.0)
+        return end + 0.5 * self.growth * moving**2
 
 
 def _warnings(
@@ -207,7 +247,7 @@ def _warnings(
             continue
         reach = max(
             math.hypot(entry.position[0] - surface.centre[0], entry.position[1] - surface.centre[1])
-            + found.get("outer_diameter", 0.0)
+            + found["outer_diameter"]
             for entry, found in zip(case.round, described, strict=True)
         )
         if surface.radius < 2.0 * reach:
@@ -224,6 +264,6 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
     for name, error in found["mass_error_of_mesh"].items():
         if abs(error) > _MASS_TOLERANCE:
             yield f"{key}: {name} of the mesh is off by {error:+.2%}; smaller cells follow the contour better"
-    passage = found.get("charge_length", 0.0) / found["detonation_velocity"]
+    passage = found["charge_length"] / found["detonation_velocity"]
     if settings.end_time is not None and settings.end_time < passage:
         yield f"{key}: burst.end_time = {settings.end_time:g} s is over before the front has passed ({passage:.3g} s)"
