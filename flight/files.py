@@ -73,7 +73,12 @@ def read_hits(path: str | Path) -> tuple[NDArray[Any], list[str]]:
 
 
 def _write_table(
-    table: NDArray[Any], path: Path, group: str, name: str, provenance: Mapping[str, str], texts: Mapping[str, list[str]]
+    table: NDArray[Any],
+    path: Path,
+    group: str,
+    name: str,
+    provenance: Mapping[str, str],
+    texts: Mapping[str, list[str]],
 ) -> Path:
     import h5py
 

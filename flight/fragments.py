@@ -78,7 +78,7 @@ class Fragments:
         for name, array in arrays.items():
             shape = (number, 3) if name in ("position", "velocity") else (number,)
             try:
-                arrays[name] = np.ascontiguousarray(np.broadcast_to(array, shape))
+                arrays[name] = np.array(np.broadcast_to(array, shape), order="C")  # a copy of our own
             except ValueError:
                 raise InputError(
                     f"fragments: {name} has shape {array.shape}, but {number} fragments need {shape}"

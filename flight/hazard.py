@@ -276,7 +276,13 @@ def _edges(distance: float | ArrayLike, farthest: float) -> NDArray[np.float64]:
         if not (np.isfinite(given) and given > 0.0):
             raise InputError(f"hazard: distance cells of {given} m, needed: above zero")
         return np.arange(max(1, math.ceil(farthest / float(given) + 1e-12)) + 1) * float(given)
-    if given.ndim != 1 or given.size < 2 or not np.isfinite(given).all() or given[0] < 0.0 or (np.diff(given) <= 0).any():
+    if (
+        given.ndim != 1
+        or given.size < 2
+        or not np.isfinite(given).all()
+        or given[0] < 0.0
+        or (np.diff(given) <= 0).any()
+    ):
         raise InputError("hazard: distance edges must be two or more finite numbers, rising from zero or more (m)")
     return given
 

@@ -117,7 +117,9 @@ def fly(
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
     _check(fragments, gravity, ground, time_limit, origin, threads, integrator)
-    job = _Job(fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin)
+    job = _Job(
+        fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin
+    )
     chosen = _chosen(sample, len(fragments), seed)
     landing, hits, extremes = job.run(threads or _cores(), on_progress, began)
     result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
@@ -164,6 +166,7 @@ class _Job:
         extremes = np.zeros((total, 4), dtype=np.float32)
         chunks = range(0, total, CHUNK)
         hits: list[NDArray[Any]] = [np.zeros(0, dtype=HITS)] * len(chunks)
+        arrays = _arrays(self.fragments)
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
 
@@ -176,7 +179,7 @@ class _Job:
                 if index < 0:
                     return
                 end = min(start + CHUNK, total)
-                hits[index] = self._hits(self._fly(self.fragments, start, end, self.limits, buffers)[0])
+                hits[index] = self._hits(self._fly(arrays, start, end, self.limits, buffers)[0])
                 self._fill_landing(landing[start:end], start, buffers)
                 extremes[start:end] = buffers["outcome"][: end - start, 7:]
                 with lock:
@@ -206,7 +209,7 @@ class _Job:
         if chosen.size == 0:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
-        few = self.fragments.select(chosen)
+        few = _arrays(self.fragments.select(chosen))
         limits = self.limits._replace(path_points=POINTS_PER_STEP)
         pieces = []
         for start in range(0, chosen.size, CHUNK):
@@ -228,12 +231,12 @@ class _Job:
         }
 
     def _fly(
-        self, fragments: Fragments, start: int, end: int, limits: Any, buffers: dict[str, NDArray[Any]]
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Any, buffers: dict[str, NDArray[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
         while True:
             hit_count, path_count = self.trajectory.fly_chunk(
-                start, end, fragments.mass, fragments.shape_factor, fragments.position, fragments.velocity,
+                start, end, *arrays,
                 self.around, limits, self.rows, self.vertices, self.everything,
                 buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"],
             )  # fmt: skip
@@ -276,11 +279,21 @@ class _Job:
         rows["time"], rows["position"], rows["velocity"] = buffer[:, 0], buffer[:, 1:4], buffer[:, 4:7]
         speed = np.linalg.norm(buffer[:, 4:7], axis=1)
         rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
-        centres = np.array([getattr(surface, "centre", self.origin)[:2] if surface_is_round else self.origin
-                            for surface, surface_is_round in zip(self.witnesses, self.rows[:, 0] == 0, strict=True)])
+        centres = np.array(
+            [
+                getattr(surface, "centre", self.origin)[:2] if surface_is_round else self.origin
+                for surface, surface_is_round in zip(self.witnesses, self.rows[:, 0] == 0, strict=True)
+            ]
+        )
         rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
         rows["elevation"] = np.degrees(np.arctan2(buffer[:, 6], np.hypot(buffer[:, 4], buffer[:, 5])))
         return rows
+
+
+def _arrays(fragments: Fragments) -> list[NDArray[np.float64]]:
+    """Arrays for the kernel in one layout: numba would compile anew for read-only or strided ones."""
+    names = ("mass", "shape_factor", "position", "velocity")
+    return [np.require(getattr(fragments, name), requirements=["C", "W"]) for name in names]
 
 
 def _azimuth(place: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -309,7 +322,11 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
         draw = np.random.default_rng(seed).choice(number, size=min(int(sample), number), replace=False)
         return np.sort(draw).astype(np.int64)
     chosen = np.asarray(sample)
-    if chosen.ndim != 1 or chosen.dtype.kind not in "iu" or (chosen.size and (chosen.min() < 0 or chosen.max() >= number)):
+    if (
+        chosen.ndim != 1
+        or chosen.dtype.kind not in "iu"
+        or (chosen.size and (chosen.min() < 0 or chosen.max() >= number))
+    ):
         raise InputError(f"sample: indices must be whole numbers from 0 to {number - 1}")
     return chosen.astype(np.int64)
 

@@ -102,7 +102,9 @@ class Polygon:
         except (TypeError, ValueError) as error:
             raise InputError(f"witness {name}: corners cannot be read as numbers ({error})") from None
         if self.corners.ndim != 2 or self.corners.shape[1] != 3 or len(self.corners) < 3:
-            raise InputError(f"witness {name}: corners have shape {self.corners.shape}, needed (n, 3) with n of 3 or more")
+            raise InputError(
+                f"witness {name}: corners have shape {self.corners.shape}, needed (n, 3) with n of 3 or more"
+            )
         if not np.isfinite(self.corners).all():
             raise InputError(f"witness {name}: a corner is not a finite number")
         normal, _, _ = self.axes()

@@ -39,7 +39,9 @@ class Wind:
         """Refuse a profile that cannot be read."""
         height, velocity = self.height, self.velocity
         if height.ndim != 1 or height.size == 0 or velocity.shape != (height.size, 2):
-            raise InputError(f"wind: heights have shape {height.shape}, velocities {velocity.shape}; needed (n,), (n, 2)")
+            raise InputError(
+                f"wind: heights have shape {height.shape}, velocities {velocity.shape}; needed (n,), (n, 2)"
+            )
         if not (np.isfinite(height).all() and np.isfinite(velocity).all()):
             raise InputError("wind: a height or a velocity is not a finite number")
         if not (np.diff(height) > 0.0).all():
@@ -64,8 +66,13 @@ class Wind:
 
     @classmethod
     def power_law(
-        cls, speed: float, towards_deg: float, reference_height: float = 10.0, exponent: float = 1.0 / 7.0,
-        ground: float = 0.0, top: float = 1000.0,
+        cls,
+        speed: float,
+        towards_deg: float,
+        reference_height: float = 10.0,
+        exponent: float = 1.0 / 7.0,
+        ground: float = 0.0,
+        top: float = 1000.0,
     ) -> Wind:
         """Wind growing as (height above ground / reference height)^exponent up to `top` (m above ground)."""
         if reference_height <= 0.0 or top <= 0.0 or not math.isfinite(exponent):

@@ -333,7 +333,19 @@ def _compile(source_stamp: str) -> Any:
                             velocity_points(q, lane, points)
                         if near:
                             hit_count = _record_hits(
-                                witnesses, vertices, points, until, time, h, fragment, pieces, stack, roots, out, hits, hit_count
+                                witnesses,
+                                vertices,
+                                points,
+                                until,
+                                time,
+                                h,
+                                fragment,
+                                pieces,
+                                stack,
+                                roots,
+                                out,
+                                hits,
+                                hit_count,
                             )
                             if hit_count < 0:
                                 return -1, 0

@@ -88,9 +88,7 @@ def test_wind_is_a_moving_frame() -> None:
     wind = Wind.constant(12.0, towards_deg=30.0)
     drift = wind.at(0.0)
     moving = Fragments.from_arrays(fragments.mass, fragments.position, fragments.velocity + [*drift, 0.0])
-    still, windy = (
-        fly(f, air=ConstantAir(1.1), wind=w).landing for f, w in ((fragments, None), (moving, wind))
-    )
+    still, windy = (fly(f, air=ConstantAir(1.1), wind=w).landing for f, w in ((fragments, None), (moving, wind)))
     assert windy["time"] == pytest.approx(still["time"], rel=1e-5)
     expected = still["position"][:, :2] + drift * still["time"][:, None]
     assert np.abs(windy["position"][:, :2] - expected).max() < 1e-6 * np.abs(expected).max()

@@ -24,7 +24,12 @@ print(json.dumps([time.perf_counter() - start, sorted({name.split(".")[0] for na
 
 def test_import_is_alone_and_quick() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", PROBE], capture_output=True, text=True, check=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT)}
+        [sys.executable, "-c", PROBE],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+        env={"PYTHONPATH": str(ROOT)},
     )
     seconds, modules = json.loads(done.stdout)
     for name in ("dolfinx", "mpi4py", "petsc4py", "burst_fenicsx", "transition", "fragfield", "numba", "scipy", "pyvista",
