@@ -18,7 +18,7 @@ from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of
 from fragfield.parallel import launched_rank
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from fragfield.pipeline import Request
 
@@ -216,7 +216,7 @@ def _print_paths(found: dict[str, Any]) -> None:
             typer.echo(path)
 
 
-def _give(found: dict[str, Any], *, json: bool, quiet: bool, show: Any) -> None:
+def _give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
     """Print a result: as one JSON object, or for people."""
     if json:
         from json import dumps

@@ -11,6 +11,8 @@ from fragfield.run_directory import STAGES, RunDirectory
 if TYPE_CHECKING:
     from pathlib import Path
 
+    import h5py
+
 __all__ = ["describe"]
 
 _FORMATS = ("fragfield burst snapshot", "fragfield fragments")
@@ -76,13 +78,13 @@ def _file(path: Path) -> dict[str, Any]:
     }
 
 
-def _note(datasets: dict[str, str], name: str, item: Any) -> None:
+def _note(datasets: dict[str, str], name: str, item: h5py.Dataset | h5py.Group) -> None:
     if hasattr(item, "shape"):
         kind = "table of " + ", ".join(item.dtype.names) if item.dtype.names else str(item.dtype)
         datasets[name] = f"{' x '.join(str(length) for length in item.shape) or 'scalar'} {kind}"
 
 
-def _text(value: Any) -> Any:
+def _text(value: object) -> object:
     value = value.decode() if isinstance(value, bytes) else value
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, str) and value.startswith("{"):

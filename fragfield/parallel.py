@@ -6,10 +6,11 @@ import importlib
 import os
 import time
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar, cast
 
 __all__ = ["Team", "launched_rank"]
 
+Told = TypeVar("Told")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
 _SIZE_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 _POLL = 0.05  # s between two looks of a waiting rank: a waiting core is free for rank 0's threads
@@ -41,7 +42,7 @@ class Team:
 
     @property
     def rank(self) -> int:
-        """This process's rank."""
+        """Rank of this process."""
         return 0 if self.comm is None else self.comm.Get_rank()
 
     @property
@@ -54,9 +55,9 @@ class Team:
         """Whether this rank prints and writes."""
         return self.rank == 0
 
-    def tell(self, value: Any = None) -> Any:
-        """Rank 0's value, on every rank."""
-        return value if self.comm is None else self.comm.bcast(value, root=0)
+    def tell(self, value: Told | None = None) -> Told:
+        """Rank 0's value, on every rank; the others give none."""
+        return cast("Told", value if self.comm is None else self.comm.bcast(value, root=0))
 
     def release(self, code: int) -> None:
         """On rank 0: end the wait of the other ranks, which then exit with this code."""

@@ -154,10 +154,10 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
 def _prepared(request: Request, team: Team) -> tuple[Case, RunDirectory]:
     """Read the case and claim the directory on rank 0; its error ends every rank with the same exit code."""
     if not team.first:
-        case, code = team.tell()
-        if case is None:
-            sys.exit(code)
-        return case, request.directory
+        told: tuple[Case | None, int] = team.tell()
+        if told[0] is None:
+            sys.exit(told[1])
+        return told[0], request.directory
     try:
         case = request.case()
         request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from rich.progress import Progress, TaskID
+
+    from burst_fenicsx import BurstProgress
+    from flight import FlightProgress
 
 __all__ = ["ProgressReporter", "duration"]
 
@@ -48,13 +51,13 @@ class ProgressReporter:
             self._progress.remove_task(self._task)
         self._task = self._progress.add_task(name, total=None, detail="", left="")
 
-    def burst(self, state: Any) -> None:
+    def burst(self, state: BurstProgress) -> None:
         """Show a `burst_fenicsx.BurstProgress`."""
         rate = f"{state.cell_steps_per_second / 1e6:.2f} M cell-steps/s"
         detail = f"{state.time * 1e6:.2f} of {state.end_time * 1e6:.0f} us   step {state.step}   {rate}"
         self._show(state.time, state.end_time, detail, state.seconds_left)
 
-    def flight(self, state: Any) -> None:
+    def flight(self, state: FlightProgress) -> None:
         """Show a `flight.FlightProgress`."""
         rate = state.done / max(state.wall_seconds, 1e-9)
         detail = f"{state.done} of {state.total} fragments   {rate:.0f} fragments/s"

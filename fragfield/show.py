@@ -53,7 +53,7 @@ def _console() -> Console:
     return Console(highlight=False, soft_wrap=True)
 
 
-def _number(value: Any, factor: float) -> str:
+def _number(value: object, factor: float) -> str:
     if isinstance(value, int) and factor == 1.0:
         return f"{value:d}"
     return f"{value * factor:.4g}" if isinstance(value, (int, float)) else "-"

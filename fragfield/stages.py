@@ -72,7 +72,8 @@ class Job:
             "seed": self.case.seed,
         }
         earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
-        self.target.write_summary(_finite({**summary, **earlier, **parts}))
+        everything = {**summary, **earlier, **parts}
+        self.target.write_summary({key: _finite(value) for key, value in everything.items()})
 
 
 def perform(job: Job, stage: Stage) -> None:
@@ -168,7 +169,7 @@ _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
 }
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> object:
     """JSON has no NaN and no infinity: what was never reached is null."""
     if hasattr(value, "tolist"):
         value = value.tolist()

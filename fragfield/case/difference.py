@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["differences"]
 
 
-def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
         for key, entry in value.items():
             yield from _flat(entry, f"{path}.{key}" if path else key)

@@ -6,7 +6,7 @@ import dataclasses
 import tomllib
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -19,7 +19,12 @@ from fragfield.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from _typeshed import DataclassInstance
+
     from burst_fenicsx.geometry import Profile
+
+Material = ExplosiveTable | CasingTable
+Loaded = TypeVar("Loaded")
 
 __all__ = ["case_from_document", "load_case", "read_document", "read_resolved"]
 
@@ -129,14 +134,15 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:
     from burst_fenicsx.materials.library import load_casing, load_explosive
 
-    def material(name: str, value: Any, load: Callable[[str], Any], table: type[ExplosiveTable | CasingTable]) -> Any:
+    def material(name: str, load: Callable[[str], DataclassInstance], table: type[Material]) -> Material:
+        value: str | Material = getattr(entry, name)
         if not isinstance(value, str):
             return value
         return _as_table(_told(partial(load, _located(value, folder)), f"{source}: {key}.{name}"), table)
 
     changes: dict[str, Any] = {
-        "explosive": material("explosive", entry.explosive, load_explosive, ExplosiveTable),
-        "casing": material("casing", entry.casing, load_casing, CasingTable),
+        "explosive": material("explosive", load_explosive, ExplosiveTable),
+        "casing": material("casing", load_casing, CasingTable),
     }
     if entry.mesh is not None:
         changes["mesh"] = str((folder / entry.mesh).resolve())
@@ -177,7 +183,7 @@ def _located(name: str, folder: Path) -> str:
     return str(folder / name) if name.partition("#")[0].endswith(".toml") else name
 
 
-def _told(load: Callable[[], Any], where: str = "") -> Any:
+def _told(load: Callable[[], Loaded], where: str = "") -> Loaded:
     """What `load` returns; its error as ours, with file and key of the case before a message that lacks them."""
     from burst_fenicsx.errors import InputError as BurstInputError
 
@@ -187,7 +193,7 @@ def _told(load: Callable[[], Any], where: str = "") -> Any:
         raise InputError(f"{where}: {error}" if where else str(error)) from None
 
 
-def _as_table(material: Any, table: type[ExplosiveTable | CasingTable]) -> ExplosiveTable | CasingTable:
+def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
     """Turn the library's data (floats in SI, None for no softening) into a table of the case."""
     values = dataclasses.asdict(material)
     if table is CasingTable:

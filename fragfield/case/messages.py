@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from pydantic import ValidationError
     from pydantic.fields import FieldInfo
+    from pydantic_core import ErrorDetails
 
 __all__ = ["explain", "join_faults", "key_path"]
 
@@ -73,7 +74,7 @@ def join_faults(source: str, faults: Sequence[str]) -> str:
     return "\n  ".join([f"{source}: {len(faults)} faults", *lines])
 
 
-def _text(fault: Any, model: type[BaseModel]) -> str:
+def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
     kind, found, context = fault["type"], fault["input"], fault.get("ctx", {})
     if kind == "quantity":
         return fault["msg"]
@@ -106,7 +107,7 @@ def _words(expected: str) -> list[str]:
     return [part for part in expected.split("'")[1::2] if part]
 
 
-def _tables_in(annotation: Any, tag: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
+def _tables_in(annotation: object, tag: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
     """Models in a type, each with the tag by which a union knows it."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield tag, annotation

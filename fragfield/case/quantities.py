@@ -13,7 +13,8 @@ from pydantic_core import PydanticCustomError, core_schema
 from fragfield.errors import nearest
 
 if TYPE_CHECKING:
-    from pint import UnitRegistry
+    from pint import Quantity as PintQuantity
+    from pint import Unit, UnitRegistry
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
 
@@ -87,7 +88,7 @@ def with_unit(value: float, symbol: str) -> str:
     return f"{float(value)!r} {symbol}"
 
 
-def _dimension_of(unit: Any) -> str:
+def _dimension_of(unit: Unit) -> str:
     registry = _registry()
     for symbol, name in _NAMES.items():
         if unit.dimensionality == registry.parse_units(symbol).dimensionality:
@@ -192,7 +193,7 @@ class Quantity:
         if not inside:
             raise _fault(f"found {show(text)}; allowed: {self.allowed}")
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Validate by `parse`; write with the unit where the context asks for units."""
 
         def write(value: float | str | None, info: core_schema.SerializationInfo) -> float | str | None:
@@ -233,7 +234,7 @@ class NumberOrWord:
         hint = nearest(value, self.words) if isinstance(value, str) else ""
         raise _fault(f"found {show(value)}{hint}; allowed: {self.allowed}")
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Validate by `parse`."""
         return core_schema.no_info_plain_validator_function(self.parse)
 
@@ -279,7 +280,7 @@ class Vector:
             raise _fault(f"found {show(entry)}; allowed: {self.allowed}")
         return float(entry)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Validate by `parse`; write with units where the context asks for them."""
 
         def write(value: tuple[float, ...], info: core_schema.SerializationInfo) -> list[float | str]:
@@ -299,7 +300,7 @@ class Vector:
         return {"type": "array", "unit": unit, "allowed": self.allowed, "examples": [self.example]}
 
 
-def _is_angle(quantity: Any) -> bool:
+def _is_angle(quantity: PintQuantity[Any]) -> bool:
     return quantity.dimensionless and not quantity.unitless
 
 

@@ -1,3 +1,5 @@
+"""The case file: schema, messages, round trip, and what reaches the stages."""
+
 from __future__ import annotations
 
 import dataclasses
@@ -105,7 +107,8 @@ def test_a_resolved_case_spells_everything_out_and_needs_no_other_file(tmp_path)
     (tmp_path / "fill.toml").write_text(
         "[mix]\ndensity = 1500\ndetonation_velocity = 6000\nheat_of_detonation = 4e6\nsound_speed = 2000\n"
     )
-    text = '[burst]\ncell_size = "9 mm"\n[[round]]\nname = "a"\nprofile = "mine.toml"\nexplosive = "fill.toml"\ncasing = "copper"\n'
+    text = '[burst]\ncell_size = "9 mm"\n[[round]]\nname = "a"\ncasing = "copper"\n'
+    text += 'profile = "mine.toml"\nexplosive = "fill.toml"\n'
     case = load_case(_write(tmp_path, text))
     document = tomllib.loads(to_toml(case))
     assert document["burst"]["stop"] == "acceleration"
@@ -197,25 +200,29 @@ def _round(**changes):
     return {**CASE["round"][0], **changes}
 
 
+def _burst(changes):
+    return {**CASE, "burst": {**CASE["burst"], **changes}}
+
+
 @pytest.mark.parametrize(
     ("document", "parts"),
     [
         (_changed(brust={}), ['brust: unknown key (did you mean "burst"?)', "allowed here:"]),
-        (_changed(burst={"cell_size": "9 mm", "leakage": {"radius_ratoi": 2}}), ["burst.leakage.radius_ratoi", "radius_ratio"]),
-        (_changed(burst={"cell_size": "9 mm", "products": "jvl"}), ['found "jvl" (did you mean "jwl"?)', '"landau_cj"']),
-        (_changed(burst={"cell_size": "9 mm", "time_step": {"cfl": 1.5}}), ["burst.time_step.cfl: found 1.5", "less than 1"]),
-        (_changed(burst={"cell_size": "9 mm", "time_step": {"cfl": "0.8"}}), ['found "0.8"; allowed: a number without unit']),
-        (_changed(burst={"cell_size": "9 mm", "leakage": 3}), ["burst.leakage: found 3; allowed: a table"]),
+        (_burst({"leakage": {"radius_ratoi": 2}}), ["burst.leakage.radius_ratoi", "radius_ratio"]),
+        (_burst({"products": "jvl"}), ['found "jvl" (did you mean "jwl"?)', '"landau_cj"']),
+        (_burst({"time_step": {"cfl": 1.5}}), ["burst.time_step.cfl: found 1.5", "less than 1"]),
+        (_burst({"time_step": {"cfl": "0.8"}}), ['found "0.8"; allowed: a number without unit']),
+        (_burst({"leakage": 3}), ["burst.leakage: found 3; allowed: a table"]),
         (_changed(burst={}), ["burst.cell_size: missing", "a length"]),
         ({"round": CASE["round"]}, ["burst: missing"]),
         ({"burst": CASE["burst"]}, ["round: missing"]),
-        (_changed(burst={"cell_size": "9 mm", "stop": "time"}), ["burst.end_time: missing", "120 us"]),
+        (_burst({"stop": "time"}), ["burst.end_time: missing", "120 us"]),
         (
-            _changed(burst={"cell_size": "9 mm", "stop": "acceleration", "end_time": "120 us"}),
+            _burst({"stop": "acceleration", "end_time": "120 us"}),
             ["burst.end_time: found 0.00012 s", "contradict"],
         ),
-        (_changed(burst={"cell_size": "9 mm", "end_time": "2 ms"}), ["burst.end_time: found 0.002 s", "time_limit"]),
-        (_changed(burst={"cell_size": "9 mm", "acceleration_window": "2 ms"}), ["burst.acceleration_window"]),
+        (_burst({"end_time": "2 ms"}), ["burst.end_time: found 0.002 s", "time_limit"]),
+        (_burst({"acceleration_window": "2 ms"}), ["burst.acceleration_window"]),
         (_changed(round=[_round(), _round()]), ['round[2].name: found "a", the name of round[1]']),
         (_changed(round=[_round(), _round(name="b")]), ["round[2].position", "155 mm into round[1]"]),
         (_changed(round=[_round(), _round(name="b", position=["150 mm", "0 mm", "0 mm"])]), ["5 mm into round[1]"]),
@@ -224,16 +231,16 @@ def _round(**changes):
         (_changed(round=[_round(profile="tub")]), ["round[1].profile", "did you mean 'tube'"]),
         (_changed(round=[_round(profile=3)]), ["round[1].profile: found 3; allowed: a name, a file, or a table"]),
         (_changed(round=[_round(explosive="tmt")]), ["round[1].explosive", "did you mean 'tnt'"]),
-        (_changed(round=[_round(explosive={"name": "x", "densty": "1 g/cm3"})]), ["round[1].explosive.densty", '"density"']),
+        (_changed(round=[_round(explosive={"name": "x", "densty": "1 g/cm3"})]), ["explosive.densty", '"density"']),
         (_changed(round=[_round(casing="no.toml")]), ["round[1].casing", "no.toml"]),
         (_changed(round=[_round(axis=[0, 0, 0])]), ["round[1].axis: found [0, 0, 0]"]),
         (_changed(round=[_round(axis=["0 m", 0, 1])]), ["round[1].axis: component 1"]),
-        (_changed(round=[_round(ignition=[{"offset": ["60 mm", "0 mm"]}])]), ["ignition[1].offset: found 60 mm", "55 mm"]),
+        (_changed(round=[_round(ignition=[{"offset": ["60 mm", "0 mm"]}])]), ["offset: found 60 mm", "55 mm"]),
         (_changed(round=[_round(ignition=[{"delay": "-1 us"}])]), ["round[1].ignition[1].delay", "at least 0 s"]),
-        (_changed(round=[_round(ignition=[{"point": "nose"}])]), ["round[1].ignition[1].point: unknown key", "station"]),
+        (_changed(round=[_round(ignition=[{"point": "nose"}])]), ["ignition[1].point: unknown key", "station"]),
         (_changed(witness=[{"name": "r", "kind": "cilinder"}]), ['witness[1]: found kind = "cilinder"', '"cylinder"']),
-        (_changed(witness=[{"name": "r", "kind": "panel", "radius": "1 m"}]), ["witness[1].radius: unknown key", "width"]),
-        (_changed(witness=[{"name": "r", "radius": "1 m", "bottom": "2 m", "top": "1 m"}]), ["witness[1].top: found 1 m"]),
+        (_changed(witness=[{"name": "r", "kind": "panel", "radius": "1 m"}]), ["[1].radius: unknown key", "width"]),
+        (_changed(witness=[{"name": "r", "radius": "1 m", "bottom": "2 m", "top": "1 m"}]), ["top: found 1 m"]),
         (_changed(witness=[{"name": "r", "radius": "1 m"}] * 2), ["witness[2].name"]),
         (_changed(flight={"air": {"model": "constant"}}), ["flight.air.density: missing"]),
         (_changed(flight={"air": {"density": "1 kg/m3"}}), ["flight.air.density", 'only with model = "constant"']),

@@ -219,7 +219,8 @@ def test_fragments_of_ones_own_fly_without_dolfinx(tmp_path):
     case.write_text('[[witness]]\nname = "ring"\nradius = "25 ft"\n')
     code = (
         "import sys\nfor name in ('dolfinx', 'mpi4py', 'petsc4py'): sys.modules[name] = None\n"
-        f"sys.argv = ['fragfield', 'fly', {str(case)!r}, '--fragments', {str(own)!r}, '--out', {str(tmp_path / 'out')!r}, '--json']\n"
+        f"sys.argv = ['fragfield', 'fly', {str(case)!r}, '--fragments', {str(own)!r}, '--json', "
+        f"'--out', {str(tmp_path / 'out')!r}]\n"
         "from fragfield.cli import main\nmain()"
     )
     done = subprocess.run(

@@ -1,3 +1,5 @@
+"""When a run directory may be written, and what is removed from it."""
+
 from __future__ import annotations
 
 import json
