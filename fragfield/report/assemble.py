@@ -124,7 +124,15 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int) -> str:
         figures=figures,
         style=sources["report.css"],
         program_version=run.provenance.get("program_version") or fragfield.__version__,
-        computed=run.provenance.get("date", ""),
+        computed=_readable(run.provenance.get("date", "")),
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         missing=run.missing,
     )
+
+
+def _readable(date: str) -> str:
+    """A date of the provenance, in ISO form, as a reader wants it; another text stays as it is."""
+    try:
+        return datetime.fromisoformat(date).astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    except ValueError:
+        return date

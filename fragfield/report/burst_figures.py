@@ -82,7 +82,7 @@ def casing_over_time(run: RunFiles, narrow: bool) -> Figure | None:
     speed.set(ylabel="Mean casing speed (m/s)", title="Speed")
     diameter.plot(time, run.history["outer_diameter"] * 1e3, **LINES[0])
     diameter.set(ylabel="Outer diameter (mm)", title="Largest mean diameter")
-    done = run.part("burst").get("acceleration_complete_time")
+    done = run.part("burst").get("acceleration_complete")
     for axis in (speed, diameter):
         axis.set_xlim(0, time[-1])
         if isinstance(done, (int, float)) and np.isfinite(done):

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
 
 if TYPE_CHECKING:
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["Finding", "findings", "heat_of_charges"]
+__all__ = ["Finding", "findings"]
 
 Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
@@ -38,23 +39,8 @@ class Finding:
 
 def findings(run: RunFiles) -> list[Finding]:
     """All findings of a run, the gravest first."""
-    found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_log(run)]
+    found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_imprint(run), *_log(run)]
     return sorted(found, key=lambda item: _ORDER[item.weight])
-
-
-def heat_of_charges(run: RunFiles) -> float | None:
-    """Heat of detonation of all charges (J), rho Q V0 summed over the rounds; None where the case does not say Q."""
-    tables = run.case.get("round") or []
-    if len(tables) != len(run.rounds) or not tables:
-        return None
-    total = 0.0
-    for table, item in zip(tables, run.rounds, strict=True):
-        explosive = table.get("explosive")
-        heat = explosive.get("heat_of_detonation") if isinstance(explosive, dict) else None
-        if heat is None:
-            return None
-        total += si_value(heat, math.nan) * float(item.attributes["charge_mass"])
-    return total
 
 
 def _value(part: dict[str, object], name: str) -> float | None:
@@ -75,16 +61,17 @@ def _ledger(run: RunFiles) -> list[Finding]:
     error = _value(part, "energy_error")
     if error is not None:
         text = f"The energy ledger closes within {number(abs(error) * 100, 3)} % of the products' work"
+        at_end = _value(part, "energy_error_at_end")
+        if at_end is not None:
+            text += f" at its worst, within {number(abs(at_end) * 100, 2)} % at the end"
         if not abs(error) <= 0.05:
             found.append(Finding("stop", f"{text}; above 5 % the burst is not computed correctly."))
         elif abs(error) > 0.01:
             found.append(Finding("warning", f"{text}; 1 % is the aim."))
         else:
             found.append(Finding("good", f"{text} (aim: 1 %)."))
-    heat = heat_of_charges(run)
-    work, left = run.history.get("products_work"), run.history.get("products_energy_left")
-    if heat and work is not None and left is not None:
-        share = float(work[-1] + left[-1]) / heat
+    share = _value(part, "products_balance")
+    if share is not None:
         text = f"Work done by the products and energy left in them are {number(share * 100, 4)} % of the charges' heat"
         if share > 1.01:
             found.append(
@@ -95,7 +82,7 @@ def _ledger(run: RunFiles) -> list[Finding]:
                 )
             )
         else:
-            found.append(Finding("good", f"{text} of detonation, not above it."))
+            found.append(Finding("good", f"{text} of detonation."))
     momentum = _value(part, "momentum_error")
     if momentum is not None and abs(momentum) > 1e-9:
         found.append(Finding("warning", f"Total momentum drifts by {momentum:.1e} of the momentum summed."))
@@ -105,13 +92,22 @@ def _ledger(run: RunFiles) -> list[Finding]:
 def _burst(run: RunFiles) -> list[Finding]:
     part = run.part("burst")
     found: list[Finding] = []
+    folded = _folded_casing_cells(run)
     lost, cells = _value(part, "lost_cells"), _value(part, "cells")
     if lost is not None and cells:
         if lost:
             text = f"{number(int(lost))} of {number(int(cells))} cells were lost ({100 * lost / cells:.2g} %)"
             found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: too distorted to compute."))
-        else:
-            found.append(Finding("good", "No cell was lost."))
+        elif not folded:
+            found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
+    if folded:
+        found.append(
+            Finding(
+                "warning",
+                f"{number(folded)} cells of the casings are folded at the end of the burst (a corner turned inside "
+                "out); what they carry is not reliable.",
+            )
+        )
     size = si_value(run.case.get("burst", {}).get("cell_size"), math.nan)
     walls = [float(np.min(item.segments["wall_thickness"])) for item in run.rounds if len(item.segments)]
     if walls and size > 0:
@@ -130,9 +126,19 @@ def _burst(run: RunFiles) -> list[Finding]:
         found.append(
             Finding("warning", f"Surfaces in contact overlap by up to {share:.1f} % of a cell; 5 % is the aim.")
         )
-    if run.rounds and part.get("acceleration_complete") is False:
-        found.append(Finding("warning", "The casing still accelerates at the end of the burst: speeds are too low."))
+    if "acceleration_complete" in part and part["acceleration_complete"] is None:
+        growth = _value(part, "kinetic_energy_growth")
+        how = (
+            f" (kinetic energy grew by {number(100 * growth, 2)} % over the last window)" if growth is not None else ""
+        )
+        found.append(Finding("warning", f"The casing still accelerates at the end of the burst{how}: speeds are low."))
     return found
+
+
+def _folded_casing_cells(run: RunFiles) -> int:
+    if not run.nodes:
+        return 0
+    return int((scaled_jacobian(run.nodes["position"], run.cells["nodes"][run.cells["part"] == 0]) <= 0.0).sum())
 
 
 def _break_up(run: RunFiles) -> list[Finding]:
@@ -190,6 +196,28 @@ def _flight(run: RunFiles) -> list[Finding]:
     flown, landed = _value(part, "fragments"), _value(part, "landed")
     if flown and landed is not None and landed < flown:
         found.append(Finding("note", f"{number(int(flown - landed))} of {number(int(flown))} fragments did not land."))
+    return found
+
+
+def _imprint(run: RunFiles) -> list[Finding]:
+    """Numbers that jump between neighbouring sectors more than chance lets them: the mesh shows in the directions."""
+    found = []
+    for witness in run.witnesses:
+        hits = np.array([line.get("hits") or 0 for line in witness.get("by_azimuth") or []], dtype=float)
+        if len(hits) < 12 or hits.mean() < 5:
+            continue
+        # A count's variance is its mean; less the mean of two neighbours it is 3/2 of that.
+        jump = hits - 0.5 * (np.roll(hits, 1) + np.roll(hits, -1))
+        ratio = float(np.mean(jump**2) / (1.5 * hits.mean()))
+        if ratio > 3.0:
+            found.append(
+                Finding(
+                    "warning",
+                    f"Numbers by azimuth on “{witness.get('name', '')}” jump between neighbouring sectors "
+                    f"{math.sqrt(ratio):.1f} times as much as chance lets them: directions follow the cells. Judge "
+                    "sectors only after smaller cells, or from wider sectors.",
+                )
+            )
     return found
 
 

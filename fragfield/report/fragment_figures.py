@@ -55,7 +55,7 @@ def number_by_mass(run: RunFiles, narrow: bool) -> Figure | None:
 def _mass_labels(axis: Axes) -> None:
     """Write the mass in grams under the square root, so that nobody has to square in his head."""
     ticks = [tick for tick in axis.get_xticks() if 0 <= tick <= axis.get_xlim()[1]]
-    axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:.3g}" for tick in ticks])
+    axis.set_xticks(ticks, [f"{tick:g}\n{tick**2:,.4g}" for tick in ticks])
 
 
 def _sampled(axis: Axes, masses: NDArray[np.float64], color: str, label: str | None = None, symbols: int = 60) -> None:

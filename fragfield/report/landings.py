@@ -22,6 +22,8 @@ HAZARDOUS_ENERGY = 79.0
 ACCEPTABLE_DENSITY = 1.0 / 55.7
 """1/m2; one per 600 ft2."""
 SECTORS = 72
+DISTANCE_CELL = 10.0
+"""m."""
 _LANDED = 1  # of flight's Status
 
 
@@ -62,10 +64,20 @@ def hazard(run: RunFiles) -> Hazard | None:
         return None
     from flight.hazard import Criteria, assess
 
-    sectors = int(run.case.get("hazard", {}).get("sectors", SECTORS))
-    realisations = int(run.part("flight").get("realisations") or 1)
-    criteria = Criteria(energy=hazard_energy(run), density=hazard_density(run))
-    return assess(run.landing, criteria, sector_width=360.0 / sectors, realisations=realisations)
+    table = run.case.get("hazard", {})
+    criteria = Criteria(
+        hazard_energy(run),
+        hazard_density(run),
+        si_value(table.get("person_area"), Criteria.person_area),
+        si_value(table.get("person_height"), Criteria.person_height),
+    )
+    return assess(
+        run.landing,
+        criteria,
+        sector_width=360.0 / int(table.get("sectors", SECTORS)),
+        distance=si_value(table.get("distance_cell"), DISTANCE_CELL),
+        realisations=int(run.part("flight").get("realisations") or 1),
+    )
 
 
 def worst_sector(run: RunFiles) -> tuple[float, float] | None:

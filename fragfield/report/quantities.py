@@ -30,7 +30,8 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
     "byte": ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B")),
     "rad": ((math.pi / 180.0, "°"),),
 }
-_WITH_UNIT = re.compile(r"^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*$")
+_OTHER_UNITS = {"m/s", "m/s^2", "kg/m^3", "kg/m^2", "m^2", "m^3", "1/m^2", "1/s", "K", "N", "W", "J/K"}
+_WITH_UNIT = re.compile(r"^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s+(\S+)\s*$")
 
 
 @dataclass(frozen=True)
@@ -50,14 +51,18 @@ def number(value: float | int | None, digits: int = 4) -> str:
     if value == 0:
         return "0"
     if math.isinf(value):
-        return "infinite" if value > 0 else "-infinite"
+        return "infinite"
     if isinstance(value, int) or (float(value).is_integer() and abs(value) < 1e6):
-        return f"{int(value):,}"
+        return _minus(f"{int(value):,}")
     size = math.floor(math.log10(abs(value)))
     if size >= 6 or size < -4:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{mantissa}{NARROW_SPACE}×{NARROW_SPACE}10{str(int(exponent)).translate(_RAISED)}"
-    return f"{value:,.{max(0, digits - 1 - size)}f}"
+        return f"{_minus(mantissa)}{NARROW_SPACE}×{NARROW_SPACE}10{str(int(exponent)).translate(_RAISED)}"
+    return _minus(f"{value:,.{max(0, digits - 1 - size)}f}")
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
 
 
 def _typed(value: float) -> str:
@@ -115,15 +120,14 @@ def from_case(name: str, value: object) -> Row:
         return Row(name, "yes" if value else "no")
     if isinstance(value, (list, tuple)):
         rows = [from_case(name, item) for item in value]
-        joined = ", ".join(item.value for item in rows)
+        joined = ", ".join(
+            f"({one.value})" if isinstance(item, list) else one.value for one, item in zip(rows, value, strict=True)
+        )
         si = ", ".join(item.si or item.value for item in rows) if any(item.si for item in rows) else ""
-        return Row(name, joined, si) if len(joined) <= 120 else Row(name, f"{len(rows)} entries, see case.toml")
+        return Row(name, joined, si) if len(joined) <= 400 else Row(name, f"{len(rows)} entries, see case.toml")
     match = _WITH_UNIT.match(value) if isinstance(value, str) else None
-    if match:
-        try:
-            return row(name, float(match[1]), match[2], write=_typed)
-        except ValueError:
-            pass
+    if match and (match[2] in _LADDERS or match[2] in _OTHER_UNITS):
+        return row(name, float(match[1]), match[2], write=_typed)
     if isinstance(value, (int, float)):
         return Row(name, _typed(value))
     return Row(name, str(value))
@@ -134,8 +138,7 @@ def _practical(value: float, unit: str) -> tuple[float, str]:
     if value == 0:
         return 0.0, ladder[0][1] if unit != "s" else "s"
     for factor, name in ladder:
-        # Half a unit for lengths: a calibre is 155 mm, a diameter of 660 mm stays in millimetres.
-        least = 2.0 if (unit, name) in {("m", "m"), ("s", "min")} else 1.0
+        least = 2.0 if name == "min" else 1.0  # nobody says 1.5 min
         if abs(value) >= least * factor * (1 - 1e-12):
             return value / factor, name
     factor, name = ladder[-1]

@@ -94,7 +94,7 @@ def _summary(run: RunFiles) -> Section:
     where = f", azimuth {sector[0]:.0f}°" if sector else ""
     cards = [
         _distance("Hazardous fragment distance", flight.get("hazardous_fragment_distance"), f"worst sector{where}"),
-        _distance("The same, all azimuths", all_round_distance(run), criterion),
+        _distance("Over all azimuths", all_round_distance(run), criterion),
         _distance("Largest throw", flight.get("max_range"), "farthest fragment of this sample"),
     ]
     if found is not None:
@@ -180,7 +180,7 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *picture(
             "picture_of_fragments", "Fragment cloud",
             "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "
-            "the mass and are enlarged; shapes are not known.",
+            "the mass, not to scale; shapes are not known.",
         ),
         *segment_table(run),
     ]  # fmt: skip

@@ -37,12 +37,14 @@ __all__ = [
 # What summary.json holds: key -> (words, SI unit). Keys of the contract come first, others are shown under their name.
 _BURST = {
     "end_time": ("End of the burst", "s"),
-    "acceleration_complete_time": ("Acceleration complete at", "s"),
+    "acceleration_complete": ("Acceleration complete at", "s"),
     "mean_initial_speed": ("Mean initial speed, by mass", "m/s"),
     "max_initial_speed": ("Largest initial speed, mean of a cell", "m/s"),
     "outer_diameter": ("Outer diameter at the end", "m"),
     "casing_mass": ("Mass of the casings", "kg"),
     "charge_mass": ("Mass of the charges", "kg"),
+    "kinetic_energy_growth": ("Growth of the casings' kinetic energy over the last window", "%"),
+    "products_balance": ("Products: work done and left over heat of detonation", "%"),
     "momentum_error": ("Drift of momentum", "1"),
     "max_penetration": ("Largest overlap in contact", "m"),
     "steps": ("Steps", ""),
@@ -85,20 +87,22 @@ def input_tables(run: RunFiles) -> Iterator[Rows]:
 
 
 def _flat(prefix: str, table: dict[str, Any]) -> Iterator[Row]:
-    """Rows of a table and of the tables in it; sources and remarks are texts, which case.toml keeps."""
+    """Rows of a table and of the tables in it; an entry of a list of tables is one row."""
     nested = []
     for key, value in table.items():
         name = f"{prefix}{_words(key)}"
         if _is_table(value):
             nested.append((name, value))
-        elif not (isinstance(value, str) and (len(value) > 200 or "\n" in value)):
+        elif key != "notes":  # pages of text, kept in case.toml
             yield from_case(name, value)
     for name, value in nested:
         if isinstance(value, dict):
             yield from _flat(f"{name} · ", value)
             continue
         for index, entry in enumerate(value, start=1):
-            yield from _flat(f"{name} {index} · " if len(value) > 1 else f"{name} · ", entry)
+            rows = list(_flat("", entry))
+            text = "; ".join(f"{one.name} {one.value}" for one in rows)
+            yield Row(f"{name} {index}" if len(value) > 1 else name, text)
 
 
 def _is_table(value: object) -> bool:
@@ -159,7 +163,12 @@ def burst_rows(run: RunFiles) -> Iterator[Rows]:
     part = run.part("burst")
     if part:
         rows = [row(words, part.get(key), "" if unit == "1" else unit) for key, (words, unit) in _BURST.items()]
-        yield Rows("Burst", tuple(one for one, key in zip(rows, _BURST, strict=True) if part.get(key) is not None))
+        yield Rows("Burst", tuple(one for one, key in zip(rows, _BURST, strict=True) if _worth(key, part.get(key))))
+
+
+def _worth(key: str, value: object) -> bool:
+    """Whether there is something to show; no overlap means that nothing was in contact."""
+    return value is not None and not (key == "max_penetration" and value == 0)
 
 
 def round_table(run: RunFiles) -> Iterator[Table]:

@@ -10,7 +10,12 @@ from functools import cache
 
 __all__ = ["PictureUnavailableError", "display_available", "offscreen_fault", "require_offscreen"]
 
-_LIBRARIES = ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
+_WINDOWS = {
+    "libEGL.so.1": "vtkEGLRenderWindow",
+    "libOSMesa.so.8": "vtkOSOpenGLRenderWindow",
+    "libOSMesa.so.6": "vtkOSOpenGLRenderWindow",
+    "libOSMesa.so": "vtkOSOpenGLRenderWindow",
+}
 _CURE = "install libegl1 (Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
 # A driver may be missing behind a library that is there; VTK then dies by a signal, so that another process tries.
 _TRIAL = (
@@ -39,8 +44,12 @@ def display_available() -> bool:
 @cache
 def offscreen_fault() -> str | None:
     """Why VTK cannot draw off-screen here, with the cure; None when it can. Tried once a process."""
-    if not any(_loadable(name) for name in _LIBRARIES):
+    library = next((name for name in _WINDOWS if _loadable(name)), None)
+    if library is None:
         return f"VTK needs libEGL or libOSMesa to draw without a window, and finds neither; {_CURE}"
+    if not display_available():
+        # Otherwise VTK asks for an X server first, and complains that there is none.
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _WINDOWS[library])
     try:
         trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, text=True, timeout=120, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:

@@ -123,8 +123,7 @@ def _render_section(
     plotter.add_mesh(
         grid, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), show_scalar_bar=False, show_edges=False, **_LIGHT
     )
-    casing = grid.extract_cells(np.flatnonzero(grid.cell_data["part"] == 0))
-    plotter.add_mesh(casing.extract_surface(algorithm=None).extract_feature_edges(35.0), color="black", line_width=1.2)
+    plotter.add_mesh(_casing_outline(grid), color="black", line_width=1.5)
     centre = (0.5 * (extent[0] + extent[1]), 0.5 * (bounds[2] + bounds[3]), 0.5 * (extent[2] + extent[3]))
     plotter.camera_position = [(centre[0], centre[1] - 10.0 * float(size.max()), centre[2]), centre, (0, 0, 1)]
     plotter.enable_parallel_projection()
@@ -132,6 +131,20 @@ def _render_section(
     picture = plotter.screenshot(None, return_img=True)
     plotter.close()
     return picture, extent
+
+
+def _casing_outline(grid: pyvista.UnstructuredGrid) -> pyvista.PolyData:
+    """Outline of the casing in the section, a little before it so that it stays in sight."""
+    casing = grid.extract_cells(np.flatnonzero(grid.cell_data["part"] == 0))
+    depth = float(grid.bounds[3] - grid.bounds[2])
+    # Cut just behind the plane of the section, where mesh planes coincide with it.
+    cut = casing.slice(normal="y", origin=(0.0, float(grid.bounds[2]) + 1e-3 * depth, 0.0))
+    if cut.n_cells == 0:
+        return cut
+    edges = cut.extract_feature_edges(
+        boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
+    )
+    return edges.translate((0.0, -0.2 * depth, 0.0))
 
 
 def _canvas(width: float, height: float) -> Figure:
@@ -160,7 +173,7 @@ def fragments_figures(run: RunFiles, streak: float = 1e-4) -> tuple[Figure, Figu
     require_offscreen()
     points, _ = fragment_points(run, streak)
     fastest = float(points.point_data["speed"].max()) or 1.0
-    # Enlarged until a mean fragment is a hundredth of the cloud: true sizes would vanish.
+    # A mean fragment is drawn as a hundredth of the cloud, whatever its size: true sizes may vanish.
     enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
     symbols = points.glyph(
         scale="size", factor=enlarged, orient=False, geom=pyvista.Sphere(theta_resolution=10, phi_resolution=10)
@@ -175,7 +188,7 @@ def fragments_figures(run: RunFiles, streak: float = 1e-4) -> tuple[Figure, Figu
     picture = _cropped(plotter.screenshot(None, return_img=True))
     plotter.close()
     extents = np.ptp(points.points, axis=0)
-    text = f"Cloud {extents[0]:.2f} × {extents[1]:.2f} × {extents[2]:.2f} m; symbols enlarged {enlarged:.3g} times"
+    text = f"Cloud {extents[0]:.2f} × {extents[1]:.2f} × {extents[2]:.2f} m; spheres {enlarged:.2g} times their size"
     return _cloud(picture, fastest, text, 7.4, 4.6), _cloud(picture, fastest, text, 3.75, 3.9)
 
 

@@ -200,7 +200,8 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
         "end_time": END_TIME, "wall_seconds": 12.5, "seconds_per_cell_step": 2.1e-7, "peak_memory_bytes": 310e6,
         "casing_mass": casing_mass * count, "charge_mass": charge_mass * count, "mean_initial_speed": 1085.0,
         "max_initial_speed": 1340.0, "outer_diameter": 0.331, "lost_cells": 0, "energy_error": 0.0031,
-        "momentum_error": 2e-13, "max_penetration": 1.1e-4, "rounds": each,
+        "momentum_error": 2e-13, "max_penetration": 1.1e-4,
+        "products_balance": 0.998, "acceleration_complete": 1.1e-4, "kinetic_energy_growth": 0.0015, "rounds": each,
     }  # fmt: skip
 
 

@@ -1,0 +1,299 @@
+"""The report: one file that needs nothing else, true to the run's files, whole or in part."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+import shutil
+import subprocess
+from html import escape
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import h5py
+import numpy as np
+import pytest
+
+from fragfield.errors import InputError
+from fragfield.report import read_run, write_report
+from fragfield.report.burst_figures import speed_along_round
+from fragfield.report.drawing import drawing_style, to_bytes
+from fragfield.report.sections import sections
+from tests.fragfield.synthetic_run import write_run
+
+FIGURES = [
+    "energy_ledger", "picture_of_burst", "speed_along_round", "casing_over_time", "number_by_mass",
+    "picture_of_fragments", "by_azimuth", "landing_map", "density_curve", "distance_by_azimuth",
+]  # fmt: skip
+SECTIONS = [
+    "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "tables", "provenance",
+    "use", "signatures",
+]  # fmt: skip
+NO_CONTENT = {"meta", "link", "img", "source", "br"}
+
+
+class Page(HTMLParser):
+    """Collects what the tests ask of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.texts: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        """Note an element."""
+        self.tags.append((tag, dict(attrs)))
+        if tag not in NO_CONTENT:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        """Close the last one open."""
+        assert self.open.pop() == tag, f"</{tag}> closes another element"
+
+    def handle_data(self, data):
+        """Note text, but for the style sheet."""
+        if self.open and self.open[-1] != "style":
+            self.texts.append(data)
+
+    @property
+    def text(self) -> str:
+        """All text, spaces joined."""
+        return re.sub(r"\s+", " ", " ".join(self.texts))
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        """Attributes of every element of that name."""
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Path:
+    folder = write_run(tmp_path_factory.mktemp("report") / "pair", rounds=2, title="Two <rounds> & a gap")
+    write_report(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def html(run) -> str:
+    return (run / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(html) -> Page:
+    return Page(html)
+
+
+@pytest.fixture(scope="module")
+def summary(run) -> dict:
+    return json.loads((run / "summary.json").read_text(encoding="utf-8"))
+
+
+def card(page: Page, label: str) -> str:
+    """Value of a key number."""
+    place = next(i for i, text in enumerate(page.texts) if text.strip() == label)
+    return next(text.strip() for text in page.texts[place + 1 :] if text.strip())
+
+
+def test_page_is_well_formed_and_in_order(page):
+    assert page.open == []
+    assert [attributes["id"] for attributes in page.all("section")] == SECTIONS
+    assert {attributes["href"] for attributes in page.all("a")} == {f"#{key}" for key in SECTIONS}
+
+
+def test_page_needs_nothing_else(html, page):
+    assert not {tag for tag, _ in page.tags} & {"script", "link", "iframe", "object", "embed"}
+    for tag, attributes in page.tags:
+        for name in ("src", "srcset", "href", "data", "poster"):
+            value = attributes.get(name) or "#"
+            assert value.startswith(("data:image/", "#")), f"<{tag} {name}> leads to {value[:60]}"
+    style = re.search(r"<style>(.*?)</style>", html, re.DOTALL)
+    assert style is not None
+    assert "url(" not in style[1]
+    assert "@import" not in style[1]
+
+
+def test_every_figure_is_there_wide_and_narrow(page, run):
+    assert [attributes["id"] for attributes in page.all("figure")] == [f"figure-{name}" for name in FIGURES]
+    images = [attributes["src"] for attributes in page.all("img")]
+    narrow = [attributes["srcset"] for attributes in page.all("source")]
+    assert len(images) == len(narrow) == len(FIGURES)
+    assert all(attributes["alt"] for attributes in page.all("img"))
+    for uri in images + narrow:
+        kind, data = str(uri).removeprefix("data:image/").split(";base64,")
+        content = base64.b64decode(data)
+        if kind == "png":
+            assert content.startswith(b"\x89PNG")
+            continue
+        root = ET.fromstring(content)
+        links = {value for item in root.iter() for key, value in item.attrib.items() if key.endswith("href")}
+        assert all(link.startswith(("#", "data:")) for link in links)
+    for name in FIGURES:
+        assert (run / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        if not name.startswith("picture"):
+            assert b"<svg" in (run / "figures" / f"{name}.svg").read_bytes()
+
+
+def test_numbers_are_those_of_the_summary(page, summary):
+    flight, burst = summary["flight"], summary["burst"]
+    assert card(page, "Hazardous fragment distance") == str(math.ceil(flight["hazardous_fragment_distance"]))
+    assert card(page, "Largest throw") == str(math.ceil(flight["max_range"]))
+    assert card(page, "Mean initial speed") == f"{burst['mean_initial_speed']:,.0f}"
+    assert card(page, "Largest initial speed") == f"{burst['max_initial_speed']:,.0f}"
+    assert card(page, "Hazardous fragments") == f"{round(flight['hazardous_fragments']):,}"
+    both = [flight[f"hazardous_fragment_distance_all_round_{kind}"] for kind in ("ground", "normal")]
+    assert card(page, "Over all azimuths") == str(math.ceil(max(both)))
+
+
+def test_title_is_shown_as_text(html, page):
+    assert "<rounds>" not in html
+    assert "Two <rounds> & a gap" in page.text
+
+
+def test_inputs_and_their_units_are_shown(page):
+    for text in ("cell size", "12 mm", "0.012 m", "4.52 MJ/kg", "120 µs", "Round “round B”"):
+        assert text in page.text, text
+
+
+def test_densities_agree_with_the_flight(run):
+    """The curve's distances are those that the flight's own assessment put into the summary."""
+    from fragfield.report.landings import hazard
+
+    files = read_run(run)
+    found = hazard(files)
+    assert found is not None
+    assert found.hazardous_fragment_distance == pytest.approx(files.part("flight")["hazardous_fragment_distance"])
+
+
+def outline(folder: Path) -> tuple[list[str], list[str], str]:
+    """Keys of the sections, names of the figures that there is data for, and all words, without drawing to files."""
+    run, names = read_run(folder), []
+
+    def draw(name, title, caption, function):
+        with drawing_style():
+            if function(run, True) is not None:
+                names.append(name)
+        return []
+
+    def picture(name, title, caption):
+        names.append(name)
+        return []
+
+    parts = sections(run, draw, picture)
+    return [part.key for part in parts], names, " ".join(str(block) for part in parts for block in part.blocks)
+
+
+@pytest.mark.parametrize(
+    ("stages", "missing", "figures"),
+    [(0, "burst, break-up, flight", 0), (1, "break-up, flight", 4), (2, "flight", 6), (3, "", 10)],
+)
+def test_missing_stages_are_said(tmp_path, stages, missing, figures):
+    keys, names, words = outline(write_run(tmp_path / "run", stages=stages))
+    assert keys == SECTIONS
+    assert names == FIGURES[:figures]
+    assert (f"Not yet run: {missing}." in words) == bool(missing)
+    for stage in ("burst", "break-up", "flight"):
+        assert (f"the stage “{stage}” has not been run" in words) == (stage in missing.split(", "))
+
+
+def test_page_of_a_part_says_so(tmp_path):
+    page = Page(write_report(write_run(tmp_path / "run", stages=0)).read_text(encoding="utf-8"))
+    assert "incomplete: burst, break-up, flight not run" in page.text
+    assert page.all("figure") == []
+
+
+def test_flight_of_fragments_from_elsewhere(tmp_path):
+    folder = write_run(tmp_path / "run")
+    for name in ("burst_snapshot.h5", "burst.xdmf", "burst.h5"):
+        (folder / name).unlink()
+    keys, names, words = outline(folder)
+    assert keys == SECTIONS
+    assert names == FIGURES[4:]
+    assert "Not yet run: burst." in words
+
+
+def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
+    folder = write_run(tmp_path / "run", stages=1)
+    (tmp_path / "out").mkdir()
+    assert write_report(folder, tmp_path / "out" / "report.html", pictures=False) == tmp_path / "out" / "report.html"
+    assert not (folder / "report.html").exists()
+    with drawing_style():
+        figure = speed_along_round(read_run(folder), narrow=False)
+        assert figure is not None
+        again = to_bytes(figure, "svg")
+    assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
+
+
+def test_damaged_and_foreign_input_is_named(tmp_path):
+    with pytest.raises(InputError, match="nowhere: no such run directory"):
+        write_report(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="not a run directory, none of its files is here"):
+        write_report(tmp_path)
+    folder = write_run(tmp_path / "run")
+    whole = (folder / "burst_snapshot.h5").read_bytes()
+    (folder / "burst_snapshot.h5").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match=r"burst_snapshot\.h5: not a complete HDF5 file"):
+        write_report(folder)
+    with h5py.File(folder / "burst_snapshot.h5", "w") as file:
+        file.attrs["time"] = 1.0
+    with pytest.raises(InputError, match=r"burst_snapshot\.h5: not a complete burst snapshot.*run `fragfield burst`"):
+        write_report(folder)
+    (folder / "summary.json").write_text('{"burst": ', encoding="utf-8")
+    with pytest.raises(InputError, match=r"summary\.json: not valid JSON"):
+        write_report(folder)
+
+
+def test_nothing_landed_is_no_fault(tmp_path):
+    folder = write_run(tmp_path / "run")
+    with h5py.File(folder / "landing.h5", "a") as file:
+        file["landing/status"][:] = 2
+    _, names, words = outline(folder)
+    assert "landing_map" not in names
+    assert "density_curve" not in names
+    assert "Card(label='Hazardous fragments', value='0'" in words
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+@pytest.mark.parametrize("width", [1280, 390])
+def test_browser_shows_every_figure_without_sideways_scrolling(html, tmp_path, width):
+    # In a frame, since a window of headless chromium is never narrower than 500 pixels.
+    probe = """<script>
+      addEventListener("load", () => {
+        const seen = [...document.images].map(i => i.naturalWidth > 0 && i.getBoundingClientRect().width > 200);
+        const root = document.documentElement;
+        parent.document.title = JSON.stringify({seen, wide: root.scrollWidth - root.clientWidth, width: innerWidth,
+                                                source: document.images[0].currentSrc.length});
+      });</script></body>"""
+    inner = escape(html.replace("</body>", probe), quote=True)
+    frame = f'<title>-</title><iframe style="width:{width}px;height:900px;border:0" srcdoc="{inner}"></iframe>'
+    (tmp_path / "page.html").write_text(frame, encoding="utf-8")
+    command = [
+        "chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
+        "--window-size=1400,1000", "--dump-dom", (tmp_path / "page.html").as_uri(),
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    title = re.search(r"<title>(.*?)</title>", done.stdout)
+    assert title is not None
+    found = json.loads(title[1].replace("&quot;", '"'))
+    assert found["width"] == width
+    assert found["seen"] == [True] * len(FIGURES)
+    assert found["wide"] == 0
+    images, narrow = Page(html).all("img"), Page(html).all("source")
+    chosen = narrow[0]["srcset"] if width < 620 else images[0]["src"]
+    assert found["source"] == len(str(chosen))
+
+
+def test_report_in_grey_tells_lines_apart():
+    """Neighbouring styles differ in lightness or in dashes, so that a grey copy can be read."""
+    from matplotlib.colors import to_rgb
+
+    from fragfield.report.drawing import LINES
+
+    grey = [float(np.dot(to_rgb(style["color"]), (0.299, 0.587, 0.114))) for style in LINES]
+    dashes = [str(style["linestyle"]) for style in LINES]
+    assert len(set(dashes)) == len(LINES)
+    assert max(grey) < 0.62, "a line too light to print"

@@ -1,0 +1,160 @@
+"""Numbers, laws, mesh quality and warnings of the report, each against a value known beforehand."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragfield.report.findings import findings
+from fragfield.report.laws import number_above, segment_laws
+from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
+from fragfield.report.quantities import UNKNOWN, from_case, number, row, si_value
+from fragfield.report.run_files import RunFiles
+
+UNIT_CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
+)
+ONE_CELL = np.arange(8)[None, :]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1234567.0, "1.235 × 10⁶"), (2e-13, "2.000 × 10⁻¹³"), (1085.04, "1,085"), (0.33062, "0.3306"), (0.0, "0"),
+        (-7.44, "−7.440"), (12, "12"), (3600, "3,600"), (None, UNKNOWN), (math.nan, UNKNOWN),
+    ],
+)  # fmt: skip
+def test_numbers_keep_four_digits(value, text):
+    assert number(value).replace("\u202f", " ") == text
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown", "si"),
+    [
+        (0.155, "m", "155 mm", "0.1550 m"), (7.62, "m", "7.620 m", "7.620 m"), (1.2e-4, "s", "120.0 µs", "0.0001200 s"),
+        (0.0149, "kg", "14.90 g", "0.01490 kg"), (0.0031, "%", "0.3100 %", "0.003100"), (79.0, "J", "79 J", "79 J"),
+        (math.pi / 2, "rad", "90°", "1.571 rad"), (310e6, "byte", "310 MB", "3.100 × 10⁸ B"), (17, "", "17", ""),
+    ],
+)  # fmt: skip
+def test_practical_values_stand_beside_si(value, unit, shown, si):
+    found = row("x", value, unit)
+    plain = str.maketrans({"\u00a0": " ", "\u202f": " "})
+    assert (found.value.translate(plain), found.si.translate(plain)) == (shown, si)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        ("0.006 m", "6 mm"), ("4520000.0 J/kg", "4.52 MJ/kg"), ("155 mm grenade", "155 mm grenade"), ("mott", "mott"),
+        (True, "yes"), (0.75, "0.75"), (["0.0 m", "0.1085 m"], "0 m, 108.5 mm"), ([[0, 1], [2, 3]], "(0, 1), (2, 3)"),
+        (2, "2"), ("1.225 kg/m^3", "1.225 kg/m³"),
+    ],
+)  # fmt: skip
+def test_values_of_the_case_are_read(value, shown):
+    assert from_case("x", value).value.replace("\u00a0", " ") == shown
+
+
+def test_si_value_of_a_resolved_case():
+    assert si_value("79.0 J", 1.0) == 79.0
+    assert si_value(None, 5.0) == 5.0
+
+
+def test_scaled_jacobian_of_known_cells():
+    """1 for a box however long, sin(angle) for a sheared one, negative when a corner is pushed through."""
+    angle = math.radians(30)
+    sheared = UNIT_CUBE @ np.array([[1, 0, 0], [math.cos(angle), math.sin(angle), 0], [0, 0, 1]])
+    folded = UNIT_CUBE.copy()
+    folded[6] = (0.2, 0.2, 0.2)
+    assert scaled_jacobian(UNIT_CUBE * (1, 2, 5), ONE_CELL)[0] == pytest.approx(1.0)
+    assert scaled_jacobian(sheared, ONE_CELL)[0] == pytest.approx(math.sin(angle))
+    assert scaled_jacobian(folded, ONE_CELL)[0] < 0
+    assert aspect_ratio(UNIT_CUBE * (1, 2, 5), ONE_CELL)[0] == pytest.approx(5.0)
+
+
+def test_law_of_a_mixture():
+    """Its parts share the number: at m = mu of both, N0 (a + b)/e with the shares a, b that sum to one."""
+    parts = [
+        {"dimension": 2, "mu": 0.007, "mass_fraction": 0.75},
+        {"dimension": 3, "mu": 0.007, "mass_fraction": 0.25},
+    ]
+    run = RunFiles(Path("x"), summary={"break_up": {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}})
+    (law,) = segment_laws(run)
+    assert number_above(law, np.array([0.0, 0.007])) == pytest.approx([400.0, 400.0 / math.e])
+    two, three = (400 * share for share in (0.75, 0.25))
+    expected = two * math.exp(-2.0) + three * math.exp(-(4.0 ** (1 / 3)))
+    assert number_above(law, np.array([0.028])) == pytest.approx([expected])
+
+
+def told(part: str, log: str = "", witness: list | None = None, **values: object) -> list[tuple[str, str]]:
+    """Findings of a run of which only a part of the summary and the log are known."""
+    summary: dict = {part: values}
+    if witness is not None:
+        summary["witness"] = witness
+    run = RunFiles(Path("x"), case={"burst": {"cell_size": "0.006 m"}}, summary=summary, log=log)
+    return [(item.weight, item.text) for item in findings(run)]
+
+
+@pytest.mark.parametrize(
+    ("part", "values", "weight", "words"),
+    [
+        ("burst", {"energy_error": 0.003}, "good", "closes within 0.300 %"),
+        ("burst", {"energy_error": 0.03}, "warning", "1 % is the aim"),
+        ("burst", {"energy_error": 0.06}, "stop", "not computed correctly"),
+        ("burst", {"energy_error": math.nan}, "stop", "not computed correctly"),
+        ("burst", {"products_balance": 1.22}, "warning", "more than the charges hold"),
+        ("burst", {"products_balance": 0.97}, "good", "97 % of the charges' heat"),
+        ("burst", {"lost_cells": 3, "cells": 1000}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
+        ("burst", {"lost_cells": 30, "cells": 1000}, "stop", "30 of 1,000 cells were lost"),
+        ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
+        ("burst", {"max_penetration": 6e-4}, "warning", "overlap by up to 10.0 % of a cell"),
+        ("burst", {"acceleration_complete": None, "kinetic_energy_growth": 0.04}, "warning", "grew by 4 %"),
+        ("burst", {"momentum_error": 1e-6}, "warning", "momentum drifts by 1.0e-06"),
+        ("break_up", {"mass_error": -0.08}, "warning", "8 % less mass"),
+        ("flight", {"fragments": 10, "realisations": 1}, "warning", "carry no bands"),
+        (
+            "flight",
+            {"fragments": 10, "above_drag_table": 4, "drag": "sphere"},
+            "warning",
+            "4 of 10 fragments flew faster",
+        ),
+        ("flight", {"fragments": 10, "landed": 9}, "note", "1 of 10 fragments did not land"),
+    ],
+)
+def test_findings_follow_the_summary(part, values, weight, words):
+    assert any(found == weight and words in text for found, text in told(part, **values)), told(part, **values)
+
+
+def test_no_band_is_asked_for_when_samples_were_pooled():
+    assert not any("no bands" in text for _, text in told("flight", fragments=10, realisations=20))
+
+
+def test_gravest_finding_comes_first():
+    weights = [weight for weight, _ in told("burst", energy_error=0.06, products_balance=1.3, lost_cells=0, cells=5)]
+    order = [["stop", "warning", "note", "good"].index(weight) for weight in weights]
+    assert order == sorted(order)
+    assert weights[0] == "stop"
+
+
+def test_warnings_of_the_log_are_told_once():
+    line = "2026-01-01 10:00:00,000 WARNING burst_fenicsx.meshing: the wall is thin\n"
+    flight = "2026-01-01 10:00:00,000 WARNING py.warnings: /x/y.py:12: FlightWarning: drag sphere: 3 of 9 fragments flew above Mach 5\n"  # noqa: E501
+    info = "2026-01-01 10:00:00,000 INFO    fragfield.stages: burst: begins\n"
+    texts = [text for _, text in told("burst", log=line + line + flight + info) if "run.log" in text]
+    assert texts == ["The wall is thin (from run.log)"]
+
+
+def test_directions_that_follow_the_cells_are_told_from_chance():
+    random = np.random.default_rng(3)
+
+    def ring(hits: np.ndarray) -> list[dict[str, object]]:
+        return [{"name": "ring", "by_azimuth": [{"hits": int(value)} for value in hits]}]
+
+    chance = random.poisson(30, 72)
+    focus = random.poisson(30 + 100 * np.exp(-(((np.arange(72) * 5 - 90) / 20.0) ** 2)))
+    striped = np.where(np.arange(72) % 3 == 0, 90, 0)
+    assert not any("follow the cells" in text for _, text in told("flight", witness=ring(chance)))
+    assert not any("follow the cells" in text for _, text in told("flight", witness=ring(focus)))
+    assert any("follow the cells" in text for _, text in told("flight", witness=ring(striped)))
