@@ -64,7 +64,8 @@ class Drag:
         if falling.any():
             row = int(np.argmax(falling)) + 1
             raise InputError(
-                f"drag {self.name}: Mach {mach[row]} follows {mach[row - 1]} in entry {row}; sort the table by rising Mach"
+                f"drag {self.name}: Mach {mach[row]} follows {mach[row - 1]} in entry {row}; "
+                "sort the table by rising Mach"
             )
 
     @classmethod
@@ -125,8 +126,9 @@ class Drag:
     def table(self) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
         """Rows for the kernels (n+1, 6), the row of each bin's lower end, and bins per Mach.
 
-        A row holds its lower Mach, four coefficients in powers of the Mach above it, and the next row's lower Mach. The first row
-        stands for all below the first entry, the last for all above the last; no bin holds more than one entry.
+        A row holds its lower Mach, four coefficients in powers of the Mach above it, and the next row's lower Mach.
+        The first row stands for all below the first entry, the last for all above the last; no bin holds more than
+        one entry.
         """
         size = self.mach.size
         rows = np.zeros((size + 1, 6))
@@ -138,7 +140,7 @@ class Drag:
         rows[:-1, 5], rows[-1, 5] = self.mach, np.inf
         # a little under the smallest gap, so that rounding never puts two entries into one bin
         width = 0.999 * float(np.diff(self.mach).min()) if size > 1 else 1.0
-        bins = int(math.ceil(float(self.mach[-1]) / width)) + 1
+        bins = math.ceil(float(self.mach[-1]) / width) + 1
         if bins > MOST_BINS:
             raise InputError(f"drag {self.name}: two Mach numbers are only {width:.1e} apart; thin the table out")
         # the lower edge as the kernel's rounding may see it; the entry in the bin is found by comparison

@@ -115,7 +115,8 @@ def write_trajectories(
 ) -> list[Path]:
     """Write polylines as XDMF with the arrays in an HDF5 file beside it, as VTK and ParaView open them.
 
-    At the points: time (s), velocity (m/s), speed (m/s); on the lines: fragment, mass (kg), initial_speed (m/s), status.
+    At the points: time (s), velocity (m/s), speed (m/s); on the lines: fragment, mass (kg), initial_speed (m/s),
+    status.
     """
     import h5py
 

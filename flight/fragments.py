@@ -148,7 +148,7 @@ class Fragments:
         return fragment_files.read(Path(path))
 
 
-def _as_array(name: str, value: Any) -> NDArray[Any]:
+def _as_array(name: str, value: object) -> NDArray[Any]:
     try:
         if name in ("round", "segment"):
             array = np.asarray(value)

@@ -1,19 +1,19 @@
-"""Hazard from landed fragments and from witness surfaces: densities, hazardous fragment distance, throw, probability of a hit.
+"""Hazard from landings and witness surfaces: densities, hazardous fragment distance, throw, probability of a hit.
 
-A fragment is hazardous with 79 J or more at impact; one hazardous fragment per 55.7 m2 is the acceptable density (DoD 6055.09;
-DDESB Technical Paper 12). Two densities are given for every cell of azimuth and distance:
+A fragment is hazardous with 79 J or more at impact; one hazardous fragment per 55.7 m2 is the acceptable density (DoD
+6055.09; DDESB Technical Paper 12). Two densities are given for every cell of azimuth and distance:
 
 ground
     hazardous landings in the cell over the cell's area;
 normal
-    hazardous fragments per area of a plane normal to their path, which is what a person meets (trajectory-normal method). Each
-    fragment counts with the length of its path inside the cell, up to a person's height above the ground, over the
-    cell's volume; the end of the path is taken straight, at the angle and with the energy of the landing. As
-    the height goes to zero this is the sum of 1 / (area sin(angle)).
+    hazardous fragments per area of a plane normal to their path, which is what a person meets (trajectory-normal
+    method). Each fragment counts with the length of its path inside the cell, up to a person's height above the
+    ground, over the cell's volume; the end of the path is taken straight, at the angle and with the energy of the
+    landing. As the height goes to zero this is the sum of 1 / (area sin(angle)).
 
-The hazardous fragment distance of a sector is the farthest distance at which the density falls through the acceptable one, linear between
-the cells' centres (zero beyond the last). One fragment in a narrow near cell already exceeds the limit, so a distance from a single
-realisation is noisy: pool several (`realisations`).
+The hazardous fragment distance of a sector is the farthest distance at which the density falls through the acceptable
+one, linear between the cells' centres (zero beyond the last). One fragment in a narrow near cell already exceeds the
+limit, so a distance from a single realisation is noisy: pool several (`realisations`).
 """
 
 from __future__ import annotations
@@ -217,7 +217,8 @@ def by_azimuth(
 ) -> list[dict[str, float]]:
     """Return the table of a witness surface by sector, as in summary.json, for the hits on it.
 
-    `mean_initial_speed` is mass-weighted, as everywhere; `mean_initial_speed_by_number` counts every hit alike. 0 in empty sectors.
+    `mean_initial_speed` is mass-weighted, as everywhere; `mean_initial_speed_by_number` counts every hit alike. 0 in
+    empty sectors.
     """
     criteria = criteria or Criteria()
     sector, sectors, centres = _sectors(hits["azimuth"], sector_width)
@@ -301,7 +302,9 @@ def _pile(
     numbers = np.bincount(flat, minlength=sectors * cells).reshape(sectors, cells).astype(np.float64)
     if height <= 0.0:
         weights = 1.0 / np.sin(angle[within])
-        return numbers, np.bincount(flat, weights=weights, minlength=sectors * cells).reshape(sectors, cells)
+        return numbers, np.bincount(flat, weights=weights, minlength=sectors * cells).reshape(sectors, cells).astype(
+            float
+        )
     tracks = np.zeros((sectors, cells))
     # back along the path until it rises above the height; a vertical path stays where it lands
     reach = np.minimum(height / np.tan(np.minimum(angle, math.radians(89.999))), place)

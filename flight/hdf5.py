@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from flight.errors import InputError
 
@@ -11,10 +11,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+    import h5py
+
 __all__ = ["open_checked", "write_attributes"]
 
 
-def write_attributes(file: Any, name: str, version: int, provenance: Mapping[str, str]) -> None:
+def write_attributes(file: h5py.File, name: str, version: int, provenance: Mapping[str, str]) -> None:
     """Stamp the format's name and version and every provenance entry on the root of an open file."""
     for key, text in provenance.items():
         file.attrs[key] = str(text)
@@ -23,7 +25,7 @@ def write_attributes(file: Any, name: str, version: int, provenance: Mapping[str
 
 
 @contextmanager
-def open_checked(path: Path, name: str, version: int) -> Iterator[Any]:
+def open_checked(path: Path, name: str, version: int) -> Iterator[h5py.File]:
     """Open a file of a known format for reading, or raise InputError saying what it is instead."""
     import h5py
 

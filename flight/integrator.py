@@ -14,7 +14,8 @@ __all__ = ["Adaptive", "Domain", "FixedStep", "Integrator"]
 class Adaptive:
     """Dormand-Prince 5(4) with a step that keeps the error per step below `tolerance` of the velocity.
 
-    The default keeps the range within 1e-6 of itself with the rough digitised drag tables; a smooth drag law comes out far closer.
+    The default keeps the range within 1e-6 of itself with the rough digitised drag tables; a smooth drag law comes
+    out far closer.
 
     `longest_step` (s) bounds the step where the air has layers thinner than a step would see.
     """
@@ -47,7 +48,7 @@ Integrator = Adaptive | FixedStep
 
 @dataclass(frozen=True)
 class Domain:
-    """Where a fragment counts as gone: beyond a horizontal radius from the origin, above a ceiling, below a floor (m)."""
+    """Where a fragment counts as gone: beyond a radius from the origin, above a ceiling, below a floor (m)."""
 
     radius: float = math.inf
     ceiling: float = math.inf

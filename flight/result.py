@@ -143,11 +143,11 @@ class FlightResult:
         return files.write_result(self, folder, provenance or {}, csv=csv)
 
 
-def to_pandas(table: NDArray[Any]) -> Any:
+def to_pandas(table: NDArray[Any]) -> Any:  # noqa: ANN401 - pandas need not be there
     """Return a structured array as a pandas frame (vectors become three columns); pandas must be installed."""
-    import pandas
+    import pandas as pd  # type: ignore[import-untyped,import-not-found,unused-ignore]
 
-    return pandas.DataFrame(flat_columns(table))
+    return pd.DataFrame(flat_columns(table))
 
 
 def flat_columns(table: NDArray[Any]) -> dict[str, NDArray[Any]]:

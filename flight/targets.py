@@ -89,7 +89,7 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
-    """A plane polygon, convex or not: its corners (n, 3) in order (m), at least three, in one plane to 1e-6 of its size."""
+    """A plane polygon, convex or not: corners (n, 3) in order (m), at least three, in one plane to 1e-6 of its size."""
 
     corners: NDArray[np.float64]
     name: str = "polygon"
@@ -140,7 +140,7 @@ Witness = Cylinder | Panel | Polygon
 def pack(
     witnesses: Sequence[Witness],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Rows (n, 23), corners of polygons in their planes (m, 2), and one row whose box holds all boxes, for the kernels."""
+    """Rows (n, 23) for the kernels, corners of polygons in their planes (m, 2), and a row whose box holds all boxes."""
     rows = np.zeros((len(witnesses), COLUMNS))
     vertices: list[NDArray[np.float64]] = []
     count = 0

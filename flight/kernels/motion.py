@@ -1,20 +1,26 @@
 """Acceleration of fragments and one Dormand-Prince step, for a block of fragments side by side.
 
 The equation of motion is x'' = a(z, v): gravity, and drag that depends on height and velocity only (Eqs. 32-33). So the
-stages need no horizontal place, and the Runge-Kutta formulas for places are collapsed once, here, into sums over accelerations.
+stages need no horizontal place, and the Runge-Kutta formulas for places are collapsed once, here, into sums over
+accelerations.
 
-A stage waits for the one before it, and within it the drag for the air: one fragment alone leaves the processor idle. So `LANES`
-fragments are stepped together, each with its own step size; the scratch array `q` holds one row of `LANES` numbers a quantity, at
-offsets known to the compiler, which turns the plain loops into vector instructions.
+A stage waits for the one before it, and within it the drag for the air: one fragment alone leaves the processor idle.
+So `LANES` fragments are stepped together, each with its own step size; the scratch array `q` holds one row of `LANES`
+numbers a quantity, at offsets known to the compiler, which turns the plain loops into vector instructions.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import njit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 __all__ = ["LANES", "ROWS", "Surroundings", "accelerate", "place_points", "take_step", "velocity_points"]
 
@@ -37,12 +43,12 @@ class Surroundings(NamedTuple):
 
     air_bottom: float
     air_step: float
-    air_pieces: np.ndarray
+    air_pieces: Array
     site_altitude: float
-    drag_rows: np.ndarray
-    drag_bins: np.ndarray
+    drag_rows: Array
+    drag_bins: NDArray[np.int64]
     drag_bins_per_mach: float
-    wind_rows: np.ndarray
+    wind_rows: Array
     gravity: float
 
 
@@ -75,7 +81,7 @@ F1, F2, F3, F4, F5, F6 = _PLACE_E[0], _PLACE_E[1], _PLACE_E[2], _PLACE_E[3], _PL
 
 
 @njit(forceinline=True, error_model="numpy")
-def _subtract_wind(q, wind_rows):
+def _subtract_wind(q: Array, wind_rows: Array) -> None:
     """Turn the velocities in RELATIVE into velocities relative to the wind at HEIGHT."""
     for lane in range(LANES):
         z = q[HEIGHT * LANES + lane]
@@ -89,7 +95,7 @@ def _subtract_wind(q, wind_rows):
 
 
 @njit(forceinline=True, error_model="numpy")
-def accelerate(q, slope, around):
+def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     """Accelerations (m/s2) of all lanes into the three rows from `slope`, and the Mach number.
 
     Reads heights z (m) from HEIGHT and velocities (m/s) from RELATIVE; both are overwritten.
@@ -106,8 +112,8 @@ def accelerate(q, slope, around):
         altitude = q[HEIGHT * LANES + i] + around.site_altitude
         geopotential = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude)
         place = (geopotential - around.air_bottom) * pieces_per_metre
-        place = place if place > 0.0 else 0.0  # also where it is not a number
-        q[HEIGHT * LANES + i] = place if place < top else top
+        place = max(0.0, place)  # also where it is not a number
+        q[HEIGHT * LANES + i] = min(top, place)
     table, bins = around.drag_rows, around.drag_bins
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
@@ -120,7 +126,7 @@ def accelerate(q, slope, around):
         slowness = c[4] + rise * (c[5] + rise * (c[6] + rise * c[7]))
         speed = q[SPEED * LANES + i]
         mach = speed * slowness
-        row = bins[np.int64((mach if mach < top_mach else top_mach) * around.drag_bins_per_mach)]
+        row = bins[np.int64((min(top_mach, mach)) * around.drag_bins_per_mach)]
         row += np.int64(mach >= table[row, 5])
         d = table[row]
         rise = mach - d[0]
@@ -135,10 +141,11 @@ def accelerate(q, slope, around):
 
 
 @njit(error_model="numpy")
-def take_step(q, around):
-    """One step of every lane, of its own size in STEP, from STATE with the acceleration in the first three rows of SLOPE.
+def take_step(q: Array, around: Surroundings) -> None:
+    """One step of every lane, of its own size STEP, from STATE with the acceleration in the first rows of SLOPE.
 
-    Fills NEW, SLOPE (7 x 3 rows), MACH at the end, and the squared error estimates PLACE_ERROR (m2) and VELOCITY_ERROR (m2/s2).
+    Fills NEW, SLOPE (7 x 3 rows), MACH at the end, and the squared error estimates PLACE_ERROR (m2) and
+    VELOCITY_ERROR (m2/s2).
     """
     for j in range(3):
         for i in range(LANES):
@@ -231,11 +238,11 @@ def take_step(q, around):
 
 
 @njit(error_model="numpy")
-def place_points(q, lane, points):
+def place_points(q: Array, lane: int, points: Array) -> None:
     """Bernstein coefficients (degree 5) of one lane's places along the step, into points[:3].
 
-    The quintic through place, velocity and acceleration at both ends of the step: its error is of the sixth order, like that of
-    the step, its ends are the step's ends exactly, and the hull of its coefficients holds the curve.
+    The quintic through place, velocity and acceleration at both ends of the step: its error is of the sixth order,
+    like that of the step, its ends are the step's ends exactly, and the hull of its coefficients holds the curve.
     """
     h = q[STEP * LANES + lane]
     for j in range(3):
@@ -250,8 +257,8 @@ def place_points(q, lane, points):
 
 
 @njit(error_model="numpy")
-def velocity_points(q, lane, points):
-    """Bernstein coefficients (degree 4) of one lane's velocities along the step, the derivative of the places, into points[3:]."""
+def velocity_points(q: Array, lane: int, points: Array) -> None:
+    """Bernstein coefficients (degree 4) of one lane's velocities, the derivative of its places, into points[3:]."""
     h = q[STEP * LANES + lane]
     for j in range(3):
         start, end = q[(STATE + 3 + j) * LANES + lane], q[(NEW + 3 + j) * LANES + lane]

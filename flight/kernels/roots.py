@@ -1,14 +1,22 @@
 """Every place where a polynomial changes its sign on a step, none missed and none twice.
 
-Polynomials are in Bernstein form on [0, 1]. The number of sign changes among the coefficients bounds the number of roots
-(Descartes' rule) and is exact for 0 and 1, so intervals are halved until each holds at most one (Lane and Riesenfeld 1981).
-A zero counts as positive at both ends of a step, hence a crossing that falls on the joint of two steps is found once.
+Polynomials are in Bernstein form on [0, 1]. The number of sign changes among the coefficients bounds the number of
+roots (Descartes' rule) and is exact for 0 and 1, so intervals are halved until each holds at most one (Lane and
+Riesenfeld 1981). A zero counts as positive at both ends of a step, hence a crossing that falls on the joint of two
+steps is found once.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numba import njit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 __all__ = ["LARGEST_DEGREE", "STACK_SHAPE", "sign_changes"]
 
@@ -19,7 +27,7 @@ NARROWEST = 2.0**-60
 
 
 @njit(error_model="numpy")
-def _variations(row, degree):
+def _variations(row: Array, degree: int) -> int:
     """Sign changes in the sequence of coefficients, zeros as positive."""
     count = 0
     before = row[0] >= 0.0
@@ -32,7 +40,7 @@ def _variations(row, degree):
 
 
 @njit(error_model="numpy")
-def _single_root(row, degree, work):
+def _single_root(row: Array, degree: int, work: Array) -> float:
     """Place in [0, 1] of the only sign change: Newton's method kept inside a bracket by bisection."""
     low, high = 0.0, 1.0
     low_positive = row[0] >= 0.0
@@ -66,7 +74,7 @@ def _single_root(row, degree, work):
 
 
 @njit(error_model="numpy")
-def sign_changes(stack, degree, scale, roots):
+def sign_changes(stack: Array, degree: int, scale: float, roots: Array) -> int:
     """Find all sign changes on [0, 1] of the polynomial whose coefficients stand in stack[0, :degree + 1].
 
     `scale` is the size of the numbers whose difference the coefficients are: below 64 ulp of it a sign is noise, and an

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
 from flight.kernels.roots import sign_changes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 __all__ = [
     "CYLINDER",
@@ -23,8 +29,8 @@ __all__ = [
 ]
 
 CYLINDER, RECTANGLE, POLYGON = 0, 1, 2
-# a witness row: kind; box (6); centre or point (3); normal (3), or radius first; axes in the plane (3, 3); half sizes (2);
-# first vertex and the one after the last
+# a witness row: kind; box (6); centre or point (3); normal (3), or radius first; axes in the plane (3, 3); half sizes
+# (2); first vertex and the one after the last
 WITNESS_COLUMNS = 23
 _BOX, _POINT, _NORMAL, _FIRST_AXIS, _SECOND_AXIS, _HALF, _VERTICES = 1, 7, 10, 13, 16, 19, 21
 
@@ -36,20 +42,22 @@ _PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) f
 
 
 @njit(error_model="numpy")
-def misses_box(points, row):
+def misses_box(points: Array, row: Array) -> bool:
     """Tell whether the hull of the step's control points lies wholly off the witness's box."""
     for axis in range(3):
         p = points[axis]
-        if max(max(max(p[0], p[1]), max(p[2], p[3])), max(p[4], p[5])) < row[_BOX + 2 * axis]:
+        if max(p[0], p[1], p[2], p[3], p[4], p[5]) < row[_BOX + 2 * axis]:
             return True
-        if min(min(min(p[0], p[1]), min(p[2], p[3])), min(p[4], p[5])) > row[_BOX + 2 * axis + 1]:
+        if min(p[0], p[1], p[2], p[3], p[4], p[5]) > row[_BOX + 2 * axis + 1]:
             return True
     return False
 
 
 @njit(error_model="numpy")
-def cross_plane(points, px, py, pz, nx, ny, nz, stack, roots):
-    """Find the crossings of the plane through (px, py, pz) with the normal (nx, ny, nz); places on the step in `roots`."""
+def cross_plane(
+    points: Array, px: float, py: float, pz: float, nx: float, ny: float, nz: float, stack: Array, roots: Array
+) -> int:
+    """Find the crossings of the plane through (px, py, pz) with normal (nx, ny, nz); places on the step in `roots`."""
     coefficients = stack[0]
     scale = 0.0
     above = below = False
@@ -68,12 +76,14 @@ def cross_plane(points, px, py, pz, nx, ny, nz, stack, roots):
 
 
 @njit(error_model="numpy")
-def cross_cylinder(points, cx, cy, radius, pieces, stack, roots):
+def cross_cylinder(
+    points: Array, cx: float, cy: float, radius: float, pieces: Array, stack: Array, roots: Array
+) -> int:
     """Find the crossings of the vertical cylinder about (cx, cy); places on the step in `roots`.
 
-    Entering and leaving within one step, or touching, is found as on any other step: the squared distance from the axis is
-    a polynomial of degree 10 whose sign changes are isolated. On a step far longer than the cylinder is wide that
-    polynomial would drown in rounding, so such a step is halved first, and halves off the cylinder are dropped.
+    Entering and leaving within one step, or touching, is found as on any other step: the squared distance from the
+    axis is a polynomial of degree 10 whose sign changes are isolated. On a step far longer than the cylinder is wide
+    that polynomial would drown in rounding, so such a step is halved first, and halves off the cylinder are dropped.
     """
     for i in range(6):
         pieces[0, i], pieces[0, 6 + i] = points[0, i] - cx, points[1, i] - cy
@@ -111,17 +121,14 @@ def cross_cylinder(points, cx, cy, radius, pieces, stack, roots):
 
 
 @njit(error_model="numpy")
-def _one_sided(p, radius):
+def _one_sided(p: Array, radius: float) -> bool:
     """Tell whether one coordinate's hull lies wholly beyond the radius on one side."""
-    return (
-        max(max(max(p[0], p[1]), max(p[2], p[3])), max(p[4], p[5])) < -radius
-        or min(min(min(p[0], p[1]), min(p[2], p[3])), min(p[4], p[5])) > radius
-    )
+    return max(p[0], p[1], p[2], p[3], p[4], p[5]) < -radius or min(p[0], p[1], p[2], p[3], p[4], p[5]) > radius
 
 
 @njit(error_model="numpy")
-def _halve(piece, left):
-    """Cut a curve in two (de Casteljau): the left half into `left`, the right half stays; the joint is the same number in both."""
+def _halve(piece: Array, left: Array) -> None:
+    """Cut a curve in two (de Casteljau): the left half into `left`, the right half stays; the joint is the same."""
     for j in range(0, 12, 6):
         left[j] = piece[j]
         for level in range(1, 6):
@@ -134,7 +141,7 @@ def _halve(piece, left):
 
 
 @njit(error_model="numpy")
-def dense_state(points, theta, out):
+def dense_state(points: Array, theta: float, out: Array) -> None:
     """Place and velocity (6,) of the dense output at theta in [0, 1]."""
     s, t = 1.0 - theta, theta
     w0, w1, w2, w3, w4 = s * s * s * s, 4.0 * s * s * s * t, 6.0 * s * s * t * t, 4.0 * s * t * t * t, t * t * t * t
@@ -147,7 +154,7 @@ def dense_state(points, theta, out):
 
 
 @njit(error_model="numpy")
-def inside_outline(row, vertices, x, y, z):
+def inside_outline(row: Array, vertices: Array, x: float, y: float, z: float) -> bool:
     """Tell whether a place on a witness's plane or cylinder lies within its outline or height (edges belong to it)."""
     kind = int(row[0])
     if kind == CYLINDER:
@@ -162,8 +169,7 @@ def inside_outline(row, vertices, x, y, z):
     j = last - 1
     for i in range(first, last):  # even-odd rule (Shimrat 1962)
         bi, bj = vertices[i, 1], vertices[j, 1]
-        if (bi > b) != (bj > b):
-            if a < vertices[i, 0] + (b - bi) * (vertices[j, 0] - vertices[i, 0]) / (bj - bi):
-                inside = not inside
+        if (bi > b) != (bj > b) and a < vertices[i, 0] + (b - bi) * (vertices[j, 0] - vertices[i, 0]) / (bj - bi):
+            inside = not inside
         j = i
     return inside

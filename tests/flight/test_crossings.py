@@ -11,7 +11,7 @@ import pytest
 from flight import Adaptive, Cylinder, FixedStep, Fragments, InputError, Panel, Polygon, Status, fly
 
 sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud  # noqa: E402
+from clouds import cloud
 
 GRAVITY = 9.80665
 

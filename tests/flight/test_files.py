@@ -15,7 +15,7 @@ from flight.files import read_hits, read_landing
 from flight.text_tables import read_columns
 
 sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud  # noqa: E402
+from clouds import cloud
 
 PROVENANCE = {"case": 'title = "a <b> & c"\n', "versions": json.dumps({"flight": "0.1.0"}), "seed": "3"}
 

@@ -165,7 +165,7 @@ def test_criteria_messages() -> None:
 
 
 def test_m107_of_1944() -> None:
-    """US Ordnance Department (1944), Table 56: single M107; Mott law of 1760 fragments, mu = 7.5 g, 1067 m/s, no gravity."""
+    """US Ordnance Department (1944), Table 56: single M107; Mott law of 1760 fragments, mu = 7.5 g, 1067 m/s."""
     table = read_columns(Path(__file__).parent / "m107_1944_table56.csv")
     dense = 4  # fragments a unit of the law: N(m) resolved to a quarter
     rank = (np.arange(1760 * dense) + 0.5) / dense

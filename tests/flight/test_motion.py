@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ from flight import (
 )
 
 sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud  # noqa: E402
+from clouds import cloud
 
 GRAVITY = 9.80665
 
@@ -49,7 +50,7 @@ def test_vacuum_parabola() -> None:
 
 
 def test_horizontal_flight_decays_with_distance() -> None:
-    """v = v0 exp(-s / L), L = 2 m / (Cd rho A)."""
+    """V = v0 exp(-s / L), L = 2 m / (Cd rho A)."""
     mass, coefficient, density = np.array([1e-3, 0.01, 0.1]), 1.1, 1.225
     fragments = Fragments.from_arrays(mass, (0.0, 0.0, 0.0), np.tile([900.0, 0.0, 0.0], (3, 1)))
     radii = (2.0, 7.62, 30.0, 100.0)
@@ -71,7 +72,7 @@ def test_horizontal_flight_decays_with_distance() -> None:
 
 
 def test_vertical_fall_reaches_terminal_speed() -> None:
-    """v = v_t tanh(g t / v_t), fallen v_t^2 / g ln cosh(g t / v_t)."""
+    """V = v_t tanh(g t / v_t), fallen v_t^2 / g ln cosh(g t / v_t)."""
     mass, coefficient, density = 0.02, 1.2, 1.0
     fragments = Fragments.from_arrays(mass, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     terminal = math.sqrt(2.0 * mass * GRAVITY / (coefficient * density * float(fragments.presented_area[0])))
@@ -87,7 +88,7 @@ def test_wind_is_a_moving_frame() -> None:
     fragments = cloud(300, seed=3)
     wind = Wind.constant(12.0, towards_deg=30.0)
     drift = wind.at(0.0)
-    moving = Fragments.from_arrays(fragments.mass, fragments.position, fragments.velocity + [*drift, 0.0])
+    moving = Fragments.from_arrays(fragments.mass, fragments.position, fragments.velocity + np.array([*drift, 0.0]))
     still, windy = (fly(f, air=ConstantAir(1.1), wind=w).landing for f, w in ((fragments, None), (moving, wind)))
     assert windy["time"] == pytest.approx(still["time"], rel=1e-5)
     expected = still["position"][:, :2] + drift * still["time"][:, None]
@@ -209,6 +210,14 @@ def test_start_at_the_edges() -> None:
     assert len(fly(cloud(5).select([])).landing) == 0
 
 
+def test_what_has_no_number_is_told_not_dropped() -> None:
+    fragments = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), [[1e200, 0.0, 0.0], [300.0, 0.0, 0.0]])
+    with pytest.warns(FlightWarning):
+        result = fly(fragments)
+    assert result.landing["status"].tolist() == [Status.NOT_A_NUMBER, Status.LANDED]
+    assert result.summary["status"]["not_a_number"] == {"fragments": 1, "mass": 0.1}
+
+
 def test_use_beyond_the_drag_table_is_told() -> None:
     fast = Fragments.from_arrays([0.1, 0.1], (0.0, 0.0, 1.0), [[3000.0, 0.0, 0.0], [500.0, 0.0, 0.0]])
     with pytest.warns(FlightWarning, match=r"1 of 2 fragments flew above Mach 7.*fastest: Mach 8\.8"):
@@ -249,7 +258,7 @@ def test_settings_messages() -> None:
         FixedStep(0.0)
     with pytest.raises(InputError, match="radius is -1"):
         Domain(radius=-1.0)
-    with pytest.raises(InputError, match="floor 5.0 m is not below ceiling 1.0 m"):
+    with pytest.raises(InputError, match=r"floor 5\.0 m is not below ceiling 1\.0 m"):
         Domain(floor=5.0, ceiling=1.0)
 
 
@@ -257,4 +266,4 @@ def test_progress_is_told_to_the_end() -> None:
     seen = []
     fly(cloud(5000), on_progress=seen.append)
     assert seen[-1].done == seen[-1].total == 5000
-    assert all(one.done <= other.done for one, other in zip(seen, seen[1:]))
+    assert all(one.done <= other.done for one, other in pairwise(seen))

@@ -32,7 +32,8 @@ def test_import_is_alone_and_quick() -> None:
         env={"PYTHONPATH": str(ROOT)},
     )
     seconds, modules = json.loads(done.stdout)
-    for name in ("dolfinx", "mpi4py", "petsc4py", "burst_fenicsx", "transition", "fragfield", "numba", "scipy", "pyvista",
+    for name in ("dolfinx", "mpi4py", "petsc4py", "burst_fenicsx", "transition", "fragfield", "numba", "scipy",
+    "pyvista",
                  "vtk", "matplotlib", "pandas", "h5py"):  # fmt: skip
         assert name not in modules
     assert seconds < 1.0

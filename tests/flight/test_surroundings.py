@@ -10,7 +10,8 @@ from flight import ConstantAir, Drag, InputError, StandardAtmosphere, Wind
 from flight.air import table_values
 from flight.drag import BUILT_IN
 
-# US Standard Atmosphere 1976, table I: geometric altitude (m), temperature (K), pressure (Pa), density (kg/m3), sound (m/s)
+# US Standard Atmosphere 1976, table I: geometric altitude (m), temperature (K), pressure (Pa), density (kg/m3), sound
+# (m/s)
 STANDARD = [
     (0.0, 288.150, 1.01325e5, 1.2250, 340.294),
     (1000.0, 281.651, 8.9876e4, 1.1117, 336.435),
@@ -117,7 +118,7 @@ def test_more_messages(tmp_path) -> None:
         ConstantAir(1.2, 0.0)
     with pytest.raises(InputError, match="site altitude is 100000"):
         StandardAtmosphere(100_000.0)
-    with pytest.raises(InputError, match="height 5.0 m follows 10.0 m"):
+    with pytest.raises(InputError, match=r"height 5\.0 m follows 10\.0 m"):
         Wind.profile([0.0, 10.0, 5.0], [1.0, 2.0, 3.0], 0.0)
     with pytest.raises(InputError, match="do not fit together"):
         Wind.profile([0.0, 10.0], [1.0, 2.0, 3.0], 0.0)

@@ -1,0 +1,225 @@
+"""The work of one flight: tables for the kernel, threads that pull chunks of fragments, rows of the result."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.integrator import FixedStep
+from flight.result import HITS, LANDING, Trajectories
+from flight.targets import pack
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from flight.air import Air
+    from flight.drag import Drag
+    from flight.fragments import Fragments
+    from flight.integrator import Domain, Integrator
+    from flight.kernels.limits import Limits
+    from flight.targets import Witness
+    from flight.wind import Wind
+
+__all__ = ["FlightProgress", "Job"]
+
+CHUNK = 2048  # fragments a thread takes at once
+MOST_STEPS = 100_000_000  # of one fragment
+POINTS_PER_STEP = 2  # of a trajectory
+
+
+@dataclass(frozen=True)
+class FlightProgress:
+    """How far a flight has come: fragments done, of how many, and the time it took so far (s)."""
+
+    done: int
+    total: int
+    wall_seconds: float
+
+    @property
+    def seconds_left(self) -> float:
+        """Time left at the rate so far (s)."""
+        return self.wall_seconds * (self.total - self.done) / max(self.done, 1)
+
+
+class Job:
+    """One flight: the tables, and the threads that pull chunks of fragments."""
+
+    def __init__(
+        self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, ground: float | None,
+        witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
+        origin: tuple[float, float],
+    ) -> None:  # fmt: skip
+        from flight.kernels import events, motion, trajectory
+        from flight.kernels.limits import Limits
+
+        self.trajectory, self.hit_columns = trajectory, events.HIT_COLUMNS
+        self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin
+        rows, bins, bins_per_mach = drag.table()
+        table = air.table()
+        self.around = motion.Surroundings(
+            table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
+            np.zeros((0, 9)) if wind is None else wind.table(), float(gravity),
+        )  # fmt: skip
+        fixed = isinstance(integrator, FixedStep)
+        self.limits = Limits(
+            math.nan if ground is None else float(ground), float(origin[0]), float(origin[1]), float(domain.radius),
+            float(domain.ceiling), float(domain.floor), float(time_limit),
+            1.0 if isinstance(integrator, FixedStep) else integrator.tolerance,
+            integrator.step if isinstance(integrator, FixedStep) else 0.0,
+            math.inf if fixed else integrator.longest_step,  # type: ignore[union-attr]
+            MOST_STEPS, 0,
+        )  # fmt: skip
+        self.in_air = bool(table.pieces[:, :4].any())
+        self.rows, self.vertices, self.everything = pack(self.witnesses)
+
+    def run(
+        self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float32]]:
+        """Fly all; give landing, hits, and per fragment steps, rejected steps, lowest and highest Mach number."""
+        total = len(self.fragments)
+        landing = np.zeros(total, dtype=LANDING)
+        extremes = np.zeros((total, 4), dtype=np.float32)
+        chunks = range(0, total, CHUNK)
+        hits: list[NDArray[Any]] = [np.zeros(0, dtype=HITS)] * len(chunks)
+        arrays = _arrays(self.fragments)
+        done, lock, stop = 0, threading.Lock(), threading.Event()
+        queue = iter(enumerate(chunks))
+
+        def work() -> None:
+            nonlocal done
+            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0)
+            while not stop.is_set():
+                with lock:
+                    index, start = next(queue, (-1, -1))
+                if index < 0:
+                    return
+                end = min(start + CHUNK, total)
+                hits[index] = self._hits(self._fly(arrays, start, end, self.limits, buffers)[0])
+                self._fill_landing(landing[start:end], start, buffers)
+                extremes[start:end] = buffers["outcome"][: end - start, 7:]
+                with lock:
+                    done += end - start
+
+        workers = max(1, min(threads, len(chunks)))
+        if workers == 1 and on_progress is None:
+            work()
+        else:
+            with ThreadPoolExecutor(workers) as pool:
+                running = [pool.submit(work) for _ in range(workers)]
+                try:
+                    while not all(future.done() for future in running):
+                        time.sleep(0.002 if time.perf_counter() - began < 1.0 else 0.1)
+                        if on_progress is not None:
+                            on_progress(FlightProgress(done, total, time.perf_counter() - began))
+                finally:
+                    stop.set()
+                for future in running:
+                    future.result()
+            if on_progress is not None:
+                on_progress(FlightProgress(done, total, time.perf_counter() - began))
+        return landing, np.concatenate(hits) if hits else np.zeros(0, dtype=HITS), extremes
+
+    def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
+        """Fly the chosen fragments again and keep their paths."""
+        if chosen.size == 0:
+            none = np.zeros((0, 3))
+            return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
+        few = _arrays(self.fragments.select(chosen))
+        limits = self.limits._replace(path_points=POINTS_PER_STEP)
+        pieces = []
+        for start in range(0, chosen.size, CHUNK):
+            end = min(start + CHUNK, chosen.size)
+            pieces.append(self._fly(few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK))[1])
+        path = np.concatenate(pieces)
+        start_rows = np.searchsorted(path[:, 7], np.arange(chosen.size + 1))
+        return Trajectories(
+            chosen, start_rows.astype(np.int64), path[:, 0].copy(), path[:, 1:4].copy(), path[:, 4:7].copy()
+        )
+
+    def _buffers(self, hits: int, path: int) -> dict[str, NDArray[Any]]:
+        columns = self.trajectory
+        return {
+            "outcome": np.zeros((CHUNK, columns.OUTCOME_COLUMNS)),
+            "status": np.zeros(CHUNK, dtype=np.int8),
+            "hits": np.zeros((hits, self.hit_columns)),
+            "path": np.zeros((path, columns.PATH_COLUMNS)),
+        }
+
+    def _fly(
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
+        while True:
+            hit_count, path_count = self.trajectory.fly_chunk(
+                start, end, *arrays,
+                self.around, limits, self.rows, self.vertices, self.everything,
+                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"],
+            )  # fmt: skip
+            for name, count in (("hits", hit_count), ("path", path_count)):
+                if count < 0:
+                    rows, columns = buffers[name].shape
+                    buffers[name] = np.zeros((4 * rows + CHUNK, columns))
+            if hit_count >= 0 and path_count >= 0:
+                break
+        hits, path = buffers["hits"][:hit_count], buffers["path"][:path_count]
+        return hits[np.lexsort((hits[:, 0], hits[:, 8]))], path[np.argsort(path[:, 7], kind="stable")]
+
+    def _fill_landing(self, rows: NDArray[Any], start: int, buffers: dict[str, NDArray[Any]]) -> None:
+        number = len(rows)
+        outcome = buffers["outcome"][:number]
+        here = slice(start, start + number)
+        fragments = self.fragments
+        rows["fragment"] = np.arange(start, start + number)
+        rows["status"] = buffers["status"][:number]
+        for name in ("round", "segment", "mass"):
+            rows[name] = getattr(fragments, name)[here]
+        rows["initial_speed"] = np.linalg.norm(fragments.velocity[here], axis=1)
+        rows["time"], rows["position"], rows["velocity"] = outcome[:, 0], outcome[:, 1:4], outcome[:, 4:7]
+        speed = np.linalg.norm(outcome[:, 4:7], axis=1)
+        rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
+        place = outcome[:, 1:3] - self.origin
+        rows["distance"], rows["azimuth"] = np.hypot(place[:, 0], place[:, 1]), _azimuth(place)
+        rows["angle"] = np.degrees(np.arctan2(-outcome[:, 6], np.hypot(outcome[:, 4], outcome[:, 5])))
+
+    def _hits(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
+        rows = np.zeros(len(buffer), dtype=HITS)
+        if not len(buffer):
+            return rows
+        fragment = buffer[:, 8].astype(np.int64)
+        witness = buffer[:, 7].astype(np.int32)
+        rows["fragment"], rows["witness"], rows["direction"] = fragment, witness, buffer[:, 9]
+        for name in ("round", "segment", "mass"):
+            rows[name] = getattr(self.fragments, name)[fragment]
+        rows["initial_speed"] = np.linalg.norm(self.fragments.velocity[fragment], axis=1)
+        rows["time"], rows["position"], rows["velocity"] = buffer[:, 0], buffer[:, 1:4], buffer[:, 4:7]
+        speed = np.linalg.norm(buffer[:, 4:7], axis=1)
+        rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
+        centres = np.array(
+            [
+                getattr(surface, "centre", self.origin)[:2] if surface_is_round else self.origin
+                for surface, surface_is_round in zip(self.witnesses, self.rows[:, 0] == 0, strict=True)
+            ]
+        )
+        rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
+        rows["elevation"] = np.degrees(np.arctan2(buffer[:, 6], np.hypot(buffer[:, 4], buffer[:, 5])))
+        return rows
+
+
+def _arrays(fragments: Fragments) -> list[NDArray[np.float64]]:
+    """Arrays for the kernel in one layout: numba would compile anew for read-only or strided ones."""
+    names = ("mass", "shape_factor", "position", "velocity")
+    return [np.require(getattr(fragments, name), requirements=["C", "W"]) for name in names]
+
+
+def _azimuth(place: NDArray[np.float64]) -> NDArray[np.float64]:
+    angle = np.degrees(np.arctan2(place[:, 1], place[:, 0])) % 360.0
+    angle[angle >= 360.0] = 0.0  # a tiny negative angle rounds up to 360
+    return np.asarray(angle)

@@ -1,0 +1,122 @@
+"""Events of a step: the flight's end, and the witness surfaces on the way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN
+from flight.kernels.motion import (
+    LANES,
+    NEW,
+    SLOPE,
+    STATE,
+    STEP,
+)
+from flight.kernels.surfaces import CYLINDER, cross_cylinder, cross_plane, dense_state, inside_outline, misses_box
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.kernels.limits import Limits
+
+    Array = NDArray[np.float64]
+
+__all__ = ["HIT_COLUMNS", "ending", "may_end", "outside", "record_hits"]
+
+# time, place (3), velocity (3), witness, fragment, sense of the crossing
+HIT_COLUMNS = 10
+
+
+@njit(error_model="numpy")
+def may_end(q: Array, lane: int, limits: Limits) -> bool:
+    """Tell whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
+    h = q[STEP * LANES + lane]
+    start, end = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
+    first, last = 0.2 * h * q[(STATE + 5) * LANES + lane], 0.2 * h * q[(NEW + 5) * LANES + lane]
+    p1, p4 = start + first, end - last
+    p2 = start + 2.0 * first + 0.05 * h * h * q[(SLOPE + 2) * LANES + lane]
+    p3 = end - 2.0 * last + 0.05 * h * h * q[(SLOPE + 20) * LANES + lane]
+    low = min(start, end, p1, p4, p2, p3)
+    high = max(start, end, p1, p4, p2, p3)
+    return low < limits.ground or low < limits.floor or high > limits.ceiling or limits.domain_radius < np.inf
+
+
+@njit(error_model="numpy")
+def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Array) -> tuple[float, int]:
+    """Place on the step where the flight ends and its status; 2.0 if it goes on."""
+    theta, status = 2.0, IN_FLIGHT
+    if limits.ground == limits.ground and cross_plane(points, 0.0, 0.0, limits.ground, 0.0, 0.0, 1.0, stack, roots) > 0:
+        theta, status = roots[0], LANDED
+    if limits.ceiling < np.inf:
+        found = cross_plane(points, 0.0, 0.0, limits.ceiling, 0.0, 0.0, -1.0, stack, roots)
+        if found > 0 and roots[0] < theta:
+            theta, status = roots[0], LEFT_DOMAIN
+    if limits.floor > -np.inf:
+        found = cross_plane(points, 0.0, 0.0, limits.floor, 0.0, 0.0, 1.0, stack, roots)
+        if found > 0 and roots[0] < theta:
+            theta, status = roots[0], LEFT_DOMAIN
+    if limits.domain_radius < np.inf:
+        found = cross_cylinder(points, limits.origin_x, limits.origin_y, limits.domain_radius, pieces, stack, roots)
+        if found > 0 and roots[0] < theta:
+            theta, status = roots[0], LEFT_DOMAIN
+    return theta, status
+
+
+@njit(error_model="numpy")
+def outside(q: Array, lane: int, limits: Limits) -> bool:
+    """Tell whether a fragment starts outside the domain."""
+    dx, dy = q[STATE * LANES + lane] - limits.origin_x, q[(STATE + 1) * LANES + lane] - limits.origin_y
+    z = q[(STATE + 2) * LANES + lane]
+    return z > limits.ceiling or z < limits.floor or dx * dx + dy * dy >= limits.domain_radius * limits.domain_radius
+
+
+@njit(error_model="numpy")
+def record_hits(
+    witnesses: Array,
+    vertices: Array,
+    points: Array,
+    until: float,
+    time: float,
+    h: float,
+    fragment: int,
+    pieces: Array,
+    stack: Array,
+    roots: Array,
+    out: Array,
+    hits: Array,
+    count: int,
+) -> int:
+    """Append the crossings of this step up to its place `until`; returns the new count, -1 if `hits` is full."""
+    for index in range(witnesses.shape[0]):
+        row = witnesses[index]
+        if misses_box(points, row):
+            continue
+        is_cylinder = int(row[0]) == CYLINDER
+        if is_cylinder:
+            found = cross_cylinder(points, row[7], row[8], row[10], pieces, stack, roots)
+        else:
+            found = cross_plane(points, row[7], row[8], row[9], row[10], row[11], row[12], stack, roots)
+        for k in range(found):
+            theta = roots[k]
+            if theta > until:
+                break
+            dense_state(points, theta, out)
+            if not inside_outline(row, vertices, out[0], out[1], out[2]):
+                continue
+            if count == hits.shape[0]:
+                return -1
+            if is_cylinder:
+                sense = (out[0] - row[7]) * out[3] + (out[1] - row[8]) * out[4]
+            else:
+                sense = row[10] * out[3] + row[11] * out[4] + row[12] * out[5]
+            hits[count, 0] = time + theta * h
+            for i in range(6):
+                hits[count, 1 + i] = out[i]
+            hits[count, 7] = index
+            hits[count, 8] = fragment
+            hits[count, 9] = 1.0 if sense >= 0.0 else -1.0
+            count += 1
+    return count
