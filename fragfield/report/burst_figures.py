@@ -63,7 +63,8 @@ def _mark_segments(axis: object, run: RunFiles, narrow: bool) -> None:
     for line in first.segments:
         start, end = float(line["start"]) / length, float(line["end"]) / length
         axis.axvline(end, color=GREY, linewidth=0.7, linestyle=":")  # type: ignore[attr-defined]
-        if (end - start) > (0.16 if narrow else 0.07):
+        # A letter takes about 0.06 inches; the axis is about 3 or 6.5 inches wide.
+        if (end - start) * (3.0 if narrow else 6.5) > 0.06 * len(str(line["name"])):
             axis.annotate(  # type: ignore[attr-defined]
                 str(line["name"]), ((start + end) / 2, 1.0), xycoords=("data", "axes fraction"), ha="center",
                 va="bottom", fontsize=7, color=GREY,

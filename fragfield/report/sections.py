@@ -148,8 +148,8 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *burst_rows(run),
         *picture(
             "picture_of_burst", "Section of the burst",
-            "The half behind the section through the middle, looked at along +y, coloured by speed; "
-            "thin lines are edges of the casing. Light is fast, dark is slow.",
+            "Section through the middle, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "
+            "line bounds the casing.",
         ),
         *draw(
             "speed_along_round", "Speed along the round",

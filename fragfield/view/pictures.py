@@ -10,7 +10,7 @@ import numpy as np
 from fragfield.report.drawing import SPEED_MAP, drawing_style
 from fragfield.report.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
-from fragfield.view.scenes import burst_at, burst_times, final_burst, fragment_points, section
+from fragfield.view.scenes import burst_at, burst_times, cut, final_burst, fragment_points, section
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,7 +75,7 @@ def burst_figures(run: RunFiles, *, frames: int = 4) -> tuple[Figure, Figure]:
     require_offscreen()
     grids = _grids(run, frames)
     fastest = max(float(grid.point_data["speed"].max()) for _, grid in grids) or 1.0
-    drawn = [_Frame(time, *_render_section(section(grid), fastest)) for time, grid in grids]
+    drawn = [_Frame(time, *_render_section(grid, fastest)) for time, grid in grids]
     return _panels(drawn, fastest, 7.4), _panels(drawn[1::2] if len(drawn) > 2 else drawn[-1:], fastest, 3.75)
 
 
@@ -120,10 +120,13 @@ def _render_section(
     pixels = tuple(round(length) for length in size / size[1] * _PIXELS_HIGH)
     plotter = pyvista.Plotter(off_screen=True, window_size=pixels)
     plotter.set_background("white")
-    plotter.add_mesh(
-        grid, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), show_scalar_bar=False, show_edges=False, **_LIGHT
-    )
-    plotter.add_mesh(_casing_outline(grid), color="black", line_width=1.5)
+    colours = {"scalars": "speed", "cmap": SPEED_MAP, "clim": (0.0, fastest), "show_scalar_bar": False, **_LIGHT}
+    plotter.add_mesh(section(grid), **colours)
+    plane, outline = cut(grid)
+    for mesh, look in ((plane, colours), (outline, {"color": "black", "line_width": 1.5})):
+        if mesh.n_cells:
+            # A little nearer to the eye, so that cells that reach through the plane do not hide it.
+            plotter.add_mesh(mesh.translate((0.0, -float(size.max()) * (1.0 if mesh is plane else 1.1), 0.0)), **look)
     centre = (0.5 * (extent[0] + extent[1]), 0.5 * (bounds[2] + bounds[3]), 0.5 * (extent[2] + extent[3]))
     plotter.camera_position = [(centre[0], centre[1] - 10.0 * float(size.max()), centre[2]), centre, (0, 0, 1)]
     plotter.enable_parallel_projection()
@@ -131,20 +134,6 @@ def _render_section(
     picture = plotter.screenshot(None, return_img=True)
     plotter.close()
     return picture, extent
-
-
-def _casing_outline(grid: pyvista.UnstructuredGrid) -> pyvista.PolyData:
-    """Outline of the casing in the section, a little before it so that it stays in sight."""
-    casing = grid.extract_cells(np.flatnonzero(grid.cell_data["part"] == 0))
-    depth = float(grid.bounds[3] - grid.bounds[2])
-    # Cut just behind the plane of the section, where mesh planes coincide with it.
-    cut = casing.slice(normal="y", origin=(0.0, float(grid.bounds[2]) + 1e-3 * depth, 0.0))
-    if cut.n_cells == 0:
-        return cut
-    edges = cut.extract_feature_edges(
-        boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
-    )
-    return edges.translate((0.0, -0.2 * depth, 0.0))
 
 
 def _canvas(width: float, height: float) -> Figure:

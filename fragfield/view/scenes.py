@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["burst_at", "burst_times", "final_burst", "fragment_points", "section"]
+__all__ = ["burst_at", "burst_times", "cut", "final_burst", "fragment_points", "middle_plane", "section"]
+
+CASING = 0
+"""Part of a cell, as the snapshot numbers them."""
 
 
 def final_burst(run: RunFiles) -> pyvista.UnstructuredGrid:
@@ -55,11 +58,29 @@ def _reader(run: RunFiles) -> Any:  # noqa: ANN401 - pyvista's readers share no 
     return pyvista.get_reader(str(run.folder / "burst.xdmf"))
 
 
+def middle_plane(grid: pyvista.UnstructuredGrid) -> float:
+    """The y of the section: the middle of the grid (m)."""
+    return 0.5 * float(grid.bounds[2] + grid.bounds[3])
+
+
 def section(grid: pyvista.UnstructuredGrid) -> pyvista.UnstructuredGrid:
-    """The half behind the plane y = middle of the grid; whole cells, so that the mesh's edges stay true."""
-    middle = 0.5 * (grid.bounds[2] + grid.bounds[3])
+    """The half behind the section, of whole cells."""
     centres = grid.cell_centers().points
-    return grid.extract_cells(np.flatnonzero(centres[:, 1] >= middle))
+    return grid.extract_cells(np.flatnonzero(centres[:, 1] >= middle_plane(grid)))
+
+
+def cut(grid: pyvista.UnstructuredGrid) -> tuple[pyvista.PolyData, pyvista.PolyData]:
+    """The plane of the section through the cells, and the outline of the casing in it."""
+    # A hair behind the middle, where planes of the mesh coincide with it.
+    depth = float(grid.bounds[3] - grid.bounds[2])
+    origin = (0.0, middle_plane(grid) + 1e-4 * depth, 0.0)
+    casing = grid.extract_cells(np.flatnonzero(grid.cell_data["part"] == CASING))
+    outline = casing.slice(normal="y", origin=origin)
+    if outline.n_cells:
+        outline = outline.extract_feature_edges(
+            boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
+        )
+    return grid.slice(normal="y", origin=origin), outline
 
 
 def fragment_points(run: RunFiles, streak: float = 0.0) -> tuple[pyvista.PolyData, NDArray[np.float64]]:

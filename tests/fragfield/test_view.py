@@ -11,7 +11,7 @@ import pytest
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
 from fragfield.view import PictureUnavailableError, display_available, offscreen, offscreen_fault, view_run
-from fragfield.view.scenes import burst_at, burst_times, final_burst, section
+from fragfield.view.scenes import burst_at, burst_times, cut, final_burst, section
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
 needs_vtk = pytest.mark.skipif(offscreen_fault() is not None, reason=str(offscreen_fault()))
@@ -55,6 +55,17 @@ def test_section_keeps_the_half_behind_whole(run):
     half = section(grid)
     assert half.n_cells * 2 == grid.n_cells
     assert half.cell_centers().points[:, 1].min() >= 0.0
+
+
+def test_cut_shows_the_plane_and_the_outline_of_the_casing(run):
+    """The plane spans the grid; the outline is closed: two edges meet at every point."""
+    grid = final_burst(read_run(run))
+    plane, outline = cut(grid)
+    depth = grid.bounds[3] - grid.bounds[2]
+    assert np.abs(plane.points[:, 1]).max() < 1e-3 * depth
+    assert plane.bounds[:2] == pytest.approx(grid.bounds[:2], rel=1e-3)
+    ends = outline.lines.reshape(-1, 3)[:, 1:]
+    assert set(np.bincount(ends.ravel())) == {2}
 
 
 @pytest.mark.usefixtures("_fresh_check")
