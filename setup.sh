@@ -198,11 +198,15 @@ for name in ("numpy", "scipy", "cffi", "mpi4py", "petsc4py", "h5py"):
 END
 }
 
+# A .venv on the same interpreter is kept: others may be working in it.
+venv_fits() {
+    for line in "home = ${python%/*}" "include-system-site-packages = true" "version = $python_version"; do
+        grep -qx "$line" "$venv/pyvenv.cfg" 2>/dev/null || return 1
+    done
+}
+
 create_venv() {
-    # Kept when it runs on the same interpreter: others may be working in it.
-    if [ -x "$venv/bin/python" ] && [ "$(cat "$venv/.interpreter" 2>/dev/null)" = "$python $python_version" ]; then
-        return 0
-    fi
+    if venv_fits; then return 0; fi
     "$python" -c 'import ensurepip, venv' 2>/dev/null || refuse "$python has no venv module." \
         "On Debian and Ubuntu: apt-get install python3-venv"
     say "virtual environment .venv on $python ($python_version)"
@@ -216,7 +220,6 @@ if sys.prefix != sys.base_prefix:
     lines = [f"import site; site.addsitedir({path!r})\n" for path in site.getsitepackages()]
     (folder / "environment_below.pth").write_text("".join(lines))
 END
-    printf '%s\n' "$python $python_version" >"$venv/.interpreter"
 }
 
 # pip_install ARGUMENT...: pinned, also while pip builds a package. The path is relative since pip splits it at spaces.
