@@ -17,6 +17,7 @@ from fragfield.report.blocks import (
     Text,
 )
 from fragfield.report.findings import findings
+from fragfield.report.inputs import input_tables
 from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings, worst_sector
 from fragfield.report.quantities import number
 from fragfield.report.tables import (
@@ -25,7 +26,6 @@ from fragfield.report.tables import (
     burst_rows,
     flight_rows,
     hazard_rows,
-    input_tables,
     ledger_table,
     mesh_rows,
     provenance_rows,

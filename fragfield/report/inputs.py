@@ -1,0 +1,56 @@
+"""The resolved case as tables: practical values with SI beside them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.report.blocks import Rows
+from fragfield.report.quantities import Row, from_case
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["input_tables"]
+
+
+def input_tables(run: RunFiles) -> Iterator[Rows]:
+    """One table for each part of the resolved case."""
+    own = {key: value for key, value in run.case.items() if not _is_table(value)}
+    if own:
+        yield Rows("Case", tuple(_flat("", own)))
+    for key, value in run.case.items():
+        if isinstance(value, dict):
+            yield Rows(_words(key).capitalize(), tuple(_flat("", value)))
+        elif _is_table(value):
+            for index, entry in enumerate(value, start=1):
+                name = f"“{entry['name']}”" if entry.get("name") else str(index)
+                yield Rows(f"{_words(key).capitalize()} {name}", tuple(_flat("", entry)))
+
+
+def _flat(prefix: str, table: dict[str, Any]) -> Iterator[Row]:
+    """Rows of a table and of the tables in it; an entry of a list of tables is one row."""
+    nested = []
+    for key, value in table.items():
+        name = f"{prefix}{_words(key)}"
+        if _is_table(value):
+            nested.append((name, value))
+        elif key != "notes":  # pages of text, kept in case.toml
+            yield from_case(name, value)
+    for name, value in nested:
+        if isinstance(value, dict):
+            yield from _flat(f"{name} · ", value)
+            continue
+        for index, entry in enumerate(value, start=1):
+            rows = list(_flat("", entry))
+            text = "; ".join(f"{one.name} {one.value}" for one in rows)
+            yield Row(f"{name} {index}" if len(value) > 1 else name, text)
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
