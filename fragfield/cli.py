@@ -6,6 +6,7 @@ Nothing heavy is imported here: each subcommand imports what it needs, so `fragf
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -170,6 +171,8 @@ def info(
 
 def main() -> None:
     """Entry point of the command `fragfield`."""
+    # A batch system ends a job by SIGTERM: treated like Ctrl-C, the burst leaves a checkpoint.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     app()
 
 
@@ -191,7 +194,13 @@ def _request(
 
 
 def _limit_threads(number: int) -> None:
-    """Numba and OpenMP read their number of threads when they are first imported, which is later than this."""
+    """Numba and OpenMP read their number of threads when they are first imported, which is later than this.
+
+    A caller in the same process may have imported Numba: it then only takes fewer threads than it has started.
+    """
+    if (numba := sys.modules.get("numba")) is not None:
+        numba.set_num_threads(min(number, numba.config.NUMBA_NUM_THREADS))
+        return
     os.environ["NUMBA_NUM_THREADS"] = str(number)
     os.environ["OMP_NUM_THREADS"] = str(number)
 

@@ -45,6 +45,8 @@ def exit_code_of(error: BaseException) -> int:
         return EXIT_INTERRUPTED
     if isinstance(error, (InputError, *_loaded("InputError", _INPUT_ERRORS))):
         return EXIT_INPUT
+    if isinstance(error, _loaded("PictureUnavailableError", ("fragfield.view.offscreen",))):
+        return EXIT_INPUT  # the machine lacks a library; the message says which
     if isinstance(error, _loaded("NumericalStop", ("burst_fenicsx.errors",))):
         return EXIT_NUMERICAL
     return EXIT_FAULT

@@ -67,12 +67,8 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     """
     handler = logging.FileHandler(path, mode="w" if fresh else "a", encoding="utf-8")
     handler.setFormatter(logging.Formatter(_FORMAT))
-    logging.captureWarnings(capture=True)
-    try:
-        with _handled(handler, (*_OURS, "py.warnings")):
-            yield
-    finally:
-        logging.captureWarnings(capture=False)
+    with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
+        yield
 
 
 @contextmanager
@@ -82,5 +78,17 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())
     handler.addFilter(_concerns_the_user)
-    with _handled(handler, (*_OURS, "py.warnings")):
+    with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
         yield
+
+
+@contextmanager
+def _captured_warnings() -> Iterator[None]:
+    """Python's warnings as records of the logger "py.warnings"; may be nested."""
+    already = getattr(logging, "_warnings_showwarning", None) is not None
+    logging.captureWarnings(capture=True)
+    try:
+        yield
+    finally:
+        if not already:
+            logging.captureWarnings(capture=False)

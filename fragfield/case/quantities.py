@@ -57,6 +57,7 @@ _NAMES = {
     "J": "energy",
     "J/kg": "energy per mass",
     "J/m^2": "energy per area",
+    "J/m^3": "energy per volume",
     "1/m^2": "number per area",
     "rad": "angle",
     "K": "temperature",

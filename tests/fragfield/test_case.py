@@ -7,9 +7,12 @@ import shutil
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from fragfield.case import differences, load_case, read_resolved, to_toml
+from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.meshing import mesh_profile
+from fragfield.case import Case, differences, load_case, read_resolved, to_toml
 from fragfield.case.break_up_table import BreakUpTable
 from fragfield.case.burst_table import BurstTable, HourglassTable, LeakageTable, TimeStepTable, ViscosityTable
 from fragfield.case.convert import break_up_settings, burst_rounds, burst_settings, flight_arguments
@@ -263,6 +266,45 @@ def test_a_fault_names_file_and_key_what_was_found_and_what_is_allowed(document,
     assert message.startswith("my.toml: ")
     for part in parts:
         assert part in message
+
+
+def test_a_round_from_a_mesh_file_is_lit_within_its_charge(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    mesh = mesh_profile(load_profile("tube"), 0.02)
+    names = {"casing": np.array([1, 3]), "charge": np.array([2, 3])}
+    tags = [mesh.part + 1]
+    meshio.Mesh(
+        mesh.nodes, [("hexahedron", mesh.cells)], field_data=names,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+    ).write(tmp_path / "tube.msh", file_format="gmsh22", binary=False)  # fmt: skip
+    entry = {"name": "a", "mesh": "tube.msh", "explosive": "tnt", "casing": "copper"}
+    case = case_from_document(_changed(round=[entry]), source="my.toml", folder=tmp_path)
+    assert case.round[0].mesh == str(tmp_path / "tube.msh")
+    assert [point.station for point in case.round[0].ignition] == [pytest.approx(0.0, abs=1e-9)]
+    assert read_resolved(_write(tmp_path, to_toml(case))) == case
+    at_base = {**entry, "ignition": [{"station": "base", "delay": "1 us"}]}
+    case = case_from_document(_changed(round=[at_base]), source="my.toml", folder=tmp_path)
+    assert burst_rounds(case)[0].ignition[0].station == pytest.approx(0.3)
+    outside = {**entry, "ignition": [{"station": "301 mm"}]}
+    with pytest.raises(InputError, match=r"ignition\[1\].station: found 301 mm, outside the charge"):
+        case_from_document(_changed(round=[outside]), source="my.toml", folder=tmp_path)
+    (tmp_path / "tube.msh").write_text("nonsense")
+    with pytest.raises(InputError, match=r"my.toml: round\[1\].mesh: .*tube.msh"):
+        case_from_document(_changed(round=[entry]), source="my.toml", folder=tmp_path)
+
+
+def test_the_reference_can_be_generated_from_the_schema():
+    schema = Case.model_json_schema()
+    size = schema["$defs"]["BurstTable"]["properties"]["cell_size"]
+    assert size["unit"] == "m"
+    assert size["description"].startswith("Edge of a hexahedron")
+    bare = [
+        f"{name}.{key}"
+        for name, table in schema["$defs"].items()
+        for key, field in table.get("properties", {}).items()
+        if "description" not in field and "$ref" not in field
+    ]
+    assert bare == [], "every key has its words"
 
 
 def test_heat_of_detonation_is_of_no_concern_to_jwl():

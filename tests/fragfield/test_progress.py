@@ -1,0 +1,115 @@
+"""Progress and messages on stderr: on a terminal only, closed whatever happens."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+import warnings
+from types import SimpleNamespace
+
+import pytest
+
+from fragfield.logs import logged, to_stderr
+from fragfield.progress import ProgressReporter, duration
+
+BURST = SimpleNamespace(
+    time=30e-6, end_time=120e-6, step=250, steps_per_second=40.0, cell_steps_per_second=1.4e6, time_step=1e-7,
+    seconds_left=200.0,
+)  # fmt: skip
+
+
+def _as_terminal(monkeypatch):
+    """Make the stderr of this moment a terminal (a fixture would see another one)."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+
+
+def test_nothing_is_shown_where_stderr_is_no_terminal(capsys):
+    with ProgressReporter(enabled=True) as reporter:
+        reporter.stage("burst")
+        reporter.burst(BURST)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_other_ranks_and_quiet_runs_show_nothing(monkeypatch, capsys):
+    _as_terminal(monkeypatch)
+    with ProgressReporter(enabled=False) as reporter:
+        reporter.stage("burst")
+        reporter.burst(BURST)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys):
+    _as_terminal(monkeypatch)
+    with ProgressReporter(enabled=True) as reporter:
+        reporter.stage("burst")
+        reporter.burst(BURST)
+        time.sleep(0.4)  # the line is drawn four times a second
+        reporter.stage("fly")
+        reporter.flight(SimpleNamespace(done=500, total=2000, wall_seconds=0.5, seconds_left=1.5))
+        time.sleep(0.4)
+        reporter.stage("report")
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    for part in ("30.00 of 120 us", "step 250", "1.40 M cell-steps/s", "3 min 20 s left", "500 of 2000 fragments"):
+        assert part in shown.err
+    assert "\x1b[?25h" in shown.err, "the cursor is shown again"
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_it_is_closed_on_errors(error, monkeypatch, capsys):
+    _as_terminal(monkeypatch)
+    reporter = ProgressReporter(enabled=True)
+
+    def fail():
+        with reporter:
+            reporter.stage("burst")
+            raise error
+
+    with pytest.raises(error):
+        fail()
+    assert "\x1b[?25h" in capsys.readouterr().err
+    reporter.burst(BURST)  # late news after the end is of no harm
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.2, "0 s"), (59.4, "59 s"), (200.0, "3 min 20 s"), (3600.0, "1 h 0 min"), (7530.0, "2 h 5 min")],
+)
+def test_times_read_as_people_say_them(seconds, text):
+    assert duration(seconds) == text
+
+
+class OurWarning(UserWarning):
+    """One of our own kinds."""
+
+
+def test_the_log_keeps_messages_and_warnings_and_stderr_shows_what_concerns_the_user(tmp_path, capsys):
+    path = tmp_path / "run.log"
+    with to_stderr(quiet=False), logged(path, fresh=True), warnings.catch_warnings():
+        warnings.simplefilter("always")
+        logging.getLogger("flight.anything").info("a step")
+        logging.getLogger("burst_fenicsx").warning("look here")
+        warnings.warn("the table ends", OurWarning, stacklevel=1)
+        warnings.warn("old spelling", DeprecationWarning, stacklevel=1)
+    assert capsys.readouterr().err == "warning: look here\nwarning: the table ends\n"
+    text = path.read_text()
+    for part in ("INFO", "flight.anything: a step", "WARNING", "look here", "the table ends", "old spelling"):
+        assert part in text
+    logging.getLogger("flight").warning("after the run")
+    with logged(path, fresh=False):
+        logging.getLogger("flight").info("second")
+    assert "after the run" not in path.read_text()
+    assert "a step" in path.read_text()
+    with logged(path, fresh=True):
+        pass
+    assert path.read_text() == ""
+
+
+def test_quiet_shows_errors_only(capsys):
+    with to_stderr(quiet=True):
+        logging.getLogger("fragfield").warning("doubtful")
+        logging.getLogger("fragfield").error("wrong")
+    assert capsys.readouterr().err == "error: wrong\n"
