@@ -34,6 +34,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
+_COLLECTIVE = ("run", "burst")
+"""Commands that compute on all ranks of an MPI launch."""
+
 CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
 Out = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Run directory; default runs/NAME, or the run itself.")
@@ -62,11 +65,14 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def _common(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     del version
+    if launched_rank() > 0 and context.invoked_subcommand not in _COLLECTIVE:
+        raise typer.Exit  # the first rank does it alone
 
 
 @app.command()

@@ -133,7 +133,7 @@ def run_stage(request: Request, name: str) -> dict[str, Any]:
             directory.make()
         else:
             directory.enter(case, stage)
-    with _working(request, team, directory, fresh=name == "burst") as reporter:
+    with _working(request, team, directory, fresh=name == "burst" and not request.resume) as reporter:
         job = Job(case, source, directory, team, reporter, request.threads, request.fragments, request.resume)
         if name == "burst":
             with _together(team):

@@ -200,7 +200,8 @@ class RunDirectory:
 
     def _refuse_foreign(self) -> None:
         names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures"}
-        other = sorted(entry.name for entry in self.path.iterdir() if entry.name not in names)
+        found = (entry.name for entry in self.path.iterdir())
+        other = sorted(name for name in found if name.removesuffix(".part") not in names)
         if other:
             more = f" and {len(other) - 1} more" if len(other) > 1 else ""
             raise InputError(

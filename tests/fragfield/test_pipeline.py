@@ -293,6 +293,12 @@ def test_two_ranks_give_the_burst_of_one(mpirun, short_case, whole_run, tmp_path
 
 
 @pytest.mark.mpi
+def test_a_command_of_one_rank_is_done_once(mpirun, short_case):
+    done = mpirun(2, "-m", "fragfield", "check", short_case, "--json")
+    assert json.loads(done.stdout)["mesh"]["cells"] > 1000
+
+
+@pytest.mark.mpi
 def test_an_input_error_on_two_ranks_is_told_once(mpirun, tmp_path):
     bad = tmp_path / "bad.toml"
     bad.write_text(SHORT.replace('"12 mm"', "12"))
