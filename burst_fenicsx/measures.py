@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.assembly import mean_velocities
+from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import Round
     from burst_fenicsx.surfaces import RadialSurfaces
 
-__all__ = ["Measures", "RoundMeasures"]
+__all__ = ["Distortion", "Measures", "RoundMeasures"]
 
 
 class RoundMeasures:
@@ -47,6 +48,32 @@ class RoundMeasures:
         self.mean = float((mean_speed * casing_mass).sum() / total) if total > 0.0 else 0.0
         self.largest = float(max_speed.max(initial=0.0))
         self.fastest = float(station[np.argmax(mean_speed)]) if len(station) else 0.0
+
+
+@dataclass(frozen=True)
+class Distortion:
+    """How many cells have left their shape: `lost` have no volume any more, `folded` have a corner turned inside out.
+
+    A folded cell still has its volume and carries pressure; one finds them where the wall tears off base or fuze, which
+    the continuum cannot do. `folded_casing_mass` (kg) is the casing's share.
+    """
+
+    lost: int
+    folded: int
+    folded_casing_mass: float
+
+
+# Each corner with its neighbours along xi, eta, zeta, in right-handed order (tensor order of the nodes).
+_CORNERS = (
+    (0, 1, 2, 4),
+    (1, 3, 0, 5),
+    (2, 0, 3, 6),
+    (3, 2, 1, 7),
+    (4, 6, 5, 0),
+    (5, 4, 7, 1),
+    (6, 7, 4, 2),
+    (7, 5, 6, 3),
+)
 
 
 class Measures:
@@ -96,6 +123,19 @@ class Measures:
         """Largest over rounds and stations of the azimuthal mean diameter (m)."""
         radii = self.outer_radii()
         return float(2.0 * np.nanmax(radii)) if np.isfinite(radii).any() else 0.0
+
+    def distortion(self) -> Distortion:
+        """Count lost and folded cells over all ranks."""
+        state = self._state
+        corners = state.nodes.position[state.mesh.dofmap]
+        folded = np.zeros(state.mesh.cells, dtype=bool)
+        for corner, a, b, c in _CORNERS:
+            first, second, third = (corners[:, k] - corners[:, corner] for k in (a, b, c))
+            folded |= np.einsum("ij,ij->i", np.cross(first, second), third) <= 0.0
+        lost = cell_volumes(state.nodes.position, state.mesh.dofmap) <= 0.0
+        casing = folded & (state.mesh.part == Part.CASING)
+        counts = self._sum(np.array([lost.sum(), folded.sum(), state.cell_mass[casing].sum()], dtype=float))
+        return Distortion(int(counts[0]), int(counts[1]), float(counts[2]))
 
     def rounds(self) -> list[RoundMeasures]:
         """Speeds and diameters along every round."""

@@ -161,7 +161,7 @@ class BurstSettings:
     products: ProductModel = "landau_cj"
     burn: BurnModel = "time_or_compression"
     end_time: float | None = None  # None: stop when the acceleration is complete
-    acceleration_tolerance: float = 2e-3  # growth of the casing's kinetic energy ...
+    acceleration_tolerance: float = 1e-2  # growth of the casing's kinetic energy ...
     acceleration_window: float = 10e-6  # ... over this time (s)
     time_limit: float = 1e-3  # never longer than this (s)
     output_interval: float = 10e-6

@@ -380,6 +380,7 @@ class Simulation:
 
     def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
         solver, last = self.solver, self.ledger.entries[-1]
+        distortion = self.measures.distortion()
         steps = max(solver.steps - self._first_step_at, 1)
         casing = np.array([item.casing_mass.sum() for item in along])
         means = np.array([item.mean for item in along])
@@ -403,11 +404,13 @@ class Simulation:
             "mean_initial_speed": float((means * casing).sum() / casing.sum()),
             "max_initial_speed": max(item.largest for item in along),
             "outer_diameter": last.outer_diameter,
-            "lost_cells": 0,
+            "lost_cells": distortion.lost,
+            "folded_cells": distortion.folded,
+            "folded_casing_mass": distortion.folded_casing_mass,
             "energy_error": max(entry.energy_error for entry in self.ledger.entries),
             "energy_error_at_end": last.energy_error,
             "momentum_error": last.momentum_error,
-            "max_penetration": 0.0,
+            "max_penetration": 0.0,  # charge and casing share their nodes
             "products_balance": self.ledger.products_balance,
             "acceleration_complete": self.acceleration_complete,
             "kinetic_energy_growth": growth,

@@ -180,9 +180,10 @@ def solid_block_full(
     for k in range(24 * LANES):
         forces[k] = 0.0
     for point in range(8):
-        xi = _GAUSS if point & 1 else -_GAUSS
+        # In the order of dolfinx's quadrature space, zeta fastest, so that its functions mean what they say.
+        xi = _GAUSS if point & 4 else -_GAUSS
         eta = _GAUSS if point & 2 else -_GAUSS
-        zeta = _GAUSS if point & 4 else -_GAUSS
+        zeta = _GAUSS if point & 1 else -_GAUSS
         _jacobian(middle, xi, eta, zeta, jacobian)
         _cofactors(jacobian, cofactor, determinant)
         _jacobian(velocity, xi, eta, zeta, derivative)

@@ -118,8 +118,8 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
     if heat <= least:
         raise InputError(
             f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope "
-            f"needs more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose the "
-            "products jwl"
+            f"needs more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose "
+            "the products jwl"
         )
     inertia = rho * speed**2
     if model == "landau":

@@ -78,7 +78,7 @@ class BurstTable(Table):
     """Stop when the casing no longer accelerates, or at `end_time`; left out: by time if `end_time` is given."""
     end_time: Annotated[float | None, Quantity("s", "120 us", above=0.0)] = None
     """End of the burst for stop = "time"."""
-    acceleration_tolerance: float = Field(default=2e-3, gt=0.0, lt=1.0)
+    acceleration_tolerance: float = Field(default=1e-2, gt=0.0, lt=1.0)
     """Acceleration is complete when the casing's kinetic energy grows by less than this fraction ..."""
     acceleration_window: Time = 10e-6
     """... over this time."""

@@ -1,0 +1,69 @@
+"""Convergence with the cell size: observed order and extrapolation, where the sequence is monotone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Convergence", "convergence"]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What three cell sizes say about the limit.
+
+    Attributes
+    ----------
+    monotone : whether the changes have one sign and shrink.
+    order : observed order p, None where not monotone.
+    limit : Richardson's extrapolation to cell size zero, None where not monotone.
+    index : grid convergence index of the finest size (Roache 1994, factor 1.25), a fraction; None where not monotone.
+    """
+
+    monotone: bool
+    order: float | None
+    limit: float | None
+    index: float | None
+
+
+def convergence(sizes: Sequence[float], values: Sequence[float]) -> Convergence:
+    """Observed order from the three finest of the sizes.
+
+    Parameters
+    ----------
+    sizes : cell sizes, from coarse to fine. values : the quantity at each.
+
+    Notes
+    -----
+    The order solves (f3 - f2)/(f2 - f1) = (h3^p - h2^p)/(h2^p - h1^p), found by bisection because the ratios of
+    the sizes differ (Celik et al. 2008).
+    """
+    (h3, h2, h1), (f3, f2, f1) = sizes[-3:], values[-3:]
+    coarse, fine = f3 - f2, f2 - f1
+    if fine == 0.0 or coarse / fine <= (h3 - h2) / (h2 - h1) * _SLOWEST:
+        return Convergence(False, None, None, None)
+
+    def mismatch(order: float) -> float:
+        return (h3**order - h2**order) / (h2**order - h1**order) - coarse / fine
+
+    low, high = 0.05, 12.0
+    if mismatch(low) * mismatch(high) > 0.0:
+        return Convergence(False, None, None, None)
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if mismatch(low) * mismatch(middle) <= 0.0:
+            high = middle
+        else:
+            low = middle
+    order = 0.5 * (low + high)
+    ratio = (h2 / h1) ** order
+    limit = f1 + (f1 - f2) / (ratio - 1.0)
+    return Convergence(True, log(ratio) / log(h2 / h1), limit, 1.25 * abs((f1 - f2) / f1) / (ratio - 1.0))
+
+
+# Below this share of the first-order ratio of changes no positive order fits.
+_SLOWEST = 0.0

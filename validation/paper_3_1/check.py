@@ -1,0 +1,165 @@
+"""Compare a run of case 3.1 with the paper: speed, diameter, place of the fastest, cost."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from validation.grid import convergence
+from validation.rows import Row, compare, markdown_table, within
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["QUICK_SIZE", "REFERENCE", "SIZES", "check", "readme_tables"]
+
+NAME = "paper_3_1"
+REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+SIZES = ("8 mm", "6 mm", "4 mm", "3 mm")
+QUICK_SIZE = "8 mm"
+
+
+def check(summary: Mapping[str, Any]) -> list[Row]:
+    """Rows of one run.
+
+    Parameters
+    ----------
+    summary : the run's summary.json.
+    """
+    burst, allowed, source = summary["burst"], REFERENCE["allowed"], REFERENCE["source"]
+    fastest = burst["rounds"][0]["fastest_station"] / burst["rounds"][0]["length"]
+    sound = [
+        within(NAME, "energy error", burst["energy_error"], 0.0, allowed["energy_error"], "own bound"),
+        within(NAME, "lost cells", float(burst["lost_cells"]), 0.0, 0.0, "own bound"),
+    ]
+    if not all(row.passed for row in sound):
+        return sound  # an open ledger or lost cells make the comparison void
+    low, high = REFERENCE["fastest_between"]
+    return [
+        *sound,
+        compare(
+            NAME,
+            "mean initial speed",
+            burst["mean_initial_speed"],
+            REFERENCE["mean_initial_speed"],
+            allowed["mean_initial_speed"],
+            source,
+            "m/s",
+        ),
+        compare(
+            NAME,
+            "diameter at the end",
+            1e3 * burst["outer_diameter"],
+            1e3 * REFERENCE["diameter_at_end"],
+            allowed["diameter_at_end"],
+            source,
+            "mm",
+        ),
+        within(NAME, "fastest place, fraction of the length from the nose", fastest, low, high, source),
+        compare(NAME, "cells", burst["cells"], REFERENCE["cells"], None, source),
+        compare(NAME, "wall time of the burst", burst["wall_seconds"], REFERENCE["wall_seconds"], None, source, "s"),
+    ]
+
+
+def readme_tables(summaries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Tables for the README: the finest run beside the paper, and the sequence of cell sizes.
+
+    Parameters
+    ----------
+    summaries : summary.json by cell size, from coarse to fine.
+    """
+    sizes = list(summaries)
+    return {"paper_3_1": _against_paper(summaries[sizes[-1]]), "paper_3_1_grid": _grid(summaries)}
+
+
+def _against_paper(summary: Mapping[str, Any]) -> str:
+    burst = summary["burst"]
+    place = burst["rounds"][0]
+    growth = burst["kinetic_energy_growth"]
+    low, high = REFERENCE["fastest_between"]
+    body = [
+        ("cells", f"{burst['cells'] / 1e3:.1f} thousand", f"{REFERENCE['cells'] / 1e3:.1f} thousand"),
+        ("cell size", f"{1e3 * burst['cell_size']:g} mm", f"{1e3 * REFERENCE['cell_size']:g} mm"),
+        ("products", burst["products"], "Landau"),
+        ("mean initial speed", *_both(burst["mean_initial_speed"], REFERENCE["mean_initial_speed"], "m/s")),
+        ("largest initial speed", f"{burst['max_initial_speed']:.0f} m/s", "-"),
+        ("diameter at 120 us", *_both(1e3 * burst["outer_diameter"], 1e3 * REFERENCE["diameter_at_end"], "mm")),
+        (
+            "fastest place from the nose",
+            f"{100 * place['fastest_station'] / place['length']:.0f} % of the length",
+            f"{100 * low:.0f} to {100 * high:.0f} %",
+        ),
+        (
+            "casing's kinetic energy, growth in the last 10 us",
+            f"{100 * growth:.1f} %",
+            "acceleration ends at 120 us",
+        ),
+        ("lost cells", f"{burst['lost_cells']}", "-"),
+        ("largest error of the energy ledger", f"{100 * burst['energy_error']:.2f} % of the work", "-"),
+        ("steps", f"{burst['steps']}", "12000 (fixed at 1e-8 s)"),
+        (
+            "wall time of the burst",
+            f"{burst['wall_seconds']:.0f} s on {burst['threads'] * burst['ranks']} cores",
+            f"{REFERENCE['wall_seconds']:.0f} s (AUTODYN 3 to 5 h)",
+        ),
+        ("peak memory", f"{burst['peak_memory_bytes'] / 1e9:.2f} GB", "-"),
+    ]
+    return markdown_table(("case 3.1", "fragfield", "the paper"), body)
+
+
+def _both(ours: float, reference: float, unit: str) -> tuple[str, str]:
+    return f"{ours:.0f} {unit} ({100 * (ours / reference - 1):+.1f} %)", f"{reference:.0f} {unit}"
+
+
+def _grid(summaries: Mapping[str, Mapping[str, Any]]) -> str:
+    bursts = [summary["burst"] for summary in summaries.values()]
+    sizes = [burst["cell_size"] for burst in bursts]
+    body = [
+        (
+            f"{1e3 * burst['cell_size']:g} mm",
+            f"{burst['cells']}",
+            f"{burst['steps']}",
+            f"{burst['mean_initial_speed']:.1f}",
+            f"{burst['max_initial_speed']:.0f}",
+            f"{1e3 * burst['outer_diameter']:.1f}",
+            f"{100 * burst['energy_error']:.2f}",
+            f"{burst['lost_cells']}",
+            f"{burst['wall_seconds']:.0f}",
+        )
+        for burst in bursts
+    ]
+    body.append(
+        (
+            "observed order",
+            "",
+            "",
+            _order(sizes, [burst["mean_initial_speed"] for burst in bursts], 1.0, "m/s"),
+            "",
+            _order(sizes, [burst["outer_diameter"] for burst in bursts], 1e3, "mm"),
+            "",
+            "",
+            "",
+        )
+    )
+    head = (
+        "cell size",
+        "cells",
+        "steps",
+        "mean speed (m/s)",
+        "largest speed (m/s)",
+        "diameter (mm)",
+        "energy error (%)",
+        "lost cells",
+        "wall time (s)",
+    )
+    return markdown_table(head, body)
+
+
+def _order(sizes: Sequence[float], values: Sequence[float], factor: float, unit: str) -> str:
+    if len(sizes) < 3:
+        return "-"
+    found = convergence(sizes, values)
+    if not found.monotone or found.limit is None:
+        return "not monotone"
+    return f"{found.order:.2f}, limit {factor * found.limit:.0f} {unit}"
