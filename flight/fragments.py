@@ -68,13 +68,15 @@ class Fragments:
     ) -> Fragments:
         """Fragments from anything NumPy can read; scalars and one (3,) vector stand for all fragments.
 
-        The number of fragments is that of `mass` or of the rows of `velocity`, whichever is larger.
+        The number of fragments is the length of the first array, in the order mass, velocity, position, ..., that is not
+        single.
         """
         given = {"mass": mass, "velocity": velocity, "position": position, "shape_factor": shape_factor}
         given |= {"round": round, "segment": segment}
         arrays = {name: _as_array(name, value) for name, value in given.items()}
-        mass_array, velocity_array = arrays["mass"], arrays["velocity"]
-        number = max(mass_array.size, len(velocity_array) if velocity_array.ndim == 2 else 1)
+        full = {name: 2 if name in ("position", "velocity") else 1 for name in arrays}
+        lengths = [len(array) for name, array in arrays.items() if array.ndim == full[name] and len(array) != 1]
+        number = lengths[0] if lengths else 1
         for name, array in arrays.items():
             shape = (number, 3) if name in ("position", "velocity") else (number,)
             try:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.integrator import FixedStep
+from flight.integrator import Adaptive, FixedStep
 from flight.result import HITS, LANDING, Trajectories
 from flight.targets import pack
 
@@ -133,7 +133,9 @@ class Job:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
         few = _arrays(self.fragments.select(chosen))
-        limits = self.limits._replace(path_points=POINTS_PER_STEP)
+        # adaptive whatever the flight's step: points of a fixed small step would fill the memory
+        tolerance = min(self.limits.tolerance, Adaptive().tolerance)
+        limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
         pieces = []
         for start in range(0, chosen.size, CHUNK):
             end = min(start + CHUNK, chosen.size)
@@ -181,9 +183,11 @@ class Job:
         rows["status"] = buffers["status"][:number]
         for name in ("round", "segment", "mass"):
             rows[name] = getattr(fragments, name)[here]
-        rows["initial_speed"] = np.linalg.norm(fragments.velocity[here], axis=1)
+        with np.errstate(over="ignore"):
+            rows["initial_speed"] = np.linalg.norm(fragments.velocity[here], axis=1)
         rows["time"], rows["position"], rows["velocity"] = outcome[:, 0], outcome[:, 1:4], outcome[:, 4:7]
-        speed = np.linalg.norm(outcome[:, 4:7], axis=1)
+        with np.errstate(over="ignore"):  # a flight that gave no number
+            speed = np.linalg.norm(outcome[:, 4:7], axis=1)
         rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
         place = outcome[:, 1:3] - self.origin
         rows["distance"], rows["azimuth"] = np.hypot(place[:, 0], place[:, 1]), _azimuth(place)

@@ -133,8 +133,14 @@ class FlightResult:
             names = [surface.name for surface in self.witnesses]
             if witness not in names:
                 raise InputError(f"no witness {witness!r}{nearest(witness, names)}")
+            if names.count(witness) > 1:
+                raise InputError(f"{names.count(witness)} witnesses are called {witness!r}; ask by index")
             witness = names.index(witness)
         return self.hits[self.hits["witness"] == witness]
+
+    def to_pandas(self) -> tuple[Any, Any]:
+        """`landing` and `hits` as pandas frames (vectors become three columns); pandas must be installed."""
+        return to_pandas(self.landing), to_pandas(self.hits)
 
     def write(self, folder: str | Path, provenance: Mapping[str, str] | None = None, *, csv: bool = True) -> list[Path]:
         """Write landing.h5, hits.h5, their CSV copies and trajectories.xdmf into a folder; return the paths."""

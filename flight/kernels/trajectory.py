@@ -50,10 +50,10 @@ PATH_COLUMNS = 8
 SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
 
 
-def _compile(source_stamp: str) -> Callable[..., tuple[int, int]]:
+def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
     """Compile the loop; the stamp enters the key of numba's cache, which by itself looks at one source file only."""
 
-    @njit(nogil=True, cache=True, error_model="numpy")
+    @njit(nogil=True, cache=cache, error_model="numpy")
     def fly_chunk(
         start: int,
         stop: int,
@@ -231,4 +231,8 @@ def _compile(source_stamp: str) -> Callable[..., tuple[int, int]]:
 
 
 _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-fly_chunk = _compile(hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest())
+_STAMP = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
+try:
+    fly_chunk = _compile(_STAMP, cache=True)
+except RuntimeError:  # numba finds no folder that it may write to
+    fly_chunk = _compile(_STAMP, cache=False)

@@ -182,6 +182,28 @@ def test_hit_records() -> None:
     assert hit["speed"] < hit["initial_speed"]
 
 
+def test_outline_with_a_notch() -> None:
+    """Shots on a grid through an L: an upright one and a tilted one, each counted inside its corners only."""
+    outline = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]])
+    y, z = (a.ravel() for a in np.meshgrid(np.arange(-0.45, 5.0, 0.1), np.arange(-0.45, 4.0, 0.1)))
+    inside = (y > 0.0) & (z > 0.0) & (((y < 4.0) & (z < 1.0)) | ((y < 1.0) & (z < 3.0)))
+    shots = Fragments.from_arrays(0.1, np.stack([0.0 * y, y, z], axis=1), (300.0, 0.0, 0.0))
+    for slope in (0.0, 0.7):
+        corners = np.column_stack([5.0 + slope * outline[:, 1], outline])
+        for order in (corners, corners[::-1]):
+            result = fly(
+                shots, air="vacuum", gravity=0.0, ground=None, time_limit=0.1, witnesses=[Polygon(order, name="L")]
+            )
+            assert np.array_equal(result.hits["fragment"], np.flatnonzero(inside))
+
+
+def test_two_of_one_name_are_asked_by_index() -> None:
+    result = fly(cloud(3), witnesses=[Cylinder(1.0), Cylinder(2.0)])
+    assert len(result.hits_on(1)) <= 3
+    with pytest.raises(InputError, match="2 witnesses are called 'cylinder'; ask by index"):
+        result.hits_on("cylinder")
+
+
 def test_many_hits_are_all_kept() -> None:
     """Far more crossings than a first buffer holds."""
     fragments = vacuum_cloud(3000, seed=6)

@@ -114,5 +114,6 @@ def test_pandas_where_present(written) -> None:
     pytest.importorskip("pandas")
     result, _ = written
     frame = to_pandas(result.landing)
+    assert [len(table) for table in result.to_pandas()] == [len(result.landing), len(result.hits)]
     assert len(frame) == len(result.landing)
     assert "position_x" in frame

@@ -34,6 +34,9 @@ def test_single_values_stand_for_all() -> None:
     assert fragments.mass.shape == (4,)
     assert (fragments.shape_factor == 2600.0).all()
     assert fragments.round.dtype == np.int32
+    assert len(Fragments.from_arrays(0.01, np.zeros((3, 3)), (1, 2, 3), round=[1, 2, 3])) == 3
+    assert len(Fragments.from_arrays(0.01, (0, 0, 1), (1, 2, 3))) == 1
+    assert len(Fragments.from_arrays([], (0, 0, 1), (1, 2, 3))) == 0
 
 
 def test_sums(some: Fragments) -> None:

@@ -199,6 +199,15 @@ def test_every_fragment_ends_with_a_status_and_mass_balances() -> None:
     assert (landing["position"][landing["status"] == Status.LANDED][:, 2] == 0.0).all()
 
 
+def test_paths_of_a_fixed_step_are_thin() -> None:
+    result = fly(cloud(3, seed=5), integrator=FixedStep(1e-3), sample=[0, 2])
+    paths = result.trajectories
+    assert len(paths) == 2
+    assert len(paths.time) < 2000
+    last = paths.start[1:] - 1
+    assert paths.position[last] == pytest.approx(result.landing["position"][[0, 2]], rel=1e-5, abs=1e-6)
+
+
 def test_start_at_the_edges() -> None:
     at_ground = Fragments.from_arrays([0.1, 0.1, 0.1], np.zeros(3), [[9, 0, 9], [9, 0, 0], [0, 0, -9]])
     landing = fly(at_ground).landing
