@@ -190,7 +190,7 @@ write_constraints() {
     "$python" - constraints/environment.txt <<'END'
 import importlib.metadata, sys
 print(open(sys.argv[1]).read())
-for name in ("numpy", "scipy", "cffi", "mpi4py", "petsc4py", "h5py"):
+for name in ("numpy", "scipy", "cffi", "mpi4py", "petsc4py"):
     try:
         print(f"{name}=={importlib.metadata.version(name)}")
     except importlib.metadata.PackageNotFoundError:
@@ -212,13 +212,13 @@ create_venv() {
     say "virtual environment .venv on $python ($python_version)"
     "$python" -m venv --clear --system-site-packages "$venv" || refuse "cannot create $venv." \
         "Is the folder writable? On Debian and Ubuntu: apt-get install python3-venv"
-    # A venv sees the packages of the base interpreter only; those of a virtual environment are joined by hand.
+    # A venv sees the packages of the base interpreter only; those of a virtual environment are joined by hand: as plain
+    # paths, which pip keeps out of its isolated builds.
     "$python" - "$venv" <<'END'
 import pathlib, site, sys
 if sys.prefix != sys.base_prefix:
     folder = pathlib.Path(sys.argv[1], "lib", f"python{sys.version_info[0]}.{sys.version_info[1]}", "site-packages")
-    lines = [f"import site; site.addsitedir({path!r})\n" for path in site.getsitepackages()]
-    (folder / "environment_below.pth").write_text("".join(lines))
+    (folder / "environment_below.pth").write_text("\n".join(site.getsitepackages()) + "\n")
 END
 }
 
@@ -242,9 +242,12 @@ install_h5py() {
     say "h5py is missing beside this dolfinx: building it against the same HDF5"
     HDF5_DIR=${HDF5_DIR:-${CONDA_PREFIX:-}}
     if [ -z "$HDF5_DIR" ]; then unset HDF5_DIR; else export HDF5_DIR; fi
-    CC=mpicc HDF5_MPI=ON pip_install --no-deps --no-binary h5py h5py || refuse "h5py could not be built against dolfinx's HDF5." \
+    # Serial, as Debian's; mpicc since a parallel HDF5 needs MPI's headers. The build brings its own pins.
+    CC=mpicc "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check --no-deps \
+        --no-binary h5py "$(grep '^h5py==' constraints/environment.txt)" || refuse \
+        "h5py could not be built against dolfinx's HDF5; pip's reason stands above." \
         "In conda: conda install -c conda-forge h5py" \
-        "Elsewhere: set HDF5_DIR to the folder that holds HDF5's include and lib, then call again."
+        "Elsewhere: HDF5_DIR must name the folder with HDF5's include and lib, and mpicc must be there. Then call again."
 }
 
 check_imports() {
