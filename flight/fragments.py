@@ -66,10 +66,10 @@ class Fragments:
         round: ArrayLike = 0,  # noqa: A002 - the field's own word
         segment: ArrayLike = 0,
     ) -> Fragments:
-        """Fragments from anything NumPy can read; scalars and one (3,) vector stand for all fragments.
+        """Fragments from anything NumPy can read; scalars and one (3,) vector stand for all of them.
 
-        The number of fragments is the length of the first array, in the order mass, velocity, position, ..., that is not
-        single.
+        The number of fragments is the length of the first array that is not single, in the order mass, velocity,
+        position and the rest.
         """
         given = {"mass": mass, "velocity": velocity, "position": position, "shape_factor": shape_factor}
         given |= {"round": round, "segment": segment}

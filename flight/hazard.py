@@ -8,8 +8,8 @@ ground
 normal
     hazardous fragments per area of a plane normal to their path, which is what a person meets (trajectory-normal
     method). Each fragment counts with the length of its path inside the cell, up to a person's height above the
-    ground, over the cell's volume; the end of the path is taken straight, at the angle and with the energy of the
-    landing. As the height goes to zero this is the sum of 1 / (area sin(angle)).
+    ground, over the cell's volume; the end of the path is taken straight and radial, at the angle and with the
+    energy of the landing. As the height goes to zero this is the sum of 1 / (area sin(angle)).
 
 The hazardous fragment distance of a sector is the farthest distance at which the density falls through the acceptable
 one, linear between the cells' centres (zero beyond the last). One fragment in a narrow near cell already exceeds the
