@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.flight_table import CylinderTable
+from fragfield.cost import expected_cost
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from burst_fenicsx.meshing import HexahedralMesh, MeshQuality
+    from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Round
     from fragfield.case import Case
 
 __all__ = ["check_report", "gurney_constant", "gurney_speed"]
 
-# Measured with the solver on the tube (6 mm cells, to 120 us) and the M107 (8 mm, until acceleration was complete).
-# A step is this share of the first stable one (cells flatten in the front), divided by the casing's expansion (walls
-# thin); acceleration is complete at about this expansion; memory is that of one process.
-_STEP_IN_FRONT = 0.45
-_EXPANSION_AT_END = 4.5
-_BYTES_PER_CELL = 1_300.0
-_BYTES_AT_START = 255e6
 _LEAST_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
 _VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initial one
@@ -55,7 +48,7 @@ def check_report(case: Case) -> dict[str, Any]:
     meshes = [mesh_round(entry, settings.cell_size, index) for index, entry in enumerate(rounds)]
     mesh_quality = quality(merge(meshes))
     described = [_round(entry, settings, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
-    expected = _expected(settings, rounds, described, mesh_quality)
+    expected = expected_cost(settings, rounds, described, meshes)
     return {
         "case": plain(case),
         "rounds": described,
@@ -160,58 +153,6 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
         "energy_density": products.energy,
         "effective_gurney_constant": {str(v): products.gurney_velocity(v) for v in (2.0, 3.0, 7.0)},
     }
-
-
-def _expected(
-    settings: BurstSettings, rounds: Sequence[Round], described: Sequence[dict[str, Any]], mesh: MeshQuality
-) -> dict[str, Any]:
-    """Steps, time step and memory, estimated."""
-    speed = max(max(_sound_speed(entry), entry.explosive.detonation_velocity) for entry in rounds)
-    stable = mesh.min_edge / speed
-    shells = [_Shell.of(entry, found) for entry, found in zip(rounds, described, strict=True)]
-    end = settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
-    step = settings.time_step.fixed or settings.time_step.cfl * stable * _STEP_IN_FRONT * min(
-        end / shell.stretched(end) for shell in shells
-    )
-    return {
-        "stable_time_step": stable,
-        "mean_time_step": step,
-        "end_time": end,
-        "steps": math.ceil(end / step),
-        "cell_steps": math.ceil(end / step) * mesh.cells,
-        "memory_bytes": _BYTES_AT_START + _BYTES_PER_CELL * mesh.cells,
-    }
-
-
-def _sound_speed(entry: Round) -> float:
-    """Speed (m/s) of longitudinal waves in the casing."""
-    nu = entry.casing.poisson_ratio
-    modulus = entry.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    return math.sqrt(modulus / entry.casing.density)
-
-
-@dataclass(frozen=True)
-class _Shell:
-    """A casing that rests until the front has passed half of its charge (s), then grows at Gurney's speed: 1/s."""
-
-    start: float
-    growth: float
-
-    @classmethod
-    def of(cls, entry: Round, found: dict[str, Any]) -> _Shell:
-        delay = max((point.delay for point in entry.ignition), default=0.0)
-        passage = found["charge_length"] / entry.explosive.detonation_velocity
-        return cls(delay + 0.5 * passage, 2.0 * found["gurney_speed"] / found["outer_diameter"])
-
-    @property
-    def complete(self) -> float:
-        """Time (s) at which acceleration may be complete."""
-        return self.start + (_EXPANSION_AT_END - 1.0) / self.growth
-
-    def stretched(self, end: float) -> float:
-        """Integral of the expansion, 1 before the start, over the time to `end` (s)."""
-        moving = max(end - self.start, 0.0)
-        return end + 0.5 * self.growth * moving**2
 
 
 def _warnings(

@@ -82,6 +82,7 @@ STAGES: dict[str, Stage] = {
         Stage("report", "", "report.html", ("report.html",), (), ("title",)),
     )
 }
+_MOST_DIFFERENCES = 10
 _OWN_FILES = ("case.toml", "summary.json", "run.log")
 
 
@@ -241,7 +242,10 @@ class RunDirectory:
 
 
 def _differ(path: Path, changed: Sequence[str], hint: str) -> str:
-    return "\n  ".join([f"{path}: holds the run of another case; {hint}. The cases differ in", *changed])
+    shown = list(changed[:_MOST_DIFFERENCES])
+    if len(changed) > len(shown):
+        shown.append(f"and {len(changed) - len(shown)} more keys")
+    return "\n  ".join([f"{path}: holds the run of another case; {hint}. The cases differ in", *shown])
 
 
 def _replace(path: Path, text: str) -> None:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 __all__ = ["differences"]
 
+_WORDS_ONLY = ("title", "notes", "source")  # change nothing that is computed
+
 
 def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
@@ -27,7 +29,7 @@ def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def differences(stored: Case, now: Case, within: Sequence[str] | None = None) -> list[str]:
-    """One line per key in which two resolved cases differ; the title does not count.
+    """One line per key in which two resolved cases differ; titles, notes and sources do not count.
 
     Parameters
     ----------
@@ -44,7 +46,9 @@ def differences(stored: Case, now: Case, within: Sequence[str] | None = None) ->
     before, after = (dict(_flat(plain(case, units=True))) for case in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
-        if key == "title" or not (within is None or any(_lies_in(key, table) for table in within)):
+        if key.rpartition(".")[2] in _WORDS_ONLY or not (
+            within is None or any(_lies_in(key, table) for table in within)
+        ):
             continue
         if before.get(key) != after.get(key):
             lines.append(f"{key}: stored {_shown(before, key)}, now {_shown(after, key)}")
