@@ -1,7 +1,11 @@
-"""The block length and the one set of compiler options that all kernels share."""
+"""The block length, and the one set of compiler options and the one cache that all kernels share."""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
@@ -20,9 +24,44 @@ _FAST_MATH = {"contract", "nsz"}
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` for one thread."""
-    return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True)(function)
+    return _compile(function, parallel=False)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` with its `prange` loops shared by threads."""
-    return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, parallel=True)(function)
+    return _compile(function, parallel=True)
+
+
+def _compile(function: Callable[..., Any], *, parallel: bool) -> Any:
+    """Compile with a cache folder of its own for this state of all kernels' sources.
+
+    Numba's cache looks at the source file of a kernel alone, and would keep code that calls kernels since changed
+    elsewhere. Where the cache lies is settled while the decorator runs.
+    """
+    usual = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(Path(usual or _user_cache()) / f"burst-{_SOURCES}")
+    try:
+        return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, parallel=parallel)(function)
+    finally:
+        numba.config.CACHE_DIR = usual
+
+
+def _user_cache() -> Path:
+    """The user's cache folder, or a temporary one where it cannot be written."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fragfield"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(tempfile.gettempdir()) / f"fragfield-{os.getuid()}"
+    return folder if os.access(folder, os.W_OK) else Path(tempfile.gettempdir()) / f"fragfield-{os.getuid()}"
+
+
+def _digest_of_sources() -> str:
+    package = Path(__file__).resolve().parent.parent
+    files = sorted(
+        [*(package / "kernels").glob("*.py"), *(package / "materials").glob("*.py"), package / "detonation.py"]
+    )
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
+
+
+_SOURCES = _digest_of_sources()
