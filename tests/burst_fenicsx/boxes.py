@@ -1,0 +1,191 @@
+"""Small meshes and a one-call burst on them, for tests of the solver: boxes, distorted boxes, sectors of a ring."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.detonation import LeakageParts
+from burst_fenicsx.fields import make_fields
+from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.meshing import HexahedralMesh
+from burst_fenicsx.meshing.distributed import distribute
+from burst_fenicsx.problem import (
+    BurstSettings,
+    CasingMaterial,
+    Explosive,
+    Hourglass,
+    JonesWilkinsLee,
+    Leakage,
+    Part,
+    Round,
+    TimeStep,
+    Viscosity,
+)
+from burst_fenicsx.solver import BurstSolver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+TNT = Explosive(
+    name="tnt",
+    density=1630.0,
+    detonation_velocity=6940.0,
+    heat_of_detonation=4.52e6,
+    sound_speed=2570.0,
+    jwl=JonesWilkinsLee(A=371.2e9, B=3.231e9, R1=4.15, R2=0.95, omega=0.30, E0=7.0e9),
+)
+COMP_B = Explosive(
+    name="comp_b",
+    density=1710.0,
+    detonation_velocity=7990.0,
+    heat_of_detonation=5.02e6,
+    sound_speed=2710.0,
+    jwl=JonesWilkinsLee(A=524.23e9, B=7.678e9, R1=4.2, R2=1.10, omega=0.34, E0=8.5e9),
+)
+ELASTIC = CasingMaterial(
+    name="elastic",
+    density=7850.0,
+    elastic_modulus=200e9,
+    poisson_ratio=0.3,
+    shear_strength=1e15,
+    tensile_strength=4e15,
+    shear_softening_strain=None,
+    tensile_softening_strain=None,
+)
+STEEL = CasingMaterial(
+    name="steel",
+    density=7850.0,
+    elastic_modulus=210e9,
+    poisson_ratio=0.3,
+    shear_strength=800e6,
+    tensile_strength=800e6,
+)
+BARE = BurstSettings(
+    cell_size=1e-2,
+    viscosity=Viscosity(linear=0.0, quadratic=0.0),
+    hourglass=Hourglass(charge_viscous=0.0, casing_viscous=0.0, casing_stiffness=0.0),
+    leakage=Leakage(enabled=False),
+)
+"""No artificial viscosity, no hourglass control, no leakage: the pure scheme."""
+
+
+def with_fixed_step(settings: BurstSettings, step: float, **changes: Any) -> BurstSettings:
+    """The settings with a fixed time step (s) and other changes."""
+    return replace(settings, time_step=TimeStep(fixed=step), **changes)
+
+
+def grid(
+    counts: Sequence[int], mapping: Callable[[np.ndarray], np.ndarray], part: Part = Part.CASING
+) -> HexahedralMesh:
+    """Hexahedra of the unit cube, counts[0] x counts[1] x counts[2], carried by `mapping` of points (n, 3)."""
+    axes = [np.linspace(0.0, 1.0, count + 1) for count in counts]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(len(points)).reshape([count + 1 for count in counts])
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    windows = [tuple(slice(s, s + n) for s, n in zip(corner, counts, strict=True)) for corner in corners]
+    cells = np.stack([number[window].ravel() for window in windows], axis=1).astype(np.int64)
+    nodes = mapping(points)
+    height = nodes[:, 2].max()
+    station = height - nodes[cells].mean(axis=1)[:, 2]
+    return HexahedralMesh(
+        nodes=nodes,
+        cells=cells,
+        part=np.full(len(cells), part, dtype=np.int32),
+        round=np.zeros(len(cells), dtype=np.int32),
+        segment=np.full(len(cells), 0 if part == Part.CASING else -1, dtype=np.int32),
+        station=station,
+        lengths=(float(height),),
+    )
+
+
+def box(counts: Sequence[int], size: Sequence[float], part: Part = Part.CASING) -> HexahedralMesh:
+    """Regular box of edges `size` (m)."""
+    return grid(counts, lambda points: points * np.asarray(size), part)
+
+
+def distorted_box(count: int, size: float, part: Part = Part.CASING, share: float = 0.25) -> HexahedralMesh:
+    """Cube of count^3 cells of edge `size` (m) each, its inner nodes moved at random by up to `share` of an edge."""
+    mesh = box((count, count, count), (count * size,) * 3, part)
+    move = np.random.default_rng(7).uniform(-share, share, mesh.nodes.shape) * size
+    move[boundary_nodes(mesh)] = 0.0
+    # The boundary is sheared and tapered as well, so that no cell is a brick.
+    nodes = mesh.nodes + move
+    x, y, z = nodes.T / (count * size)
+    bent = np.stack([x + 0.2 * y * z, y + 0.15 * z + 0.1 * x * z, z + 0.1 * x + 0.1 * x * y], axis=1) * count * size
+    return replace(mesh, nodes=bent)
+
+
+def boundary_nodes(mesh: HexahedralMesh) -> np.ndarray:
+    """Mask of the nodes on a regular box's surface."""
+    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    near = 1e-9 * (high - low)
+    return ((mesh.nodes < low + near) | (mesh.nodes > high - near)).any(axis=1)
+
+
+def ring_sector(
+    inner: float, outer: float, angle: float, height: float, counts: Sequence[int], part: Part = Part.CASING
+) -> HexahedralMesh:
+    """Sector of a ring about z from azimuth 0 to `angle` (rad); radii and height in m, counts (radial, azimuth, z)."""
+
+    def carry(points: np.ndarray) -> np.ndarray:
+        radius = inner + (outer - inner) * points[:, 0]
+        azimuth = angle * points[:, 1]
+        return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height * points[:, 2]], axis=1)
+
+    return grid(counts, carry, part)
+
+
+def burst(
+    mesh: HexahedralMesh,
+    settings: BurstSettings = BARE,
+    *,
+    casing: CasingMaterial = ELASTIC,
+    explosive: Explosive = TNT,
+    ignition: tuple = (),
+    least_work: float = 1.0,
+    comm: MPI.Comm = MPI.COMM_SELF,
+    **options: Any,
+) -> BurstSolver:
+    """Solver on one mesh of one round; `options` go to `BurstSolver`. Nodes and cells keep dolfinx's order."""
+    distributed = distribute(comm, mesh if comm.rank == 0 else None)
+    item = Round(name="box", explosive=explosive, casing=casing, ignition=ignition)
+    nothing = np.zeros(0)
+    leakage = LeakageParts.of_charges(
+        settings.leakage, comm, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
+    )
+    fields = make_fields(
+        distributed,
+        [item],
+        settings,
+        fuze_density=[3000.0],
+        axial_part=np.zeros(distributed.cells, dtype=np.int32),
+        leakage=leakage.factor,
+        lengths=mesh.lengths,
+    )
+    chemical = 0.0
+    if (mesh.part == Part.CHARGE).any():
+        chemical = float(fields.cell_mass.sum()) / explosive.density * fields.products[0].energy
+    ledger = Ledger(settings.energy_tolerance, least_work, chemical, comm)
+    return BurstSolver(fields, settings, leakage, ledger, **options)
+
+
+def run_until(solver: BurstSolver, time: float) -> None:
+    """Step to the time (s)."""
+    while solver.time < time * (1.0 - 1e-12):
+        solver.step(time)
+
+
+def matrices(six: np.ndarray) -> np.ndarray:
+    """Symmetric 3x3 matrices of rows xx, yy, zz, xy, yz, zx."""
+    return six[..., [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(*six.shape[:-1], 3, 3)
+
+
+def rotation_matrix(axis: Sequence[float], angle: float) -> np.ndarray:
+    """Rotation by `angle` (rad) about `axis`."""
+    unit = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -unit[2], unit[1]], [unit[2], 0.0, -unit[0]], [-unit[1], unit[0], 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross

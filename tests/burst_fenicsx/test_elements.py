@@ -1,0 +1,221 @@
+"""The hexahedron's kernels: patch test, rigid rotation, internal force against UFL; both quadratures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+import basix
+import dolfinx.fem
+import ufl
+
+from burst_fenicsx import compat
+from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.problem import Hourglass, Part
+from tests.burst_fenicsx.boxes import (
+    BARE,
+    ELASTIC,
+    boundary_nodes,
+    box,
+    burst,
+    distorted_box,
+    matrices,
+    rotation_matrix,
+)
+
+pytestmark = pytest.mark.dolfinx
+
+QUADRATURES = ("one_point", "full")
+CONTROLLED = replace(BARE, hourglass=Hourglass(casing_viscous=0.05, casing_stiffness=0.05, charge_viscous=0.1))
+"""With hourglass control, to show that it leaves uniform strain and rotation alone."""
+
+
+def moved(solver, place, step):
+    """Prescribe the nodes' next places (function of the initial ones) and advance the cells by one step (s)."""
+    nodes = solver.fields.nodes
+    after = place(solver.fields.start)
+    nodes.velocity[:] = (after - nodes.position) / step
+    nodes.position[:] = after
+    solver.time += step
+    solver.add_forces(step)
+    solver.ledger.add(solver._totals.energy)
+
+
+def isotropic_stress(strain, material=ELASTIC):
+    """Hooke's law on (3, 3) strains (Pa)."""
+    shear = 0.5 * material.elastic_modulus / (1.0 + material.poisson_ratio)
+    lame = 2.0 * shear * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio)
+    return lame * np.trace(strain) * np.eye(3) + 2.0 * shear * strain
+
+
+def hourglass_forces(solver):
+    """Stored hourglass forces, (cells, 4 modes, 3)."""
+    slots, held = solver.fields.blocks.slots
+    lanes = solver.fields.solid.hourglass.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 4, 3)
+    result = np.empty((solver.fields.mesh.cells, 4, 3))
+    result[held] = lanes[slots]
+    return result
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_patch_of_distorted_cells_takes_a_linear_field_exactly(quadrature):
+    """A uniform velocity gradient gives the same exact stress in every cell and no force on inner nodes."""
+    mesh = distorted_box(4, 5e-3)
+    solver = burst(mesh, replace(CONTROLLED, quadrature=quadrature))
+    deformation = np.eye(3) + np.array([[3e-2, -2e-2, 1e-2], [4e-2, -1e-2, 2e-2], [-3e-2, 5e-2, 2e-2]])
+    moved(solver, lambda start: start @ deformation.T, step=1e-7)
+    # The gradient of the displacement on the mid-step configuration.
+    increment = 2.0 * (deformation - np.eye(3)) @ np.linalg.inv(deformation + np.eye(3))
+    exact = isotropic_stress(0.5 * (increment + increment.T))
+    stress = matrices(solver.fields.solid.stress[: solver.fields.mesh.cells])
+    assert np.abs(stress - exact).max() < 1e-12 * np.abs(exact).max()
+    inner = ~boundary_nodes(box((4, 4, 4), (0.02,) * 3))[solver.fields.mesh.node]
+    force = solver.resultant
+    assert np.abs(force[inner]).max() < 1e-12 * np.abs(force).max()
+    assert np.abs(hourglass_forces(solver)).max() < 1e-12 * np.abs(force).max()
+    assert solver.ledger.sums[2] == pytest.approx(0.0, abs=1e-12 * np.abs(force).max() * 5e-3)
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_strain_superposed_on_large_rotation_gives_the_rotated_stress(quadrature):
+    """Stretched slowly while turned by 90 degrees, every cell bears R (C : ln U) R^T, to second order in the step.
+
+    The stretch along the turning axis commutes with the rotation, so the logarithmic strain is exact in the limit.
+    """
+    axis, angle, stretch = np.array([1.0, 2.0, 2.0]) / 3.0, 0.5 * np.pi, 0.1
+    errors = []
+    for steps in (20, 40):
+        solver = burst(distorted_box(3, 5e-3), replace(CONTROLLED, quadrature=quadrature))
+        for k in range(1, steps + 1):
+            turn = rotation_matrix(axis, angle * k / steps)
+            along = np.eye(3) + (np.exp(stretch * k / steps) - 1.0) * np.outer(axis, axis)
+            moved(solver, lambda start, f=turn @ along: start @ f.T, step=1e-7)
+        exact = isotropic_stress(stretch * np.outer(axis, axis))
+        stress = matrices(solver.fields.solid.stress[: solver.fields.mesh.cells])
+        errors.append(np.abs(stress - exact).max() / np.abs(exact).max())
+    rate = np.log2(errors[0] / errors[1])
+    assert errors[1] < 1e-3, f"errors {errors}, rate {rate:.2f}"
+    assert rate > 1.8, f"errors {errors}, rate {rate:.2f}"
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_rigid_rotation_by_90_degrees_turns_the_stress_to_1e_10(quadrature):
+    """In 1,000 steps about a skew axis; stored hourglass forces turn with the cells and do no work."""
+    solver = burst(distorted_box(3, 5e-3), replace(CONTROLLED, quadrature=quadrature))
+    state = solver.fields.solid
+    random = np.random.default_rng(3)
+    state.stress[:] = random.normal(size=state.stress.shape) * 1e9
+    if quadrature == "one_point":
+        state.hourglass[:] = random.normal(size=state.hourglass.shape) * 1e3
+    before = matrices(state.stress[: solver.fields.mesh.cells].copy())
+    stored = hourglass_forces(solver).copy()
+    axis, steps = (1.0, -2.0, 0.5), 1000
+    for k in range(1, steps + 1):
+        turn = rotation_matrix(axis, 0.5 * np.pi * k / steps)
+        moved(solver, lambda start, f=turn: start @ f.T + 0.01, step=1e-7)
+    after = matrices(state.stress[: solver.fields.mesh.cells])
+    exact = turn @ before @ turn.T
+    assert np.abs(after - exact).max() < 1e-10 * np.abs(exact).max()
+    np.testing.assert_allclose(hourglass_forces(solver), stored @ turn.T, atol=1e-10 * max(np.abs(stored).max(), 1.0))
+    forces = solver.resultant
+    assert np.abs(forces.sum(axis=0)).max() < 1e-12 * np.abs(forces).sum()
+
+
+def test_hourglass_control_opposes_every_hourglass_mode_and_keeps_momentum():
+    """A pure hourglass velocity meets a force against it, of the stated size on a cube; the sum of forces is zero."""
+    edge, step = 4e-3, 1e-8
+    solver = burst(box((1, 1, 1), (edge,) * 3), CONTROLLED)
+    nodes = solver.fields.nodes
+    corner = np.sign(solver.fields.start - 0.5 * edge)
+    density = ELASTIC.density
+    shear = 0.5 * ELASTIC.elastic_modulus / 1.3
+    speed = np.sqrt(2.0 * shear * (1.0 - 0.3) / (1.0 - 0.6) / density)
+    damping = 0.25 * 0.05 * density * speed * edge**2
+    spring = 0.05 / 36.0 * density * speed**2 * edge * step
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        mode = corner[:, a] * corner[:, b]
+        solver.fields.solid.hourglass[:] = 0.0
+        nodes.velocity[:] = 0.0
+        nodes.velocity[:, 0] = mode
+        solver.add_forces(step)
+        force = solver.resultant
+        np.testing.assert_allclose(force[:, 0], -8.0 * (damping + spring) * mode, rtol=1e-9)
+        assert np.abs(force[:, 1:]).max() < 1e-9 * np.abs(force).max()
+
+
+def one_form(domain, stress, degree):
+    """The vector of -int sigma : grad v dx, by UFL, as (nodes, 3)."""
+    space = compat.vector_space(domain)
+    test = ufl.TestFunction(space)
+    form = -ufl.inner(stress, ufl.grad(test)) * ufl.dx(metadata={"quadrature_degree": degree})
+    return dolfinx.fem.assemble_vector(dolfinx.fem.form(form))
+
+
+def as_tensor(s):
+    return ufl.as_matrix([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
+
+
+def assembled(vector):
+    return np.array(vector.array).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
+def test_force_of_one_point_equals_ufls_with_stress_constant_in_cells(part):
+    """-int sigma : grad v dx with a DG-0 stress and 2-point Gauss, which integrates the mean gradient exactly."""
+    solver = burst(distorted_box(4, 5e-3, part), BARE)
+    state = solver.fields
+    stress = state.functions["stress"]
+    random = np.random.default_rng(11)
+    stress.x.array[:] = random.normal(size=stress.x.array.shape) * 1e9
+    if part == Part.CHARGE:
+        # Burnt out: the products' pressure alone counts, whatever deviator is left over.
+        stress.x.array[:] = 0.0
+        state.charge.burn_fraction[:] = 1.0
+        state.nodes.position[:] *= 1.1
+    solver.add_forces(0.0)
+    if part == Part.CHARGE:
+        pressure = state.charge.pressure
+        stress.x.array.reshape(-1, 6)[:, :3] = -pressure[:, None]
+        assert pressure.min() > 1e9
+    exact = assembled(one_form(state.mesh.domain, as_tensor(stress), 3))
+    error = np.abs(solver.resultant - exact).max() / np.abs(exact).max()
+    assert error < 1e-12
+
+
+def test_force_of_full_quadrature_equals_ufls_b_bar():
+    """-int dev(sigma) : grad v + mean(sigma) div v dx with the stress at 2x2x2 points, mean(sigma) over the cell.
+
+    The stress function lies in dolfinx's own order of points, which this equality would not survive otherwise.
+    """
+    solver = burst(distorted_box(4, 5e-3), replace(BARE, quadrature="full"))
+    state = solver.fields
+    stress = state.functions["stress"]
+    random = np.random.default_rng(12)
+    stress.x.array[:] = random.normal(size=stress.x.array.shape) * 1e9
+    before = stress.x.array.copy()
+    solver.add_forces(0.0)
+    np.testing.assert_allclose(stress.x.array, before, rtol=1e-12)
+    domain = state.mesh.domain
+    tensor = as_tensor(stress)
+    # The cell's mean of the hydrostatic stress, weighted with the volume at the points.
+    metadata = {"quadrature_degree": 2, "quadrature_scheme": "default"}
+    flat = ufl.TestFunction(compat.cell_space(domain))
+    sums = dolfinx.fem.assemble_vector(dolfinx.fem.form(ufl.tr(tensor) / 3.0 * flat * ufl.dx(metadata=metadata))).array
+    volumes = dolfinx.fem.assemble_vector(dolfinx.fem.form(flat * ufl.dx(domain, metadata=metadata))).array
+    mean = dolfinx.fem.Function(compat.cell_space(domain))
+    mean.x.array[:] = sums / volumes
+    test = ufl.TestFunction(compat.vector_space(domain))
+    form = -(ufl.inner(ufl.dev(tensor), ufl.grad(test)) + mean * ufl.div(test)) * ufl.dx(metadata=metadata)
+    exact = assembled(dolfinx.fem.assemble_vector(dolfinx.fem.form(form)))
+    error = np.abs(solver.resultant - exact).max() / np.abs(exact).max()
+    assert error < 1e-12
+
+
+def test_points_lie_in_the_order_of_basix():
+    points, _ = basix.make_quadrature(basix.CellType.hexahedron, 3)
+    signs = np.array([[1 if k & 4 else -1, 1 if k & 2 else -1, 1 if k & 1 else -1] for k in range(8)])
+    np.testing.assert_allclose(2.0 * np.asarray(points) - 1.0, signs / np.sqrt(3.0), atol=1e-14)
