@@ -129,6 +129,8 @@ def run_stage(request: Request, name: str) -> dict[str, Any]:
         case, directory, source = request.case(burst=False), request.directory, request.source
         if request.fragments is None:
             _check_inputs(case, source, stage)
+        elif directory.complete(STAGES["break-up"]):
+            raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
         if name == "report":
             directory.make()
         else:
