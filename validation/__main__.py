@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from validation.paper_3_1 import check as paper_3_1
-from validation.readme import insert_tables
+from validation.readme import copy_figures, insert_tables
 from validation.rows import print_rows
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         rows += case.check(summaries[sizes[-1]])
         if options.readme:
             insert_tables(case.readme_tables(summaries))
+            copy_figures(_folder(name, sizes[-1]) / "figures", case.FIGURES, name)
     if options.json:
         print(json.dumps([row.as_dict() for row in rows], indent=1))
     else:
@@ -63,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(name: str, case: str, size: str) -> dict[str, Any]:
     """Run a case at a cell size, or go on where an earlier run of it stopped."""
-    out = RUNS / f"{name}_{size.replace(' ', '_')}"
+    out = _folder(name, size)
     command = [sys.executable, "-m", "fragfield", "run", str(ROOT / case), "--cell-size", size, "--out", str(out)]
     resumable = (out / "case.toml").exists()
     done = subprocess.run([*command, "--resume" if resumable else "--overwrite"], cwd=ROOT, check=False, stdout=2)
@@ -71,6 +72,10 @@ def _run(name: str, case: str, size: str) -> dict[str, Any]:
         print(f"validation: {name} at {size} ended with exit code {done.returncode}", file=sys.stderr)
         sys.exit(done.returncode)
     return _summary(out)
+
+
+def _folder(name: str, size: str) -> Path:
+    return RUNS / f"{name}_{size.replace(' ', '_')}"
 
 
 def _summary(folder: Path) -> dict[str, Any]:

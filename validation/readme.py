@@ -1,17 +1,19 @@
-"""Tables in the README, between marks, so that no figure there is typed by hand."""
+"""Tables and pictures in the README, so that no figure there is typed by hand."""
 
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-__all__ = ["README", "insert_tables"]
+__all__ = ["PICTURES", "README", "copy_figures", "insert_tables"]
 
 README = Path(__file__).resolve().parent.parent / "README.md"
+PICTURES = README.parent / "docs" / "pictures"
 
 
 def insert_tables(tables: Mapping[str, str], path: Path = README) -> None:
@@ -29,3 +31,10 @@ def insert_tables(tables: Mapping[str, str], path: Path = README) -> None:
         if not found:
             raise ValueError(f"{path.name} has no marks for the table {name}")
     path.write_text(text, encoding="utf-8")
+
+
+def copy_figures(figures: Path, names: Sequence[str], prefix: str, folder: Path = PICTURES) -> None:
+    """Copy a run's figures (PNG) to where the README finds them, as `<prefix>_<name>.png`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        shutil.copyfile(figures / f"{name}.png", folder / f"{prefix}_{name}.png")

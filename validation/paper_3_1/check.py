@@ -12,12 +12,14 @@ from validation.rows import Row, compare, markdown_table, within
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["QUICK_SIZE", "REFERENCE", "SIZES", "check", "readme_tables"]
+__all__ = ["FIGURES", "QUICK_SIZE", "REFERENCE", "SIZES", "check", "readme_tables"]
 
 NAME = "paper_3_1"
 REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
 SIZES = ("8 mm", "6 mm", "4 mm", "3 mm")
 QUICK_SIZE = "8 mm"
+FIGURES = ("picture_of_burst", "picture_of_fragments", "speed_along_round", "number_by_mass")
+"""Figures of the finest run that the README shows."""
 
 
 def check(summary: Mapping[str, Any]) -> list[Row]:
@@ -70,7 +72,17 @@ def readme_tables(summaries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     summaries : summary.json by cell size, from coarse to fine.
     """
     sizes = list(summaries)
-    return {"paper_3_1": _against_paper(summaries[sizes[-1]]), "paper_3_1_grid": _grid(summaries)}
+    finest = summaries[sizes[-1]]
+    return {
+        "paper_3_1": _against_paper(finest),
+        "paper_3_1_grid": _grid(summaries),
+        "paper_3_1_versions": f"Computed with {_versions(finest)}.",
+    }
+
+
+def _versions(summary: Mapping[str, Any]) -> str:
+    wanted = ("fragfield", "dolfinx", "numpy", "numba", "python")
+    return ", ".join(f"{name} {summary['versions'][name]}" for name in wanted if name in summary["versions"])
 
 
 def _against_paper(summary: Mapping[str, Any]) -> str:
