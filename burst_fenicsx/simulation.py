@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import resource
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation", "simulate"]
+
+_log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
@@ -134,6 +137,12 @@ class Simulation:
         self.on_progress = on_progress
         self._clocks = _Clocks()
         _check(self.rounds, settings)
+        if len(self.rounds) > 1 and comm.rank == 0:
+            _log.warning(
+                "%d rounds are computed as if each stood alone: contact between rounds is not modelled, and the "
+                "distances are not those of a stack",
+                len(self.rounds),
+            )
 
         self.mesh, self.quality = self._make_mesh()
         mesh = self.mesh

@@ -158,6 +158,11 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
 def _warnings(
     case: Case, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
 ) -> Iterator[str]:
+    if len(described) > 1:
+        yield (
+            f"{len(described)} rounds are computed as if each stood alone: contact between rounds is not modelled, so "
+            "their casings pass through each other and the distances are not those of a stack"
+        )
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion: lit progressively, the '

@@ -1,3 +1,5 @@
+"""The comparison machinery of the validation, on made-up runs."""
+
 from __future__ import annotations
 
 import json
