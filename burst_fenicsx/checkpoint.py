@@ -30,11 +30,12 @@ def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
     arrays = {name: function.x.array for name, function in state.functions.items()}
     shaped = {name: np.asarray(array).reshape(-1, _width(array, state))[:count] for name, array in arrays.items()}
     slots, held = state.blocks.slots
-    volume, hourglass = np.empty((count, 1)), np.empty((count, 12))
+    volume, viscous, hourglass = np.empty((count, 1)), np.empty((count, 1)), np.empty((count, 12))
     volume[held, 0] = state.grid.volume[slots]
+    viscous[held, 0] = state.grid.viscous[slots]
     lanes = state.solid.hourglass.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
     hourglass[held] = lanes[slots]
-    return {**shaped, "volume": volume, "hourglass": hourglass}
+    return {**shaped, "volume": volume, "viscous_pressure": viscous, "hourglass": hourglass}
 
 
 def _width(array: np.ndarray, state: BurstFields) -> int:
@@ -116,9 +117,11 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
         rows = np.asarray(function.x.array).reshape(-1, _width(function.x.array, state))
         rows[:count] = file[f"cells/{name}"][()][mesh.cell]
     volume = file["cells/volume"][()][mesh.cell][:, 0]
+    viscous = file["cells/viscous_pressure"][()][mesh.cell][:, 0]
     hourglass = file["cells/hourglass"][()][mesh.cell]
     # Padded lanes repeat their block's last cell.
     state.grid.volume[:] = volume[state.blocks.cells.ravel()]
+    state.grid.viscous[:] = viscous[state.blocks.cells.ravel()]
     state.solid.hourglass[:] = (
         hourglass[state.blocks.cells.ravel()]
         .reshape(-1, LANES, 12)

@@ -156,7 +156,9 @@ def make_fields(
         cell_mass=cell_mass,
         products=products,
         nodes=Nodes(position, velocity.x.array.reshape(-1, 3), force.x.array.reshape(-1, 3)),
-        grid=Grid(mesh.dofmap, blocks.cells, blocks.count, blocks.material, slot_mass, slot_volume),
+        grid=Grid(
+            mesh.dofmap, blocks.cells, blocks.count, blocks.material, slot_mass, slot_volume, np.zeros_like(slot_volume)
+        ),
         solid=SolidState(
             parameters=solid_table,
             stress=stress,

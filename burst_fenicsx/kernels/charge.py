@@ -140,15 +140,16 @@ def _add_unlit_deviator(
         norm = np.sqrt(0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + yz * yz + zx * zx)
         limit = (1.0 - burn[lane]) * strength
         factor = limit / norm if norm > limit else 1.0
+        old = stored[cells[lane], 0]
         power = (
-            xx * rate[lane]
-            + yy * rate[4 * LANES + lane]
-            + zz * rate[8 * LANES + lane]
-            + xy * (rate[LANES + lane] + rate[3 * LANES + lane])
-            + yz * (rate[5 * LANES + lane] + rate[7 * LANES + lane])
-            + zx * (rate[6 * LANES + lane] + rate[2 * LANES + lane])
+            (factor * xx + old[0]) * rate[lane]
+            + (factor * yy + old[1]) * rate[4 * LANES + lane]
+            + (factor * zz + old[2]) * rate[8 * LANES + lane]
+            + (factor * xy + old[3]) * (rate[LANES + lane] + rate[3 * LANES + lane])
+            + (factor * yz + old[4]) * (rate[5 * LANES + lane] + rate[7 * LANES + lane])
+            + (factor * zx + old[5]) * (rate[6 * LANES + lane] + rate[2 * LANES + lane])
         )
-        energy[0] += factor * power * step * volume[lane]
+        energy[0] += 0.5 * power * step * volume[lane]
         for k in range(6):
             value = factor * deviator[k * LANES + lane]
             stored[cells[lane], 0, k] = value
@@ -256,7 +257,9 @@ def charge_block(
     for lane in range(count):
         cell = cells[lane]
         change = volume[lane] - grid.volume[slot + lane]
-        heating = -viscous[lane] * change
+        # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
+        heating = -0.5 * (grid.viscous[slot + lane] + viscous[lane]) * change
+        grid.viscous[slot + lane] = viscous[lane]
         energy[1] += heating
         energy[3] += 0.5 * leakage[lane] * (old_pressure[lane] + pressure[lane]) * change
         if stable[lane] < limits[0]:

@@ -231,8 +231,10 @@ def solid_block_full(
             forces[(15 + i) * LANES + lane] += pressure * gradient[(12 + i) * LANES + lane]
             forces[(18 + i) * LANES + lane] += pressure * gradient[(15 + i) * LANES + lane]
     for lane in range(count):
-        dilatation = mean_rate[lane] + mean_rate[4 * LANES + lane] + mean_rate[8 * LANES + lane]
-        energy[1] -= viscous[lane] * dilatation * step * volume[lane]
+        # Mean of both ends of the step, as the forces work: at a front q changes within it.
+        mean_viscous = 0.5 * (grid.viscous[slot + lane] + viscous[lane])
+        energy[1] -= mean_viscous * (volume[lane] - grid.volume[slot + lane])
+        grid.viscous[slot + lane] = viscous[lane]
         if stable[lane] < limits[0]:
             limits[0] = stable[lane]
             limits[1] = cells[lane]

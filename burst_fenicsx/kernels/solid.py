@@ -275,9 +275,11 @@ def solid_block(
         power,
     )
     for lane in range(count):
-        dilatation = rate[lane] + rate[4 * LANES + lane] + rate[8 * LANES + lane]
         energy[0] += dissipation[lane] * volume[lane]
-        energy[1] -= viscous[lane] * dilatation * step * volume[lane]
+        # Mean of both ends of the step, as the forces work: at a front q changes within it.
+        mean_viscous = 0.5 * (grid.viscous[slot + lane] + viscous[lane])
+        energy[1] -= mean_viscous * (volume[lane] - grid.volume[slot + lane])
+        grid.viscous[slot + lane] = viscous[lane]
         energy[2] += power[lane] * step
         if stable[lane] < limits[0]:
             limits[0] = stable[lane]

@@ -31,6 +31,7 @@ class Grid(NamedTuple):
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
+    viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
 
 
 class Schedule(NamedTuple):
