@@ -42,6 +42,7 @@ class Entry:
     damping: float
     external_work: float
     products_work: float
+    products_viscous: float
     products_energy_left: float
     energy_error: float
     momentum_error: float
@@ -60,14 +61,14 @@ class Ledger:
     ----------
     energy_tolerance : an error above this stops the run.
     least_work : J, `LEAST_WORK` of the chemical energy.
-    sums : (4,) J: plastic, viscous, hourglass, work of the charge, of this rank.
+    sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
     """
 
     energy_tolerance: float
     least_work: float
     chemical_energy: float
     comm: MPI.Comm
-    sums: np.ndarray = field(default_factory=lambda: np.zeros(4))
+    sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
     external_work: float = 0.0
     contact: float = 0.0
     damping: float = 0.0
@@ -117,8 +118,8 @@ class Ledger:
             ]
         )
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
-        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, left, mass, weighted = total[:10]
-        size = total[13]
+        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, left, mass, weighted = total[:11]
+        size = total[14]
         stored = kinetic + strain + plastic + viscous + hourglass + self.contact + self.damping
         given = work + self.external_work
         entry = Entry(
@@ -134,9 +135,10 @@ class Ledger:
             damping=self.damping,
             external_work=self.external_work,
             products_work=float(work),
+            products_viscous=float(heat),
             products_energy_left=float(left),
             energy_error=float(abs(stored - given) / max(abs(given), self.least_work)),
-            momentum_error=float(np.linalg.norm(total[10:13]) / size) if size > 0.0 else 0.0,
+            momentum_error=float(np.linalg.norm(total[11:14]) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,
         )
@@ -152,9 +154,13 @@ class Ledger:
 
     @property
     def products_balance(self) -> float:
-        """Work done by the products and work left in the gas, over the chemical energy (1 closes it)."""
+        """Work given by the products and work left in the gas, over the chemical energy (1 closes it).
+
+        What their own artificial viscosity turns to heat is not given away: at the front it does the part of the
+        compression that the pressure, which lies below the Rayleigh line there, does not.
+        """
         last = self.entries[-1]
-        return (last.products_work + last.products_energy_left) / self.chemical_energy
+        return (last.products_work - last.products_viscous + last.products_energy_left) / self.chemical_energy
 
     def columns(self) -> dict[str, np.ndarray]:
         """The entries as arrays of equal length, by name."""

@@ -86,7 +86,7 @@ class BurstSolver:
         self.steps = 0
         chunks = fields.blocks.schedule.chunk.size
         self._totals = Totals(
-            np.zeros((chunks, 4)),
+            np.zeros((chunks, 5)),
             np.zeros(chunks),
             np.zeros(chunks, dtype=np.int32),
             np.zeros(chunks),
@@ -167,14 +167,15 @@ class BurstSolver:
             self._totals,
             self._scratch,
         )
-        if self._external_force is not None and self.external is not None:
-            self._external_force[:] = 0.0
-            self.external(self.time, self._external_force)
-            state.nodes.force[:] += self._external_force
         comm = state.mesh.comm
         if comm.size > 1:
             compat.add_to_owners(state.force)
             compat.send_to_ghosts(state.force)
+        if self._external_force is not None and self.external is not None:
+            # After the sum over ranks: every rank gives its local nodes their whole external force.
+            self._external_force[:] = 0.0
+            self.external(self.time, self._external_force)
+            state.nodes.force[:] += self._external_force
         for hold in self.holds:
             hold.apply(state.nodes.force)
         stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf

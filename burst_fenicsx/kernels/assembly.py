@@ -101,8 +101,8 @@ def _run_chunk(
     work: np.ndarray,
 ) -> None:
     """Run the blocks of one chunk, solid ones first."""
-    energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 4]
-    limits = work[SCRATCH_ROWS * LANES + 4 : SCRATCH_ROWS * LANES + 8]
+    energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 5]
+    limits = work[SCRATCH_ROWS * LANES + 5 : SCRATCH_ROWS * LANES + 9]
     energy[:] = 0.0
     limits[0] = np.inf
     limits[1] = -1.0
@@ -118,7 +118,7 @@ def _run_chunk(
             solid_block(block, step, nodes, grid, solid, work, energy, limits)
     for block in range(middle, last):
         charge_block(block, step, time, nodes, grid, charge, work, energy, limits)
-    for i in range(4):
+    for i in range(5):
         totals.energy[chunk, i] = energy[i]
     totals.stable_step[chunk] = limits[0]
     totals.slowest[chunk] = int(limits[1])

@@ -170,7 +170,8 @@ def charge_block(
 ) -> None:
     """Advance one block of charge cells to `time` (s) and add its nodal forces.
 
-    `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge on its surroundings.
+    `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure, entry 4 the
+    part of it that the charge's own artificial viscosity turns to heat.
     """
     cells = grid.cells[block]
     count = grid.filled[block]
@@ -261,6 +262,7 @@ def charge_block(
         heating = -0.5 * (grid.viscous[slot + lane] + viscous[lane]) * change
         grid.viscous[slot + lane] = viscous[lane]
         energy[1] += heating
+        energy[4] += heating
         energy[3] += 0.5 * leakage[lane] * (old_pressure[lane] + pressure[lane]) * change
         if stable[lane] < limits[0]:
             limits[0] = stable[lane]

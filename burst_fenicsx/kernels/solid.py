@@ -191,7 +191,7 @@ def solid_block(
 
     Parameters
     ----------
-    energy : (4,) J, added to: plastic, viscous, hourglass work of this step (entry 3 belongs to the charge).
+    energy : (5,) J, added to: plastic, viscous, hourglass work of this step (entries 3 and 4 belong to the charge).
     limits : (4,): smallest stable step (s) and its cell, smallest volume (m3) and its cell; updated.
     """
     cells = grid.cells[block]

@@ -71,7 +71,7 @@ class ChargeState(NamedTuple):
 class Totals(NamedTuple):
     """What each chunk adds up, reduced afterwards in a fixed order."""
 
-    energy: np.ndarray  # (chunks, 4) J in this step: plastic, viscous, hourglass, work of the charge
+    energy: np.ndarray  # (chunks, 5) J in this step: plastic, viscous, hourglass, charge's work, charge's viscous
     stable_step: np.ndarray  # (chunks,) s
     slowest: np.ndarray  # (chunks,) int32, the cell that dictates the step
     smallest_volume: np.ndarray  # (chunks,) m3
