@@ -59,7 +59,7 @@ def write_checkpoint(path: Path, solver: BurstSolver, provenance: Mapping[str, s
             ("force", state.nodes.force),
         )
     }
-    sums = mesh.comm.allreduce(solver.ledger.sums) if mesh.comm.size > 1 else solver.ledger.sums
+    sums = mesh.comm.allreduce(np.append(solver.ledger.sums, solver.ledger.external_work))
     if mesh.comm.rank != 0:
         return
     draft = path.with_name(path.name + ".part")
@@ -70,8 +70,8 @@ def write_checkpoint(path: Path, solver: BurstSolver, provenance: Mapping[str, s
             file.attrs[key] = text
         for name in ("time", "time_step", "steps", "stable_step"):
             file.attrs[name] = getattr(solver, name)
-        file["ledger/sums"] = sums
-        file["ledger/external_work"] = solver.ledger.external_work
+        file["ledger/sums"] = sums[:-1]
+        file["ledger/external_work"] = sums[-1]
         for name, column in solver.ledger.columns().items():
             file[f"history/{name}"] = column
         file["leakage/factor"] = solver.leakage.factor
@@ -135,11 +135,10 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     solver.time_step = float(file.attrs["time_step"])
     solver.steps = int(file.attrs["steps"])
     solver.stable_step = float(file.attrs["stable_step"])
-    if mesh.comm.rank == 0:
-        solver.ledger.sums[:] = file["ledger/sums"][()]
-    else:
-        solver.ledger.sums[:] = 0.0
-    solver.ledger.external_work = float(file["ledger/external_work"][()])
+    # The sums are those of all ranks: one goes on from them, the others from nothing.
+    share = 1.0 if mesh.comm.rank == 0 else 0.0
+    solver.ledger.sums[:] = share * file["ledger/sums"][()]
+    solver.ledger.external_work = share * float(file["ledger/external_work"][()])
     columns = {name: values[()] for name, values in file["history"].items()}
     rows_count = len(columns["time"])
     solver.ledger.entries = [

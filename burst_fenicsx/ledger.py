@@ -110,6 +110,7 @@ class Ledger:
                 0.5 * (casing_mass * speeds[casing] ** 2).sum(),
                 strain,
                 *self.sums,
+                self.external_work,
                 _energy_left(fields_now),
                 casing_mass.sum(),
                 (casing_mass * speeds[casing]).sum(),
@@ -118,10 +119,10 @@ class Ledger:
             ]
         )
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
-        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, left, mass, weighted = total[:11]
-        size = total[14]
+        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, external, left = total[:10]
+        mass, weighted, size = total[10], total[11], total[15]
         stored = kinetic + strain + plastic + viscous + hourglass + self.contact + self.damping
-        given = work + self.external_work
+        given = work + external
         entry = Entry(
             time=time,
             time_step=step,
@@ -133,12 +134,12 @@ class Ledger:
             hourglass=float(hourglass),
             contact=self.contact,
             damping=self.damping,
-            external_work=self.external_work,
+            external_work=float(external),
             products_work=float(work),
             products_viscous=float(heat),
             products_energy_left=float(left),
             energy_error=float(abs(stored - given) / max(abs(given), self.least_work)),
-            momentum_error=float(np.linalg.norm(total[11:14]) / size) if size > 0.0 else 0.0,
+            momentum_error=float(np.linalg.norm(total[12:15]) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,
         )

@@ -143,11 +143,7 @@ class BurstSolver:
         force = self.resultant
         nodes = self.fields.nodes
         move_nodes(step, self.fields.inverse_mass, force, nodes.velocity, nodes.position)
-        if self._external_force is not None:
-            owned = self.fields.mesh.owned_nodes
-            self.ledger.external_work += step * float(
-                np.sum(self._external_force[:owned] * self.fields.nodes.velocity[:owned])
-            )
+        self._add_external_work(0.5 * step)
         self.time += step
         self.time_step = step
         self.steps += 1
@@ -176,12 +172,20 @@ class BurstSolver:
             self._external_force[:] = 0.0
             self.external(self.time, self._external_force)
             state.nodes.force[:] += self._external_force
+            self._add_external_work(0.5 * step)
         for hold in self.holds:
             hold.apply(state.nodes.force)
         stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
         if comm.size > 1:
             stable = comm.allreduce(stable, op=MPI.MIN)
         self.stable_step = stable
+
+    def _add_external_work(self, half_step: float) -> None:
+        """Book the work of the external forces over half a step (s), its first half with the old forces."""
+        if self._external_force is not None:
+            owned = self.fields.mesh.owned_nodes
+            velocity = self.fields.nodes.velocity[:owned]
+            self.ledger.external_work += half_step * float(np.sum(self._external_force[:owned] * velocity))
 
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number."""

@@ -126,7 +126,7 @@ def test_return_is_the_closest_admissible_stress(trials):
 
 
 def test_no_admissible_stress_of_other_directions_is_closer(trials):
-    """(trial - returned) : C^-1 : (other - returned) <= 0 for admissible tensors turned at will: it is the projection."""
+    """(trial - returned) : C^-1 : (other - returned) <= 0 for admissible tensors turned at will: a projection."""
     principal, tau, sigma, turn, stress = trials
     found, _, _, _ = returned(stress, tau, sigma)
     random = np.random.default_rng(5)
@@ -146,7 +146,7 @@ def test_no_admissible_stress_of_other_directions_is_closer(trials):
 
 
 def test_plastic_strain_is_what_the_elastic_law_leaves_over(trials):
-    """C^-1 (trial - returned): norm of its deviator (Eq. 11), trace (Eq. 10) and work; returning twice changes nothing."""
+    """C^-1 (trial - returned): norm of its deviator (Eq. 11), trace (Eq. 10), work; a second return changes nothing."""
     _, tau, sigma, _, stress = trials
     found, shear, volume, dissipation = returned(stress, tau, sigma)
     excess = matrices(stress - found)
