@@ -44,10 +44,17 @@ def _width(array: np.ndarray, state: BurstFields) -> int:
     return array.size // max(int(cell_map.size_local + cell_map.num_ghosts), 1)
 
 
-def write_checkpoint(path: Path, solver: BurstSolver, provenance: Mapping[str, str], mesh_key: str) -> None:
+def write_checkpoint(
+    path: Path,
+    solver: BurstSolver,
+    provenance: Mapping[str, str],
+    mesh_key: str,
+    records: Mapping[str, np.ndarray] | None = None,
+) -> None:
     """Write the state; collective. The file is replaced only when the new one is whole.
 
-    `mesh_key` names the mesh and settings; a resumed run must show the same.
+    `mesh_key` names the mesh and settings; a resumed run must show the same. `records` are arrays of the driver's
+    own, which `read_checkpoint` gives back.
     """
     state, mesh = solver.fields, solver.fields.mesh
     cells = {name: mesh.gather_cells(values) for name, values in _cell_arrays(state).items()}
@@ -76,14 +83,15 @@ def write_checkpoint(path: Path, solver: BurstSolver, provenance: Mapping[str, s
             file[f"history/{name}"] = column
         file["leakage/factor"] = solver.leakage.factor
         file["leakage/rupture_time"] = solver.leakage.rupture_time
-        for group, arrays in (("cells", cells), ("nodes", nodes)):
+        for group, arrays in (("cells", cells), ("nodes", nodes), ("records", records or {})):
+            file.create_group(group)
             for name, values in arrays.items():
                 file[f"{group}/{name}"] = values
     draft.replace(path)
 
 
-def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> None:
-    """Put the solver where the checkpoint was taken.
+def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str, np.ndarray]:
+    """Put the solver where the checkpoint was taken; give back the driver's records.
 
     Raises
     ------
@@ -100,6 +108,7 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> None:
                     "run without resuming"
                 )
             _restore(file, solver)
+            return {name: values[()] for name, values in file["records"].items()}
     except (OSError, KeyError) as error:
         raise InputError(f"{path} cannot be read as a checkpoint: {error}; delete it to start anew") from error
 

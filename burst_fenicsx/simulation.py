@@ -18,6 +18,7 @@ from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
+from burst_fenicsx.interruption import Interruption
 from burst_fenicsx.ledger import LEAST_WORK, Ledger
 from burst_fenicsx.measures import Measures, RoundMeasures
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
@@ -38,6 +39,7 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
+_RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
 
 
 @dataclass(frozen=True)
@@ -207,16 +209,25 @@ class Simulation:
 
     def resume(self) -> None:
         """Go on from the checkpoint."""
-        read_checkpoint(self.checkpoint_path, self.solver, self.key)
+        records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
+        self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
+        complete = float(records["acceleration_complete"])
+        self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
         self._first_step_at = self.solver.steps
 
     def run(self) -> None:
         """Step until the end, taking the ledger, outputs and checkpoints on the way."""
+        with Interruption() as interruption:
+            self._run(interruption)
+        self.checkpoint_path.unlink(missing_ok=True)
+
+    def _run(self, interruption: Interruption) -> None:
         self._open_series()
         solver, settings = self.solver, self.settings
         end = settings.end_time if settings.end_time is not None else settings.time_limit
-        history = solver.time + (_HISTORY_INTERVAL if self._resumed_at is not None else 0.0)
+        entries = self.ledger.entries
+        history = entries[-1].time + _HISTORY_INTERVAL if entries else 0.0
         output = 0.0
         while output < solver.time * (1.0 + 1e-9) and self._resumed_at is not None:
             output += settings.output_interval
@@ -235,15 +246,16 @@ class Simulation:
                 self._report_progress(end, began)
                 if finished:
                     break
+                interruption.check()
                 solver.step(min(output, end))
         except KeyboardInterrupt:
-            write_checkpoint(self.checkpoint_path, solver, self.provenance, self.key)
+            if self.comm.size == 1:  # ranks are not stopped at the same step: theirs is the one of the last output
+                self._write_checkpoint()
             raise
         finally:
             self._clocks.stepping += clock.perf_counter() - began
             if self._series is not None:
                 self._series.close()
-        self.checkpoint_path.unlink(missing_ok=True)
 
     def _record(self) -> None:
         entry = self.ledger.record(
@@ -285,7 +297,12 @@ class Simulation:
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
         if self.solver.time > 0.0:
-            write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key)
+            self._write_checkpoint()
+
+    def _write_checkpoint(self) -> None:
+        records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
+        records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
+        write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
     def _gathered(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Fields for the eye, in the order of the mesh, on rank 0 (empty elsewhere)."""
