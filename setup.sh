@@ -313,7 +313,11 @@ prepare_running
 bin=$venv/bin
 case $act in
     install) say "ready: .venv/bin/fragfield --help" ;;
-    demo) exec "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo --overwrite "$@" ;;
+    demo)
+        "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo --overwrite "$@"
+        "$bin/python" -m validation paper_3_1 --run runs/demo
+        say "the report is runs/demo/report.html, the pictures are in runs/demo/figures"
+        ;;
     # A missing dolfinx or mpirun must fail here, not be skipped.
     test) FRAGFIELD_REQUIRE_ALL=1 exec "$bin/python" -m pytest "$@" ;;
     lint)
