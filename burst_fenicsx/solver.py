@@ -139,10 +139,15 @@ class BurstSolver:
         return (comm.allreduce(rate, op=MPI.MAX), comm.allreduce(end, op=MPI.MAX)) if comm.size > 1 else (rate, end)
 
     def move_nodes(self, step: float) -> None:
-        """Velocities, then places (Eq. 3)."""
+        """Velocities, then places (Eq. 3).
+
+        The velocities belong to the middles of the steps, so they advance by half the last step and half this one: Eq. 3
+        where steps are equal, and of second order where they are not (Belytschko et al. 2000, box 6.1).
+        """
         force = self.resultant
         nodes = self.fields.nodes
-        move_nodes(step, self.fields.inverse_mass, force, nodes.velocity, nodes.position)
+        kick = 0.5 * (self.time_step + step)
+        move_nodes(kick, step, self.fields.inverse_mass, force, nodes.velocity, nodes.position)
         self._add_external_work(0.5 * step)
         self.time += step
         self.time_step = step

@@ -128,16 +128,16 @@ def _run_chunk(
 
 @parallel_kernel
 def move_nodes(
-    step: float, inverse_mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, position: np.ndarray
+    kick: float, step: float, inverse_mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, position: np.ndarray
 ) -> None:
     """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
 
-    `inverse_mass` (nodes,) 1/kg; `force` (nodes, 3) N, the resultant of Eq. 2; `velocity` (m/s) and `position` (m)
+    `kick` is the dt of the velocity and `step` that of the places (s), the same where steps are equal; `inverse_mass` (nodes,) 1/kg; `force` (nodes, 3) N, the resultant of Eq. 2; `velocity` (m/s) and `position` (m)
     (nodes, 3) are advanced in place.
     """
     for node in numba.prange(force.shape[0]):
         for i in range(3):
-            velocity[node, i] += step * inverse_mass[node] * force[node, i]
+            velocity[node, i] += kick * inverse_mass[node] * force[node, i]
             position[node, i] += step * velocity[node, i]
 
 
