@@ -69,6 +69,7 @@ class LeakageParts:
     start : (nodes, 3), the node's initial place (m).
     initial_radius : (parts,) mean initial radius r0 (m).
     count : (parts,) outermost nodes of the part over all ranks.
+    source : (parts,) the part whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
     factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
     rupture_time : (parts,) time at which r_i first exceeded r_cr (s), infinite before.
     """
@@ -81,6 +82,7 @@ class LeakageParts:
     start: np.ndarray
     initial_radius: np.ndarray
     count: np.ndarray
+    source: np.ndarray
     factor: np.ndarray
     rupture_time: np.ndarray
 
@@ -104,6 +106,7 @@ class LeakageParts:
         part = node_part[node].astype(np.int32)
         count = comm.allreduce(np.bincount(part, minlength=parts).astype(float))
         total = comm.allreduce(np.bincount(part, weights=radius[node], minlength=parts))
+        source = _nearest_with_nodes(count, settings.parts)
         return cls(
             settings=settings,
             comm=comm,
@@ -111,8 +114,9 @@ class LeakageParts:
             node=node,
             outward=np.ascontiguousarray(outward[node]),
             start=np.ascontiguousarray(start[node]),
-            initial_radius=total / np.maximum(count, 1.0),
+            initial_radius=(total / np.maximum(count, 1.0))[source],
             count=count,
+            source=source,
             factor=np.ones(parts + 1),
             rupture_time=np.full(parts, np.inf),
         )
@@ -123,7 +127,7 @@ class LeakageParts:
         _sum_displacements(position, self.node, self.part, self.start, self.outward, moved)
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)
-        return self.initial_radius + moved / np.maximum(self.count, 1.0)
+        return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
 
     def update(self, position: np.ndarray, time: float) -> None:
         """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before."""
@@ -131,10 +135,21 @@ class LeakageParts:
             return
         radii = self.radii(position)
         critical = self.settings.radius_ratio * self.initial_radius
-        open_now = (radii > critical) & (self.count > 0)
+        open_now = (radii > critical) & (self.count[self.source] > 0)
         self.rupture_time[open_now] = np.minimum(self.rupture_time[open_now], time)
         vented = self.settings.alpha * (critical / np.maximum(radii, 1e-300)) ** self.settings.beta
         self.factor[:-1] = np.where(open_now, vented, 1.0)
+
+
+def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:
+    """Nearest part of the same round that has nodes, for every part; itself in a round that has none."""
+    source = np.arange(len(count))
+    for part in np.flatnonzero(count == 0):
+        first = part // per_round * per_round
+        filled = first + np.flatnonzero(count[first : first + per_round] > 0)
+        if len(filled):
+            source[part] = filled[np.argmin(np.abs(filled - part))]
+    return source
 
 
 @kernel

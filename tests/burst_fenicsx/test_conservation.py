@@ -1,0 +1,177 @@
+"""Whole runs of a coarse tube: momentum, energy, threads, ranks, place in space, order of cells."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx import simulation
+from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.kernels.charge import _inverse_cube_root
+from burst_fenicsx.meshing.placement import place, to_local
+from burst_fenicsx.problem import Leakage
+from burst_fenicsx.simulation import Simulation, simulate
+from tests.burst_fenicsx.tubes import SETTINGS, tube
+
+pytestmark = pytest.mark.dolfinx
+
+
+def run(out_dir, item=None, settings=SETTINGS):
+    """A run to its end: the simulation, its places and velocities in the order of the mesh."""
+    going = Simulation([item or tube()], settings, out_dir, MPI.COMM_SELF, {})
+    going.run()
+    mesh, nodes = going.fields.mesh, going.fields.nodes
+    return going, mesh.gather_nodes(nodes.position), mesh.gather_nodes(nodes.velocity)
+
+
+@pytest.mark.parametrize("quadrature", ["one_point", "full"])
+@pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
+def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature):
+    """To 1 % of the work of the products once a few cells have burnt, and to 1e-12 of the sum of |p|; leakage at work.
+
+    While the first of these coarse cells burn in a handful of steps, 2 %; at the end 1e-3.
+    """
+    settings = replace(SETTINGS, products=products, quadrature=quadrature, end_time=40e-6, leakage=Leakage(True, 1.1))
+    going, _, _ = run(tmp_path, settings=settings)
+    entries = going.ledger.entries
+    given = np.array([entry.products_work for entry in entries])
+    assert given[-1] > 0.2 * going.ledger.chemical_energy
+    assert (going.leakage.factor < 0.95).any()
+    errors = np.array([entry.energy_error for entry in entries])
+    settled = given > 0.03 * going.ledger.chemical_energy
+    text = f"largest {errors.max():.4f}, later {errors[settled].max():.4f}, at the end {errors[-1]:.5f}"
+    assert errors.max() < 0.02, text
+    assert errors[settled].max() < 0.01, text
+    assert errors[-1] < 1e-3, text
+    assert max(entry.momentum_error for entry in entries) < 1e-12
+    last = entries[-1]
+    for name in ("kinetic", "strain", "plastic", "viscous", "hourglass"):
+        assert getattr(last, name) > 0.0 or (name, quadrature) == ("hourglass", "full")
+    assert last.mean_casing_speed > 100.0
+
+
+def test_an_open_ledger_stops_the_run_and_keeps_its_outputs(tmp_path):
+    message = (
+        r"the energy ledger is open by .* % of the work done \(allowed 1e-07 %\): the cells hold .* J, "
+        r"the charge gave .* J \(at \d+\.\d\d us\)"
+    )
+    with pytest.raises(NumericalStop, match=message):
+        run(tmp_path, settings=replace(SETTINGS, energy_tolerance=1e-9))
+    pyvista = pytest.importorskip("pyvista")
+    assert pyvista.get_reader(str(tmp_path / "burst.xdmf")).time_values == [0.0]
+
+
+def test_threads_do_not_change_a_bit(tmp_path):
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("one thread only")
+    usual, results = numba.get_num_threads(), []
+    settings = replace(SETTINGS, cell_size=14e-3, end_time=10e-6)
+    try:
+        for threads in (1, 2):
+            numba.set_num_threads(threads)
+            results.append(run(tmp_path, settings=settings))
+    finally:
+        numba.set_num_threads(usual)
+    assert results[0][0].fields.blocks.schedule.chunk.size > 2
+    for one, two in zip(results[0][1:], results[1][1:], strict=True):
+        np.testing.assert_array_equal(one, two)
+
+
+def test_place_and_direction_in_space_do_not_matter(tmp_path):
+    """Round-off only: coordinates of 1 m and cells of 20 mm leave 1e-14 of a cell, which plastic flow makes 1e-9."""
+    _, still, velocity = run(tmp_path)
+    position, axis = (0.5, -1.0, 0.3), (1.0, 2.0, -1.5)
+    _, moved, turned = run(tmp_path, tube(position=position, axis=axis))
+    np.testing.assert_allclose(to_local(moved, position, axis), still, atol=1e-9)
+    speed = np.abs(velocity).max()
+    np.testing.assert_allclose(turned, place(velocity, (0, 0, 0), axis), atol=1e-7 * speed)
+
+
+def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
+    """Sums in another order: round-off only."""
+    _, still, velocity = run(tmp_path)
+    random = np.random.default_rng(4)
+    usual = simulation.mesh_round
+    kept = {}
+
+    def shuffled(*arguments):
+        mesh = usual(*arguments)
+        cells, nodes = random.permutation(len(mesh.cells)), random.permutation(len(mesh.nodes))
+        kept["nodes"] = nodes
+        names = ("part", "round", "segment", "station")
+        new = np.argsort(nodes)[mesh.cells][cells]
+        return replace(mesh, nodes=mesh.nodes[nodes], cells=new, **{n: getattr(mesh, n)[cells] for n in names})
+
+    monkeypatch.setattr(simulation, "mesh_round", shuffled)
+    _, moved, mixed = run(tmp_path)
+    np.testing.assert_allclose(moved, still[kept["nodes"]], atol=1e-9)
+    np.testing.assert_allclose(mixed, velocity[kept["nodes"]], atol=1e-7 * np.abs(velocity).max())
+
+
+@pytest.mark.mpi
+def test_two_ranks_give_the_speeds_of_one(tmp_path, mpirun):
+    """1e-9 of the speeds after 20 us; a random partition is not torn (the number of nodes is asserted on the way)."""
+    result = simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF)
+    script = tmp_path / "ranks.py"
+    script.write_text(
+        textwrap.dedent(
+            """
+            import sys
+            from dataclasses import replace
+            from pathlib import Path
+            sys.path.insert(0, str(Path.cwd()))
+            import numpy as np
+            from mpi4py import MPI
+            from burst_fenicsx import compat, simulation
+            from burst_fenicsx.meshing.distributed import _TO_TENSOR
+            from tests.burst_fenicsx.tubes import SETTINGS, tube
+
+            comm, out = MPI.COMM_WORLD, Path(sys.argv[1])
+            assert comm.size == 2
+            result = simulation.simulate([tube()], SETTINGS, out)
+            usual = simulation.merge
+
+            def torn(meshes):
+                mesh = usual(meshes)
+                owner = np.random.default_rng(0).integers(0, 2, len(mesh.cells)).astype(np.int32)
+                nothing = np.zeros((0, 8), np.int64), np.zeros((0, 3)), np.zeros(0, np.int32)
+                whole = mesh.cells[:, _TO_TENSOR], mesh.nodes, owner
+                domain = compat.create_hexahedral_mesh(comm, *(whole if comm.rank == 0 else nothing))
+                found = domain.geometry.index_map().size_global
+                assert found == len(mesh.nodes), (found, len(mesh.nodes))
+                return mesh
+
+            torn([simulation.mesh_round(tube(), SETTINGS.cell_size, 0)])
+            if comm.rank == 0:
+                item = result.rounds[0]
+                np.savez(out / "ranks.npz", mean=item.mean_speed, largest=item.max_speed,
+                         diameter=item.outer_diameter, momentum=result.summary["momentum_error"],
+                         energy=result.summary["energy_error"], nodes=result.summary["nodes"])
+            """
+        )
+    )
+    other = tmp_path / "two"
+    other.mkdir()
+    mpirun(2, script, other)
+    two, one = np.load(other / "ranks.npz"), result.rounds[0]
+    fastest = one.max_speed.max()
+    np.testing.assert_allclose(two["mean"], one.mean_speed, rtol=1e-9, atol=1e-9 * fastest)
+    np.testing.assert_allclose(two["largest"], one.max_speed, rtol=1e-9, atol=1e-9 * fastest)
+    np.testing.assert_allclose(two["diameter"], one.outer_diameter, rtol=1e-9)
+    assert two["momentum"] < 1e-12
+    assert two["energy"] == pytest.approx(result.summary["energy_error"], rel=1e-6)
+    assert two["nodes"] == result.summary["nodes"]
+
+
+def test_the_kernels_cube_root_is_exact_to_round_off():
+    values = np.geomspace(1e-3, 1e6, 2001)
+    roots = np.array([_inverse_cube_root(value) for value in values])
+    assert np.abs(roots * np.cbrt(values) - 1.0).max() < 1e-15

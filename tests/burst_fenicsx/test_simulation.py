@@ -1,0 +1,259 @@
+"""From rounds to files: what `simulate` writes, its summary, its ends, meshes from a file, and what it refuses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx import simulation
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.meshing import mesh_profile
+from burst_fenicsx.problem import IgnitionPoint, Leakage, Part
+from burst_fenicsx.simulation import Simulation, simulate
+from tests.burst_fenicsx.boxes import STEEL, TNT
+from tests.burst_fenicsx.tubes import SETTINGS, profile, tube
+
+pytestmark = pytest.mark.dolfinx
+
+PROVENANCE = {"case": "title = 'ü'", "versions": "{}", "seed": "1", "program_version": "0"}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A run of two tubes, one lit later and at both ends, with its folder and the progress reports."""
+    out, reports = tmp_path_factory.mktemp("run"), []
+    ends = (IgnitionPoint(0.0, delay=4e-6), IgnitionPoint(0.3, delay=4e-6))
+    rounds = [tube(), tube(name="second", position=(0.4, 0.0, 0.0), ignition=ends)]
+    usual, simulation._PROGRESS_SECONDS = simulation._PROGRESS_SECONDS, 0.0
+    settings = replace(SETTINGS, end_time=50e-6, leakage=Leakage(True, 1.1, parts=6))
+    try:
+        run = Simulation(rounds, settings, out, MPI.COMM_SELF, PROVENANCE, reports.append)
+        run.run()
+        result = run.finish()
+    finally:
+        simulation._PROGRESS_SECONDS = usual
+    return run, result, out, reports
+
+
+def test_snapshot_holds_the_contract(finished):
+    """Names, orders and sums: masses of cells, segments and rounds, momentum of the nodes."""
+    run, _, out, _ = finished
+    with h5py.File(out / "burst_snapshot.h5") as file:
+        assert file.attrs["format"] == "fragfield burst snapshot"
+        assert file.attrs["format_version"] == 1
+        assert file.attrs["time"] == pytest.approx(50e-6, rel=1e-12)
+        assert {key: file.attrs[key] for key in PROVENANCE} == PROVENANCE
+        np.testing.assert_array_equal(file["nodes/reference"], run.mesh.nodes)
+        np.testing.assert_array_equal(file["cells/nodes"], run.mesh.cells)
+        for name in ("part", "round", "segment", "station"):
+            np.testing.assert_array_equal(file[f"cells/{name}"], getattr(run.mesh, name))
+        mass, part, of_round = file["cells/mass"][()], file["cells/part"][()], file["cells/round"][()]
+        segment, cells = file["cells/segment"][()], file["cells/nodes"][()]
+        assert part.dtype == np.uint8
+        assert file["cells/plastic_shear_strain"][()].max() > 0.05
+        assert file["cells/plastic_volumetric_strain"][()].max() > 0.0
+        nodal = np.zeros(len(file["nodes/position"]))
+        np.add.at(nodal, cells.ravel(), np.repeat(mass / 8.0, 8))
+        velocity = file["nodes/velocity"][()]
+        momentum = nodal[:, None] * velocity
+        assert np.linalg.norm(momentum.sum(axis=0)) < 1e-11 * np.linalg.norm(momentum, axis=1).sum()
+        moved = np.linalg.norm(file["nodes/position"][()] - file["nodes/reference"][()], axis=1)
+        assert moved.max() > 5e-3
+        for index in (0, 1):
+            group, own = file[f"rounds/{index}"], of_round == index
+            attributes = dict(group.attrs)
+            assert attributes["casing_mass"] == pytest.approx(mass[own & (part == Part.CASING)].sum(), rel=1e-12)
+            assert attributes["charge_mass"] == pytest.approx(mass[own & (part == Part.CHARGE)].sum(), rel=1e-12)
+            assert attributes["fuze_mass"] == 0.0
+            assert attributes["explosive"] == "tnt"
+            assert attributes["name"] == ("tube", "second")[index]
+            assert attributes["length"] == pytest.approx(0.3)
+            assert attributes["casing_density"] == STEEL.density
+            assert attributes["explosive_density"] == TNT.density
+            assert attributes["detonation_velocity"] == TNT.detonation_velocity
+            assert attributes["gurney_velocity"] == pytest.approx(2518.0, abs=1.0)
+            assert attributes["position"].tolist() == [0.4 * index, 0.0, 0.0]
+            assert attributes["axis"].tolist() == [0.0, 0.0, 1.0]
+            rows = group["segments"][()]
+            assert [name.decode() for name in rows["name"]] == [s.name for s in profile().segments]
+            assert {kind.decode() for kind in rows["kind"]} <= {"nose", "wall", "base"}
+            assert rows["casing_mass"].sum() == pytest.approx(attributes["casing_mass"], rel=1e-12)
+            assert rows["charge_mass"].sum() == pytest.approx(attributes["charge_mass"], rel=1e-12)
+            np.testing.assert_allclose(rows["outer_radius"], 77.5e-3, rtol=0.01)
+            np.testing.assert_allclose(rows["wall_thickness"], 22.5e-3, rtol=0.01)
+            np.testing.assert_allclose(rows["charge_radius"], 55e-3, rtol=0.01)
+            speeds = np.linalg.norm(velocity[cells].mean(axis=1), axis=1)
+            for row, item in enumerate(rows):
+                mine = own & (segment == row)
+                assert item["speed"] == pytest.approx(np.average(speeds[mine], weights=mass[mine]), rel=1e-12)
+            along = group["along"][()]
+            assert along["casing_mass"].sum() == pytest.approx(attributes["casing_mass"], rel=1e-12)
+            assert (along["max_speed"] >= along["mean_speed"]).all()
+            broken = np.isfinite(rows["rupture_radius"])
+            assert broken.any()
+            assert (rows["rupture_radius"][broken] > 77.5e-3).all()
+            assert (rows["rupture_wall"][broken] < 22.5e-3).all()
+
+
+def test_history_tells_the_ledger(finished):
+    run, result, out, _ = finished
+    stores = ("kinetic", "strain", "plastic", "viscous", "hourglass", "contact", "damping")
+    rest = ("products_work", "products_energy_left", "energy_error", "mean_casing_speed", "outer_diameter")
+    names = ("time", "time_step", "kinetic_casing", *stores, *rest)
+    with h5py.File(out / "burst_snapshot.h5") as file:
+        history = {name: file[f"history/{name}"][()] for name in names}
+    time = history["time"]
+    assert time[0] == 0.0
+    assert time[-1] == pytest.approx(50e-6, rel=1e-12)
+    assert (np.diff(time)[:-1] >= 1e-6).all()
+    assert {len(column) for column in history.values()} == {len(time)}
+    for name in names:
+        np.testing.assert_array_equal(history[name], result.history[name])
+    last = {name: column[-1] for name, column in history.items()}
+    stored = sum(last[name] for name in stores)
+    assert last["energy_error"] == pytest.approx(abs(stored / last["products_work"] - 1.0), abs=1e-12)
+    assert history["energy_error"].max() < 0.02
+    assert (np.diff(history["products_work"])[2:] > 0.0).all()
+    assert run.ledger.products_balance == pytest.approx(0.9, abs=0.1)
+
+
+def test_summary_repeats_what_the_files_say(finished):
+    run, result, _, _ = finished
+    summary = result.summary
+    assert summary["cells"] == len(run.mesh.cells)
+    assert summary["nodes"] == len(run.mesh.nodes)
+    assert summary["steps"] == run.solver.steps > 50
+    assert summary["end_time"] == pytest.approx(50e-6, rel=1e-12)
+    assert summary["casing_mass"] == pytest.approx(sum(item["casing_mass"] for item in summary["rounds"]), rel=1e-12)
+    assert summary["energy_error"] == result.history["energy_error"].max()
+    assert summary["momentum_error"] < 1e-12
+    assert summary["lost_cells"] == 0
+    assert summary["max_initial_speed"] == max(item.max_speed.max() for item in result.rounds)
+    assert summary["mean_initial_speed"] == pytest.approx(result.history["mean_casing_speed"][-1], rel=1e-12)
+    assert summary["outer_diameter"] == pytest.approx(max(i["outer_diameter"] for i in summary["rounds"]), rel=1e-12)
+    first, second = summary["rounds"]
+    assert first["mean_initial_speed"] != second["mean_initial_speed"]
+    assert first["outer_diameter"] > 0.155
+
+
+def test_progress_is_reported(finished):
+    _, _, _, reports = finished
+    steps = [report.step for report in reports]
+    assert steps == sorted(steps)
+    assert len(steps) > 50
+    last = reports[-1]
+    assert last.end_time == 50e-6
+    assert last.steps_per_second > 0.0
+    assert last.cell_steps_per_second == pytest.approx(last.steps_per_second * 1920)
+    assert reports[len(reports) // 2].seconds_left > 0.0
+
+
+def test_series_opens_in_vtk_and_equals_the_state(finished):
+    """The last output against the state in memory: places exactly, fields to single precision."""
+    pyvista = pytest.importorskip("pyvista")
+    run, _, out, _ = finished
+    reader = pyvista.get_reader(str(out / "burst.xdmf"))
+    np.testing.assert_allclose(reader.time_values, np.arange(6) * 10e-6, rtol=1e-12)
+    reader.set_active_time_value(reader.time_values[-1])
+    grid, fields, mesh = reader.read(), run.fields, run.fields.mesh
+    np.testing.assert_array_equal(grid.points, mesh.gather_nodes(fields.nodes.position))
+    np.testing.assert_array_equal(grid.cells_dict[pyvista.CellType.HEXAHEDRON], run.mesh.cells)
+    np.testing.assert_allclose(grid.point_data["velocity"], mesh.gather_nodes(fields.nodes.velocity), rtol=1e-6)
+    moved = mesh.gather_nodes(fields.nodes.position - fields.start)
+    np.testing.assert_allclose(grid.point_data["displacement"], moved, rtol=1e-6, atol=1e-12)
+    for name in ("part", "round", "segment"):
+        np.testing.assert_array_equal(grid.cell_data[name], getattr(run.mesh, name))
+    burnt = mesh.gather_cells(fields.charge.burn_fraction)
+    np.testing.assert_allclose(grid.cell_data["burn_fraction"], burnt, rtol=1e-6)
+    casing = run.mesh.part == Part.CASING
+    stress = mesh.gather_cells(fields.solid.stress[:, 0])[casing]
+    found = grid.cell_data["stress"].reshape(-1, 3, 3)
+    np.testing.assert_allclose(found[casing][:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]], stress, rtol=1e-6)
+    values = np.linalg.eigvalsh(found.astype(float))
+    largest = 0.5 * (values[:, 2] - values[:, 0])
+    np.testing.assert_allclose(grid.cell_data["shear_stress"], largest, atol=1e-6 * np.abs(values).max())
+    np.testing.assert_allclose(
+        grid.cell_data["pressure"], -np.trace(found, axis1=1, axis2=2) / 3.0, rtol=1e-3, atol=1e3
+    )
+    volume = np.abs(grid.compute_cell_sizes()["Volume"])
+    mass = mesh.gather_cells(fields.cell_mass)
+    ratio = grid.cell_data["density"] * volume / mass
+    assert np.median(ratio) == pytest.approx(1.0, abs=1e-3)  # VTK cuts warped cells into tetrahedra
+    # Products push as leakage lets them.
+    charge = ~casing
+    pushed = mesh.gather_cells(fields.charge.pressure * fields.charge.leakage[fields.charge.axial_part])[charge]
+    np.testing.assert_allclose(grid.cell_data["pressure"][charge], pushed, rtol=1e-6)
+
+
+def test_the_run_ends_when_the_acceleration_is_complete(tmp_path):
+    """Without an end time; the time is that of the summary, and the growth lies below the tolerance."""
+    settings = replace(SETTINGS, end_time=None, acceleration_tolerance=0.15, acceleration_window=15e-6)
+    result = simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
+    end = result.summary["end_time"]
+    assert end == result.summary["acceleration_complete"]
+    assert 60e-6 < end < 200e-6
+    kinetic = result.history["kinetic_casing"]
+    before = np.flatnonzero(result.history["time"] <= end - 15e-6)[-1]
+    growth = 1.0 - kinetic[before] / kinetic[-1]
+    assert 0.0 < growth < 0.15
+    assert result.summary["kinetic_energy_growth"] == pytest.approx(growth, rel=1e-12)
+    assert result.history["time"][-1] == end
+
+
+def test_the_time_limit_ends_a_run_that_keeps_accelerating(tmp_path):
+    settings = replace(SETTINGS, end_time=None, time_limit=15e-6)
+    result = simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
+    assert result.summary["end_time"] == pytest.approx(15e-6, rel=1e-12)
+    assert result.summary["acceleration_complete"] is None
+
+
+def test_a_mesh_from_a_file_bursts_as_the_one_it_was_written_from(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    mesh = mesh_profile(profile(), SETTINGS.cell_size)
+    tags = [mesh.part.astype(np.int32) + 1]
+    path = tmp_path / "tube.msh"
+    names = {"casing": np.array([1, 3]), "charge": np.array([2, 3])}
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    meshio.Mesh(mesh.nodes, [("hexahedron", mesh.cells)], cell_data=data, field_data=names).write(
+        path, file_format="gmsh22", binary=True
+    )
+    settings = replace(SETTINGS, end_time=12e-6)
+    ours = simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
+    theirs = simulate([tube(profile=None, mesh_file=path)], settings, tmp_path, comm=MPI.COMM_SELF)
+    for name in ("cells", "nodes", "steps"):
+        assert theirs.summary[name] == ours.summary[name]
+    for name in ("casing_mass", "charge_mass", "mean_initial_speed", "max_initial_speed", "outer_diameter"):
+        assert theirs.summary[name] == pytest.approx(ours.summary[name], rel=1e-8), name
+
+
+@pytest.mark.parametrize(
+    ("rounds", "settings", "message"),
+    [
+        ([], SETTINGS, "there is no round to burst"),
+        ([tube()], replace(SETTINGS, cell_size=0.0), "cell_size = 0.0 m; it must be positive"),
+        ([tube()], replace(SETTINGS, cell_size=float("nan")), "cell_size = nan m; it must be positive"),
+        ([tube(ignition=())], SETTINGS, "round 'tube' has no ignition point; give at least one"),
+    ],
+)
+def test_what_cannot_be_computed_is_refused(tmp_path, rounds, settings, message):
+    with pytest.raises(InputError, match=message):
+        simulate(rounds, settings, tmp_path, comm=MPI.COMM_SELF)
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"cannot write the time series .*; name a folder that exists and is writable"):
+        simulate([tube()], SETTINGS, tmp_path / "nowhere", comm=MPI.COMM_SELF)
+
+
+def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
+    from burst_fenicsx.snapshot import write_snapshot
+
+    with pytest.raises(InputError, match=r"cannot write .*nowhere.burst_snapshot.h5: .*; name a folder that exists"):
+        write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})
