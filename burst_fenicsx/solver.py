@@ -141,8 +141,8 @@ class BurstSolver:
     def move_nodes(self, step: float) -> None:
         """Velocities, then places (Eq. 3).
 
-        The velocities belong to the middles of the steps, so they advance by half the last step and half this one: Eq. 3
-        where steps are equal, and of second order where they are not (Belytschko et al. 2000, box 6.1).
+        The velocities belong to the middles of the steps, so they advance by half the last step and half this one:
+        Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000, box 6.1).
         """
         force = self.resultant
         nodes = self.fields.nodes

@@ -132,7 +132,8 @@ def move_nodes(
 ) -> None:
     """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
 
-    `kick` is the dt of the velocity and `step` that of the places (s), the same where steps are equal; `inverse_mass` (nodes,) 1/kg; `force` (nodes, 3) N, the resultant of Eq. 2; `velocity` (m/s) and `position` (m)
+    `kick` is the dt of the velocity and `step` that of the places (s), the same where steps are equal;
+    `inverse_mass` (nodes,) 1/kg; `force` (nodes, 3) N, the resultant of Eq. 2; `velocity` (m/s) and `position` (m)
     (nodes, 3) are advanced in place.
     """
     for node in numba.prange(force.shape[0]):

@@ -136,7 +136,7 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
 
 
 def _cj_pressure(explosive: Explosive) -> float:
-    """Chapman-Jouguet pressure on the JWL isentrope: where it meets the Rayleigh line, found by bisection (Pa)."""
+    """Chapman-Jouguet pressure on the JWL isentrope: where it touches the Rayleigh line, searched on a grid (Pa)."""
     assert explosive.jwl is not None
     c = explosive.jwl
     inertia = explosive.density * explosive.detonation_velocity**2
