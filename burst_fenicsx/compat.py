@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Any
 
 import dolfinx
@@ -29,6 +30,7 @@ __all__ = [
 
 _VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 _MODERN = _VERSION >= (0, 7)
+_COMPILE_SECONDS = 300
 
 if _VERSION < (0, 5):
     raise ImportError(f"dolfinx {dolfinx.__version__} is too old; 0.5.2, 0.9, 0.10 and 0.11 are supported")
@@ -118,18 +120,29 @@ def _destinations(cells: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.
     return data, offsets
 
 
+def _old_space(domain: Any, element: Any) -> Any:
+    """Space of dolfinx 0.5, which compiles its elements: with patience on a loaded machine, and without chatter."""
+    logging.disable(logging.INFO)
+    try:
+        return fem.FunctionSpace(domain, element, jit_params={"timeout": _COMPILE_SECONDS})
+    finally:
+        logging.disable(logging.NOTSET)
+
+
 def vector_space(domain: Any) -> Any:
     """Vector-valued continuous trilinear functions."""
     if _MODERN:
         return fem.functionspace(domain, ("Lagrange", 1, (3,)))
-    return fem.VectorFunctionSpace(domain, ("Lagrange", 1))
+    return _old_space(domain, ufl.VectorElement("Lagrange", domain.ufl_cell(), 1))
 
 
 def cell_space(domain: Any, size: int = 1) -> Any:
     """Functions constant in each cell, with `size` components."""
     if _MODERN:
         return fem.functionspace(domain, ("DG", 0) if size == 1 else ("DG", 0, (size,)))
-    return fem.FunctionSpace(domain, ("DG", 0)) if size == 1 else fem.VectorFunctionSpace(domain, ("DG", 0), dim=size)
+    cell = domain.ufl_cell()
+    element = ufl.FiniteElement("DG", cell, 0) if size == 1 else ufl.VectorElement("DG", cell, 0, dim=size)
+    return _old_space(domain, element)
 
 
 def quadrature_space(domain: Any, size: int = 1) -> Any:
@@ -144,7 +157,7 @@ def quadrature_space(domain: Any, size: int = 1) -> Any:
         element = ufl.FiniteElement("Quadrature", cell, degree=2, quad_scheme="default")
     else:
         element = ufl.VectorElement("Quadrature", cell, degree=2, dim=size, quad_scheme="default")
-    return fem.FunctionSpace(domain, element)
+    return _old_space(domain, element)
 
 
 def _two_dimensional(dofmap: Any, cells: int) -> np.ndarray:

@@ -190,8 +190,8 @@ class Job:
             speed = np.linalg.norm(outcome[:, 4:7], axis=1)
         rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
         place = outcome[:, 1:3] - self.origin
-        rows["distance"], rows["azimuth"] = np.hypot(place[:, 0], place[:, 1]), _azimuth(place)
-        rows["angle"] = np.degrees(np.arctan2(-outcome[:, 6], np.hypot(outcome[:, 4], outcome[:, 5])))
+        rows["distance"], rows["azimuth"] = _horizontal(place), _azimuth(place)
+        rows["angle"] = _angles(-outcome[:, 6], _horizontal(outcome[:, 4:6]))
 
     def _hits(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
         rows = np.zeros(len(buffer), dtype=HITS)
@@ -213,7 +213,7 @@ class Job:
             ]
         )
         rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
-        rows["elevation"] = np.degrees(np.arctan2(buffer[:, 6], np.hypot(buffer[:, 4], buffer[:, 5])))
+        rows["elevation"] = _angles(buffer[:, 6], _horizontal(buffer[:, 4:6]))
         return rows
 
 
@@ -223,7 +223,20 @@ def _arrays(fragments: Fragments) -> list[NDArray[np.float64]]:
     return [np.require(getattr(fragments, name), requirements=["C", "W"]) for name in names]
 
 
+def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Length of the first two columns; sums and roots round alike wherever a row stands."""
+    return np.asarray(np.sqrt(rows[:, 0] ** 2 + rows[:, 1] ** 2))
+
+
+def _angles(opposite: NDArray[np.float64], adjacent: NDArray[np.float64]) -> NDArray[np.float64]:
+    from flight.kernels.angles import row_angles
+
+    result = np.empty(len(opposite))
+    row_angles(np.ascontiguousarray(opposite), np.ascontiguousarray(adjacent), result)
+    return result
+
+
 def _azimuth(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    angle = np.degrees(np.arctan2(place[:, 1], place[:, 0])) % 360.0
+    angle = _angles(place[:, 1], place[:, 0]) % 360.0
     angle[angle >= 360.0] = 0.0  # a tiny negative angle rounds up to 360
     return np.asarray(angle)

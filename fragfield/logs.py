@@ -6,8 +6,9 @@ import builtins
 import logging
 import re
 import sys
+import warnings
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -84,11 +85,28 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
 
 @contextmanager
 def _captured_warnings() -> Iterator[None]:
-    """Python's warnings as records of the logger "py.warnings"; may be nested."""
-    already = getattr(logging, "_warnings_showwarning", None) is not None
-    logging.captureWarnings(capture=True)
+    """Python's warnings as records of the logger "py.warnings"; may be nested.
+
+    `logging.captureWarnings` keeps one state for the whole process, which `warnings.catch_warnings` elsewhere undoes.
+    """
+    before = warnings.showwarning
+
+    def show(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        if file is not None:
+            before(message, category, filename, lineno, file, line)
+            return
+        text = warnings.formatwarning(message, category, filename, lineno, line)
+        logging.getLogger("py.warnings").warning("%s", text)
+
+    warnings.showwarning = show
     try:
         yield
     finally:
-        if not already:
-            logging.captureWarnings(capture=False)
+        warnings.showwarning = before
