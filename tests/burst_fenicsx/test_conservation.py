@@ -86,7 +86,7 @@ def test_threads_do_not_change_a_bit(tmp_path):
 
 
 def test_place_and_direction_in_space_do_not_matter(tmp_path):
-    """Round-off only: 1e-16 m of places of 1 m over cells of 20 mm, grown a thousandfold by 40 plastic steps at most."""
+    """Round-off only: places of 1 m are known to 1e-16 m, which 40 steps of plastic flow may raise a thousandfold."""
     _, still, velocity = run(tmp_path)
     position, axis = (0.5, -1.0, 0.3), (1.0, 2.0, -1.5)
     _, moved, turned = run(tmp_path, tube(position=position, axis=axis))
