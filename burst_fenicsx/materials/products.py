@@ -114,13 +114,6 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
         cj = 1.0 - _cj_pressure(explosive) / (explosive.density * explosive.detonation_velocity**2)
         return JwlProducts(density=explosive.density, constants=c, cj_volume=cj)
     rho, speed, heat = explosive.density, explosive.detonation_velocity, explosive.heat_of_detonation
-    least = speed**2 / 16.0
-    if heat <= least:
-        raise InputError(
-            f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope "
-            f"needs more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose "
-            "the products jwl"
-        )
     inertia = rho * speed**2
     if model == "landau":
         p0, work = inertia / 8.0, rho * heat
@@ -128,8 +121,14 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
         p0, work = 27.0 / 256.0 * inertia, rho * heat - (21.0 / 512.0 - 1.0 / 32.0) * inertia
     # The isentrope's own work from v = 1 to infinity, P0/2 (1 - x) + 3 P0 x with x = (Pk/P0)^(2/3) = vk^-2, is `work`.
     x = (2.0 * work / p0 - 1.0) / 5.0
-    if x <= 0.0:
-        raise InputError(f"explosive '{explosive.name}': no isentrope of Landau's form gives {work / 1e9:.4g} GJ/m3")
+    # For both models x > 0 is Q > D^2/16.
+    least = speed**2 / 16.0
+    if not x > 0.0:
+        raise InputError(
+            f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope "
+            f"needs more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose "
+            "the products jwl"
+        )
     return LandauProducts(
         density=rho, initial_pressure=p0, knee_pressure=p0 * x**1.5, knee_volume=x**-0.5, energy=rho * heat
     )
