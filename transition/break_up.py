@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from transition.adjacency import face_neighbours
-from transition.directions import Directions, compare_directions
+from transition.directions import Directions, Shares, cell_shares, compare_directions
 from transition.errors import InputError
 from transition.laws import SegmentLaw, segment_law
 from transition.ledger import Ledger, ledger
-from transition.placing import Patches, join, patch_means, patch_positions, place, point_positions
+from transition.placing import Patches, cell_sides, join, patch_means, place, point_positions
 from transition.samplers import Draw, Graded, Quantile, Sampler
 from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
@@ -96,12 +96,13 @@ class BreakUp:
         self._mass = self.snapshot.mass[casing]
         self._corners = self.snapshot.position[self._cells]
         self._node_velocity = self.snapshot.velocity[self._cells]
-        self._cell_velocity = self._node_velocity.mean(axis=1)
         self.laws = tuple(
             segment_law(s, float(self._mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
             for s in self.segments
         )
+        self._sides = cell_sides(self._corners)
         self._neighbours = self._local_neighbours()
+        self._cell_shares: dict[int, Shares] = {}
         self._field: VelocityField | None = None
 
     def _local_neighbours(self) -> list[NDArray[np.int64]]:
@@ -137,8 +138,9 @@ class BreakUp:
             except InputError as error:
                 name = self.snapshot.rounds[segment.round].name
                 raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
-            cell_mass = self._mass[segment.cells]
-            patches = place(draw.mass, cell_mass, neighbours, placing, take_all=draw.method != "graded")
+            cell_mass, sides = self._mass[segment.cells], self._sides[segment.cells]
+            take_all = draw.method != "graded"
+            patches = place(draw.mass, cell_mass, neighbours, placing, take_all=take_all, sides=sides)
             parts.append((patches, segment.cells))
             results.append(SegmentResult(segment, law, draw, int(patches.contiguous.sum())))
         return self._result(tuple(results), parts)
@@ -162,8 +164,8 @@ class BreakUp:
             velocity = self._field.at(patches.seed, patches.point)
             position = point_positions(patches, self._corners)
         else:
-            velocity = patch_means(patches, self._cell_velocity[patches.cell])
-            position = patch_positions(patches, self._corners, self._mass)
+            velocity = patch_means(patches, self._node_velocity)
+            position = patch_means(patches, self._corners)
         counts = [part.mass.size for part, _ in parts]
         of_round = np.repeat([r.segment.round for r in results], counts).astype(np.int32)
         of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)
@@ -177,14 +179,12 @@ class BreakUp:
         return BreakUpResult(fragments, results, patches, directions, handed_over, summary)
 
     def _directions(self, number: int, fragments: Fragments) -> Directions:
-        mine, cells = fragments.round == number, self.snapshot.round[self.snapshot.casing] == number
-        return compare_directions(
-            fragments.mass[mine],
-            fragments.velocity[mine],
-            self._mass[cells],
-            self._cell_velocity[cells],
-            self.snapshot.rounds[number].axis,
-        )
+        axis = self.snapshot.rounds[number].axis
+        if number not in self._cell_shares:
+            own = self.snapshot.round[self.snapshot.casing] == number
+            self._cell_shares[number] = cell_shares(self._mass[own], self._node_velocity[own], axis)
+        mine = fragments.round == number
+        return compare_directions(fragments.mass[mine], fragments.velocity[mine], self._cell_shares[number], axis)
 
     def _summary(
         self,

@@ -36,7 +36,8 @@ class Ledger:
     energy_error : float
         (energy - casing_energy)/casing_energy; 0 for a casing at rest.
     cell_energy : float
-        Kinetic energy of the cells moving as one piece each (J): what averaging within cells leaves.
+        Kinetic energy of the cells moving as one piece each (J). Fragments smaller than a cell keep more of the
+        casing's energy, those of many cells less.
     """
 
     mass: float

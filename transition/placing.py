@@ -2,6 +2,14 @@
 
 The heaviest fragments are placed first, while the casing is whole, so that each covers a connected patch; the light
 ones fill what is between. Every cell's mass is given out exactly once.
+
+A cell that several fragments share is cut into one box for each, by mass, and a piece moves and lies as the middle of
+its box. The boxes fill the reference cell, and the mean of a trilinear function over a box is its value in the middle;
+so the pieces of a cell have together exactly the mean of its nodes, in velocity and in place, and none of them has to
+be corrected for the others.
+
+What stays of the mesh: a flood takes whole cells but for the last, so the centres of fragments of one to a few cells
+still prefer the middles and the faces of cells. Cells of less than about half the mean fragment's mass keep that small.
 """
 
 from __future__ import annotations
@@ -12,12 +20,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.kernels.flooding import flood
+from transition.kernels.parting import part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Patches", "join", "patch_means", "patch_positions", "place", "point_positions", "trilinear"]
+__all__ = ["Patches", "cell_sides", "join", "patch_means", "place", "point_positions", "trilinear"]
 
+_EDGES = np.array(
+    [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [2, 6], [3, 7]]]
+)
 _ABSORBS = 1e-6  # share of the segment's mass from which a fragment takes up round-off without a trace
 
 
@@ -41,6 +53,9 @@ class Patches:
         Cell of every piece.
     piece : (p,) float64
         Mass of every piece (kg).
+    centre : (p, 3) float64
+        Middle of every piece, coordinates 0 to 1 of the reference cell. The pieces' mass-weighted mean is the
+        middle of the cell, and a piece that is a whole cell lies there.
     """
 
     mass: NDArray[np.float64]
@@ -50,6 +65,7 @@ class Patches:
     offset: NDArray[np.int64]
     cell: NDArray[np.int64]
     piece: NDArray[np.float64]
+    centre: NDArray[np.float64]
 
 
 def place(
@@ -59,6 +75,7 @@ def place(
     generator: np.random.Generator,
     *,
     take_all: bool,
+    sides: NDArray[np.float64] | None = None,
 ) -> Patches:
     """Place the fragments of one segment on its cells.
 
@@ -75,6 +92,8 @@ def place(
     take_all : bool
         The fragments are to carry the cells' whole mass: what round-off leaves goes to the fragment placed last, the
         lightest that does not feel it.
+    sides : (m, 3) float64 or None
+        Lengths of the cells along their three coordinates (m): shared cells are cut across the longest. None: cubes.
 
     Returns
     -------
@@ -97,26 +116,33 @@ def place(
     used = offset[placed]
     offset, cell, piece = offset[: placed + 1], cell[:used], piece[:used]
     mass = np.add.reduceat(piece, offset[:-1]) if placed else np.empty(0)
-    return Patches(mass, seed[:placed], point[:placed], contiguous[:placed], offset, cell, piece)
+    ends = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=cell_mass.size))])
+    centre = np.empty((used, 3))
+    owners_point = np.repeat(point[:placed], np.diff(offset), axis=0)
+    lengths = np.ones((cell_mass.size, 3)) if sides is None else sides
+    part(ends, np.argsort(cell, kind="stable"), piece, owners_point, lengths, centre)
+    return Patches(mass, seed[:placed], point[:placed], contiguous[:placed], offset, cell, piece, centre)
 
 
 def join(parts: list[tuple[Patches, NDArray[np.int64]]]) -> Patches:
     """Patches of several segments as one; each with the numbers of its cells in the whole."""
-    ends = np.cumsum([0, *(part.cell.size for part, _ in parts)])
+    ends = np.cumsum([0, *(patch.cell.size for patch, _ in parts)])
     return Patches(
-        mass=np.concatenate([part.mass for part, _ in parts]),
-        seed=np.concatenate([cells[part.seed] for part, cells in parts]),
-        point=np.concatenate([part.point for part, _ in parts]),
-        contiguous=np.concatenate([part.contiguous for part, _ in parts]),
-        offset=np.concatenate([[0], *(part.offset[1:] + end for (part, _), end in zip(parts, ends, strict=False))]),
-        cell=np.concatenate([cells[part.cell] for part, cells in parts]),
-        piece=np.concatenate([part.piece for part, _ in parts]),
+        mass=np.concatenate([patch.mass for patch, _ in parts]),
+        seed=np.concatenate([cells[patch.seed] for patch, cells in parts]),
+        point=np.concatenate([patch.point for patch, _ in parts]),
+        contiguous=np.concatenate([patch.contiguous for patch, _ in parts]),
+        offset=np.concatenate([[0], *(patch.offset[1:] + end for (patch, _), end in zip(parts, ends, strict=False))]),
+        cell=np.concatenate([cells[patch.cell] for patch, cells in parts]),
+        piece=np.concatenate([patch.piece for patch, _ in parts]),
+        centre=np.concatenate([patch.centre for patch, _ in parts]),
     )
 
 
-def patch_means(patches: Patches, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mass-weighted means (n, 3) over the fragments' pieces of `values` (p, 3), one row a piece."""
-    return np.asarray(np.add.reduceat(patches.piece[:, None] * values, patches.offset[:-1]) / patches.mass[:, None])
+def cell_sides(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean lengths (m, 3) of the cells along their three coordinates; `corners` (m, 8, 3) are their nodes, all in m."""
+    edges = corners[:, _EDGES]
+    return np.asarray(np.linalg.norm(edges[:, :, :, 1] - edges[:, :, :, 0], axis=-1).mean(axis=-1))
 
 
 def trilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -135,24 +161,21 @@ def trilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArr
     return np.asarray(np.einsum("ki,kij->kj", weights, corners))
 
 
+def patch_means(patches: Patches, corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mass-weighted means (n, 3) over what the fragments cover.
+
+    Parameters
+    ----------
+    patches : Patches
+        What every fragment covers.
+    corners : (m, 8, 3) float64
+        Values at the cells' nodes: of their velocities (m/s), or of their places (m) for the centres of mass. The
+        sum over fragments of mass times mean is the sum over cells of mass times the mean of the nodes.
+    """
+    values = trilinear(corners[patches.cell], patches.centre)
+    return np.asarray(np.add.reduceat(patches.piece[:, None] * values, patches.offset[:-1]) / patches.mass[:, None])
+
+
 def point_positions(patches: Patches, corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Places (n, 3) of the random points; `corners` (m, 8, 3) are the cells' nodes, all in m."""
     return trilinear(corners[patches.seed], patches.point)
-
-
-def patch_positions(
-    patches: Patches, corners: NDArray[np.float64], cell_mass: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Centres of mass (n, 3) of what the fragments cover (m).
-
-    A wholly covered cell counts at its centre. Of a cell that several fragments share nothing says which part each
-    takes; a piece with the share s of its cell is set on the line from the fragment's random point in that cell
-    (s = 0) to the centre (s = 1), so that fragments smaller than a cell do not coincide.
-    """
-    share = np.minimum(patches.piece / cell_mass[patches.cell], 1.0)
-    places = corners.mean(axis=1)[patches.cell]
-    partly = np.flatnonzero(share < 1.0)
-    fragment = np.repeat(np.arange(patches.mass.size), np.diff(patches.offset))[partly]
-    inside = trilinear(corners[patches.cell[partly]], patches.point[fragment])
-    places[partly] += (1.0 - share[partly])[:, None] * (inside - places[partly])
-    return patch_means(patches, places)

@@ -51,7 +51,8 @@ class BreakUpSettings:
     graded_m0, graded_dm : float
         m_0 and the step of Eq. 26 (kg).
     velocity : "patch" or "interpolation"
-        Mean over the covered cells (keeps momentum), or shape functions at the fragment's point (Eq. 30).
+        Mean of the velocity field over what the fragment covers, parts of cells included (keeps momentum), or shape
+        functions at the fragment's point (Eq. 30).
     shape_factor : float
         k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
     explosive_constant : float or None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from transition.adjacency import face_neighbours
-from transition.placing import patch_means, patch_positions, place, trilinear
+from transition.placing import cell_sides, patch_means, place, trilinear
 
 
 def block(nx, ny, nz):
@@ -109,7 +109,7 @@ def test_centres_of_mass_keep_the_casings_first_moment_where_cells_are_covered_w
     generator = np.random.default_rng(6)
     neighbours = face_neighbours(cells, np.zeros(216, dtype=np.int64))
     patches = place(np.array([100.0, 60.0, 40.0, 16.0]), np.ones(216), neighbours, generator, take_all=True)
-    places = patch_positions(patches, nodes[cells], np.ones(216))
+    places = patch_means(patches, nodes[cells])
     np.testing.assert_allclose(patches.mass @ places, nodes[cells].mean(axis=1).sum(axis=0), rtol=1e-12)
 
 
@@ -118,7 +118,7 @@ def test_fragments_smaller_than_a_cell_lie_apart_inside_it():
     generator = np.random.default_rng(6)
     neighbours = face_neighbours(cells, np.zeros(1, dtype=np.int64))
     patches = place(np.full(50, 0.02), np.ones(1), neighbours, generator, take_all=True)
-    places = patch_positions(patches, nodes[cells], np.ones(1))
+    places = patch_means(patches, nodes[cells])
     assert (places > 0.0).all()
     assert (places < 1.0).all()
     assert np.unique(places, axis=0).shape == (50, 3)
@@ -141,8 +141,63 @@ def test_patch_mean_of_a_constant_is_that_constant():
     _, cells = block(4, 4, 4)
     neighbours = face_neighbours(cells, np.zeros(64, dtype=np.int64))
     patches = place(partition(64.0, 20, generator), np.ones(64), neighbours, generator, take_all=True)
-    mean = patch_means(patches, np.tile([1.0, -2.0, 3.0], (patches.cell.size, 1)))
+    mean = patch_means(patches, np.tile([1.0, -2.0, 3.0], (64, 8, 1)))
     np.testing.assert_allclose(mean, np.tile([1.0, -2.0, 3.0], (20, 1)), rtol=1e-13)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("take_all", [True, False])
+def test_pieces_of_a_cell_have_its_mean_of_any_nodal_field(seed, take_all):
+    """Fields that differ wildly from node to node, crumbs and heavy fragments; also where mass is left over."""
+    generator = np.random.default_rng(seed)
+    _, cells = block(*generator.integers(1, 6, 3))
+    mass = generator.lognormal(sigma=1.0, size=len(cells))
+    asked = partition(
+        mass.sum() * (1.0 if take_all else 0.7), int(generator.integers(1, 8 * len(cells) + 2)), generator
+    )
+    neighbours = face_neighbours(cells, np.zeros(len(cells), dtype=np.int64))
+    sides = generator.uniform(0.2, 3.0, (len(cells), 3))
+    patches = place(asked, mass, neighbours, generator, take_all=take_all, sides=sides)
+    field = generator.normal(scale=1000.0, size=(len(cells), 8, 3))
+    values = trilinear(field[patches.cell], patches.centre) * patches.piece[:, None]
+    given = np.bincount(patches.cell, patches.piece, minlength=len(cells))
+    found = np.column_stack([np.bincount(patches.cell, values[:, i], minlength=len(cells)) for i in range(3)])
+    scale = 1000.0 * mass.max()
+    np.testing.assert_allclose(found, given[:, None] * field.mean(axis=1), rtol=0.0, atol=1e-13 * scale)
+    total = patches.mass @ patch_means(patches, field)
+    np.testing.assert_allclose(total, given @ field.mean(axis=1), rtol=0.0, atol=1e-14 * 1000.0 * mass.sum())
+
+
+def test_whole_cells_give_the_mean_of_their_nodes():
+    generator = np.random.default_rng(5)
+    _, cells = block(4, 4, 4)
+    neighbours = face_neighbours(cells, np.zeros(64, dtype=np.int64))
+    patches = place(np.array([40.0, 16.0, 8.0]), np.ones(64), neighbours, generator, take_all=True)
+    field = generator.normal(size=(64, 8, 3))
+    np.testing.assert_array_equal(patches.centre, 0.5)
+    means = [field[patches.cell[patches.offset[f] : patches.offset[f + 1]]].mean(axis=(0, 1)) for f in range(3)]
+    np.testing.assert_allclose(patch_means(patches, field), means, rtol=0.0, atol=1e-14)
+
+
+def test_a_shared_cell_is_cut_across_its_longest_side():
+    _, cells = block(1, 1, 1)
+    neighbours = face_neighbours(cells, np.zeros(1, dtype=np.int64))
+    for axis in range(3):
+        sides = np.ones((1, 3))
+        sides[0, axis] = 3.0
+        generator = np.random.default_rng(axis)
+        patches = place(np.array([0.75, 0.25]), np.ones(1), neighbours, generator, take_all=True, sides=sides)
+        others = [i for i in range(3) if i != axis]
+        np.testing.assert_array_equal(patches.centre[:, others], 0.5)
+        along = patches.centre[:, axis]
+        assert sorted(np.abs(along - 0.5)) == pytest.approx([0.125, 0.375])
+        assert np.prod(along - 0.5) < 0.0
+
+
+def test_sides_of_a_skewed_box():
+    nodes, cells = block(1, 1, 1)
+    skewed = nodes @ np.array([[2.0, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 7.0]])
+    np.testing.assert_allclose(cell_sides(skewed[cells]), [[2.0, 5.0, 7.0]])
 
 
 def test_fifty_thousand_fragments_are_placed_in_two_seconds():
