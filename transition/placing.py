@@ -9,7 +9,8 @@ so the pieces of a cell have together exactly the mean of its nodes, in velocity
 be corrected for the others.
 
 What stays of the mesh: a flood takes whole cells but for the last, so the centres of fragments of one to a few cells
-still prefer the middles and the faces of cells. Cells of less than about half the mean fragment's mass keep that small.
+still prefer the middles and the faces of cells. In sectors of 5 degrees that adds up to a quarter of what chance does
+to the variance of their numbers (cells of 0.4 to 1.2 mean fragments), by how columns and sectors happen to meet.
 """
 
 from __future__ import annotations
