@@ -69,13 +69,27 @@ def write_checkpoint(
     sums = mesh.comm.allreduce(np.append(solver.ledger.sums, solver.ledger.external_work))
     if mesh.comm.rank != 0:
         return
+    try:
+        _write(path, solver, provenance, mesh_key, sums, {"cells": cells, "nodes": nodes, "records": records or {}})
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error}; name a folder with room that is writable") from error
+
+
+def _write(
+    path: Path,
+    solver: BurstSolver,
+    provenance: Mapping[str, str],
+    mesh_key: str,
+    sums: np.ndarray,
+    groups: Mapping[str, Mapping[str, np.ndarray | None]],
+) -> None:
     draft = path.with_name(path.name + ".part")
     with h5py.File(draft, "w", libver=("v108", "v110")) as file:
         file.attrs["format"] = FORMAT
         file.attrs["mesh_key"] = mesh_key
         for key, text in provenance.items():
             file.attrs[key] = text
-        for name in ("time", "time_step", "steps", "stable_step"):
+        for name in ("time", "time_step", "steps", "stable_step", "free_step"):
             file.attrs[name] = getattr(solver, name)
         file["ledger/sums"] = sums[:-1]
         file["ledger/external_work"] = sums[-1]
@@ -83,7 +97,7 @@ def write_checkpoint(
             file[f"history/{name}"] = column
         file["leakage/factor"] = solver.leakage.factor
         file["leakage/rupture_time"] = solver.leakage.rupture_time
-        for group, arrays in (("cells", cells), ("nodes", nodes), ("records", records or {})):
+        for group, arrays in groups.items():
             file.create_group(group)
             for name, values in arrays.items():
                 file[f"{group}/{name}"] = values
@@ -144,6 +158,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     solver.time_step = float(file.attrs["time_step"])
     solver.steps = int(file.attrs["steps"])
     solver.stable_step = float(file.attrs["stable_step"])
+    solver.free_step = float(file.attrs["free_step"])
     # The sums are those of all ranks: one goes on from them, the others from nothing.
     share = 1.0 if mesh.comm.rank == 0 else 0.0
     solver.ledger.sums[:] = share * file["ledger/sums"][()]

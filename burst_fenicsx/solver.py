@@ -62,7 +62,8 @@ class BurstSolver:
 
     Attributes
     ----------
-    time, time_step, steps, stable_step : simulated time (s), last step (s), steps done, stable limit now (s).
+    time, time_step, steps : simulated time (s), last step (s), steps done.
+    stable_step, free_step : stable limit now (s); the last step (s) before it was cut to meet an output.
     """
 
     def __init__(
@@ -95,6 +96,7 @@ class BurstSolver:
         self._scratch = make_scratch(numba.get_num_threads())
         self._external_force = np.zeros_like(fields.nodes.force) if external else None
         self.stable_step = np.inf
+        self.free_step = 0.0
         self._fastest_burn, self._burnt_out = self._burning_times()
         self.add_forces(0.0)
 
@@ -123,8 +125,9 @@ class BurstSolver:
         wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self.stable_step
         if self.settings.time_step.fixed is None and self.time < self._burnt_out:
             wanted = min(wanted, _BURN_PER_STEP / self._fastest_burn)
-        if self.time_step > 0.0:
-            wanted = min(wanted, _STEP_GROWTH * self.time_step)
+        if self.free_step > 0.0:
+            wanted = min(wanted, _STEP_GROWTH * self.free_step)
+        self.free_step = wanted
         left = until - self.time
         # Two equal steps rather than a full and a tiny one.
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))

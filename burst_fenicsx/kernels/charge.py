@@ -232,7 +232,8 @@ def charge_block(
         burn[lane] = min(max(old_burn, by_time, by_compression * (1.0 - relative[lane])), 1.0)
         # The step in which a cell burns out still takes its deviator to zero.
         least_burn = min(least_burn, old_burn)
-        unlit[lane] = unlit_bulk * (1.0 / relative[lane] - 1.0)
+        # Pressed explosive parts in tension at about its strength.
+        unlit[lane] = max(unlit_bulk * (1.0 / relative[lane] - 1.0), -unlit_strength)
         old_pressure[lane] = state.pressure[cell]
         content[lane] = state.energy[cell]
         leakage[lane] = state.leakage[state.axial_part[cell]]

@@ -110,6 +110,12 @@ def test_cut_off_and_foreign_files_are_refused(tmp_path, monkeypatch):
         resume()
 
 
+def test_a_checkpoint_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "checkpoint.h5.part").mkdir()
+    with pytest.raises(InputError, match=r"cannot write .*checkpoint.h5: .*; name a folder with room that is writable"):
+        simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF)
+
+
 def test_ctrl_c_waits_for_the_step_and_a_second_one_does_not():
     usual = signal.getsignal(signal.SIGINT)
     with Interruption() as interruption:
