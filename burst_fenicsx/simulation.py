@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import resource
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 from mpi4py import MPI
 
@@ -18,6 +16,7 @@ from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
+from burst_fenicsx.gathered import output_fields, snapshot_fields
 from burst_fenicsx.interruption import Interruption
 from burst_fenicsx.ledger import LEAST_WORK, Ledger
 from burst_fenicsx.measures import Measures, RoundMeasures
@@ -28,6 +27,7 @@ from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records import round_records
 from burst_fenicsx.snapshot import write_snapshot
 from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.summary import Clocks, burst_summary
 from burst_fenicsx.surfaces import radial_surfaces
 
 if TYPE_CHECKING:
@@ -108,17 +108,6 @@ def simulate(
     return simulation.finish()
 
 
-@dataclass
-class _Clocks:
-    """Wall-clock times of the run (s)."""
-
-    start: float = field(default_factory=clock.perf_counter)
-    mesh: float = 0.0
-    first_step: float = 0.0
-    stepping: float = 0.0
-    last_progress: float = 0.0
-
-
 class Simulation:
     """A burst under way; `simulate` drives it."""
 
@@ -137,7 +126,7 @@ class Simulation:
         self.comm = comm
         self.provenance = provenance
         self.on_progress = on_progress
-        self._clocks = _Clocks()
+        self.clocks = Clocks()
         _check(self.rounds, settings)
         if len(self.rounds) > 1 and comm.rank == 0:
             _log.warning(
@@ -171,7 +160,6 @@ class Simulation:
             leakage=self.leakage.factor,
             lengths=mesh.lengths,
         )
-        self._clocks.mesh = clock.perf_counter() - self._clocks.start
         self.ledger = self._make_ledger()
         self.solver = BurstSolver(self.fields, settings, self.leakage, self.ledger)
         self.measures = Measures(self.fields, surfaces, self.rounds, mesh.lengths)
@@ -179,7 +167,7 @@ class Simulation:
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
-        self._first_step_at = 0
+        self.first_step_at = 0
         self.acceleration_complete: float | None = None
 
     @property
@@ -214,7 +202,7 @@ class Simulation:
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
-        self._first_step_at = self.solver.steps
+        self.first_step_at = self.solver.steps
 
     def run(self) -> None:
         """Step until the end, taking the ledger, outputs and checkpoints on the way."""
@@ -231,7 +219,7 @@ class Simulation:
         output = 0.0
         while output < solver.time * (1.0 + 1e-9) and self._resumed_at is not None:
             output += settings.output_interval
-        self._clocks.first_step = clock.perf_counter() - self._clocks.start
+        self.clocks.first_step = clock.perf_counter() - self.clocks.start
         began = clock.perf_counter()
         try:
             while True:
@@ -253,7 +241,7 @@ class Simulation:
                 self._write_checkpoint()
             raise
         finally:
-            self._clocks.stepping += clock.perf_counter() - began
+            self.clocks.stepping += clock.perf_counter() - began
             if self._series is not None:
                 self._series.close()
 
@@ -291,7 +279,7 @@ class Simulation:
             )
 
     def _write_output(self) -> None:
-        points, cells = self._gathered()
+        points, cells = output_fields(self.fields)
         if self._series is not None:
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
@@ -304,50 +292,13 @@ class Simulation:
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
-    def _gathered(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Fields for the eye, in the order of the mesh, on rank 0 (empty elsewhere)."""
-        state, mesh = self.fields, self.fields.mesh
-        count = mesh.cells
-        stress = state.solid.stress[:count].mean(axis=1)
-        charge = mesh.part == Part.CHARGE
-        pressure = state.charge.pressure[:count] * state.charge.leakage[state.charge.axial_part]
-        pressure = np.where(charge, pressure, -stress[:, :3].mean(axis=1))
-        stress[charge, :3] -= pressure[charge, None]
-        volume = np.empty(count)
-        slots, held = state.blocks.slots
-        volume[held] = state.grid.volume[slots]
-        shear = state.solid.shear_strain[:count].mean(axis=1)
-        tension = state.solid.volume_strain[:count].mean(axis=1)
-        local_cells = {
-            "pressure": pressure,
-            "stress": stress,
-            "shear_stress": _largest_shear(stress),
-            "plastic_shear_strain": shear,
-            "plastic_volumetric_strain": tension,
-            "burn_fraction": state.charge.burn_fraction[:count],
-            "density": state.cell_mass / volume,
-            "part": mesh.part,
-            "round": mesh.round,
-            "segment": mesh.segment,
-        }
-        local_points = {
-            "position": state.nodes.position,
-            "velocity": state.nodes.velocity,
-            "displacement": state.nodes.position - state.start,
-        }
-        points = {name: mesh.gather_nodes(values) for name, values in local_points.items()}
-        cells = {name: mesh.gather_cells(values) for name, values in local_cells.items()}
-        if self.comm.rank != 0:
-            return {}, {}
-        return {k: v for k, v in points.items() if v is not None}, {k: v for k, v in cells.items() if v is not None}
-
     def _report_progress(self, end: float, began: float) -> None:
         now = clock.perf_counter()
-        if self.on_progress is None or self.comm.rank != 0 or now - self._clocks.last_progress < _PROGRESS_SECONDS:
+        if self.on_progress is None or self.comm.rank != 0 or now - self.clocks.last_progress < _PROGRESS_SECONDS:
             return
-        self._clocks.last_progress = now
+        self.clocks.last_progress = now
         solver = self.solver
-        done = solver.steps - self._first_step_at
+        done = solver.steps - self.first_step_at
         rate = done / max(now - began, 1e-9)
         left = (end - solver.time) / solver.time_step / rate if solver.time_step > 0.0 and rate > 0.0 else None
         self.on_progress(
@@ -368,34 +319,22 @@ class Simulation:
         counts = [len(segments) for segments in self.mesh.segments]
         masses, speeds = self.measures.segment_masses_and_speeds(counts)
         records = round_records(self, masses, speeds)
-        state, mesh = self.fields, self.fields.mesh
-        shear = state.solid.shear_strain[: mesh.cells].mean(axis=1)
-        tension = state.solid.volume_strain[: mesh.cells].mean(axis=1)
-        nodes = {
-            "reference": mesh.gather_nodes(state.start),
-            "position": mesh.gather_nodes(state.nodes.position),
-            "velocity": mesh.gather_nodes(state.nodes.velocity),
-        }
-        cells = {
-            "mass": mesh.gather_cells(state.cell_mass),
-            "plastic_shear_strain": mesh.gather_cells(shear),
-            "plastic_volumetric_strain": mesh.gather_cells(tension),
-        }
+        nodes, cells = snapshot_fields(self.fields)
         history = self.ledger.columns()
-        summary = self._summary(along, [record.charge_mass for record in records])
+        summary = burst_summary(self, along, [record.charge_mass for record in records])
         if self.comm.rank == 0:
             whole = self.mesh
             write_snapshot(
                 self.out_dir / "burst_snapshot.h5",
                 self.solver.time,
-                {name: values for name, values in nodes.items() if values is not None},
+                nodes,
                 {
                     "nodes": whole.cells,
                     "part": whole.part.astype(np.uint8),
                     "round": whole.round,
                     "segment": whole.segment,
                     "station": whole.station,
-                    **{name: values for name, values in cells.items() if values is not None},
+                    **cells,
                 },
                 records,
                 along,
@@ -403,70 +342,6 @@ class Simulation:
                 self.provenance,
             )
         return BurstResult(summary, along, history)
-
-    def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
-        solver, last = self.solver, self.ledger.entries[-1]
-        distortion = self.measures.distortion()
-        steps = max(solver.steps - self._first_step_at, 1)
-        casing = np.array([item.casing_mass.sum() for item in along])
-        means = np.array([item.mean for item in along])
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-        earlier = [e for e in self.ledger.entries if e.time <= last.time - self.settings.acceleration_window]
-        growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
-        return {
-            "cells": len(self.mesh.cells),
-            "nodes": len(self.mesh.nodes),
-            "ranks": self.comm.size,
-            "threads": numba.get_num_threads(),
-            "steps": solver.steps,
-            "end_time": solver.time,
-            "wall_seconds": clock.perf_counter() - self._clocks.start,
-            "start_seconds": self._clocks.first_step,
-            "stepping_seconds": self._clocks.stepping,
-            "seconds_per_cell_step": self._clocks.stepping / steps / len(self.mesh.cells),
-            "peak_memory_bytes": int(self.comm.allreduce(memory)),
-            "casing_mass": float(casing.sum()),
-            "charge_mass": float(sum(charge_masses)),
-            "mean_initial_speed": float((means * casing).sum() / casing.sum()),
-            "max_initial_speed": max(item.largest for item in along),
-            "outer_diameter": last.outer_diameter,
-            "lost_cells": distortion.lost,
-            "folded_cells": distortion.folded,
-            "folded_casing_mass": distortion.folded_casing_mass,
-            "energy_error": max(entry.energy_error for entry in self.ledger.entries),
-            "energy_error_at_end": last.energy_error,
-            "momentum_error": last.momentum_error,
-            "max_penetration": 0.0,  # charge and casing share their nodes
-            "products_balance": self.ledger.products_balance,
-            "acceleration_complete": self.acceleration_complete,
-            "kinetic_energy_growth": growth,
-            "products": self.settings.products,
-            "quadrature": self.settings.quadrature,
-            "cell_size": self.settings.cell_size,
-            "min_scaled_jacobian": self.quality.min_scaled_jacobian,
-            "max_aspect_ratio": self.quality.max_aspect_ratio,
-            "min_edge": self.quality.min_edge,
-            "rounds": [
-                {
-                    "name": item.name,
-                    "casing_mass": float(measure.casing_mass.sum()),
-                    "charge_mass": float(charge),
-                    "mean_initial_speed": measure.mean,
-                    "max_initial_speed": measure.largest,
-                    "outer_diameter": float(np.nanmax(measure.outer_diameter)),
-                    "fastest_station": measure.fastest,
-                    "length": self.mesh.lengths[index],
-                }
-                for index, (item, measure, charge) in enumerate(zip(self.rounds, along, charge_masses, strict=True))
-            ],
-        }
-
-
-def _largest_shear(stress: np.ndarray) -> np.ndarray:
-    """(s1 - s3)/2 of stresses (cells, 6), Pa."""
-    matrices = stress[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
-    values = np.linalg.eigvalsh(matrices)
-    return 0.5 * (values[:, 2] - values[:, 0])
 
 
 def _fuze_density(item: Round) -> float:

@@ -43,8 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         summaries = {size: _run(name, case.REFERENCE["case"], size) for size in sizes}
         rows += case.check(summaries[sizes[-1]])
         if options.readme:
-            insert_tables(case.readme_tables(summaries))
-            copy_figures(_folder(name, sizes[-1]) / "figures", case.FIGURES, name)
+            finest = _folder(name, sizes[-1])
+            insert_tables(case.readme_tables(summaries, finest / "burst_snapshot.h5"))
+            copy_figures(finest / "figures", case.FIGURES, name)
     if options.json:
         print(json.dumps([row.as_dict() for row in rows], indent=1))
     else:

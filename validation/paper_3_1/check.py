@@ -6,6 +6,9 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import h5py
+import numpy as np
+
 from validation.grid import convergence
 from validation.rows import Row, compare, markdown_table, within
 
@@ -64,17 +67,19 @@ def check(summary: Mapping[str, Any]) -> list[Row]:
     ]
 
 
-def readme_tables(summaries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Tables for the README: the finest run beside the paper, and the sequence of cell sizes.
+def readme_tables(summaries: Mapping[str, Mapping[str, Any]], snapshot: Path) -> dict[str, str]:
+    """Tables for the README: the finest run beside the paper, its speeds along the round, and the cell sizes.
 
     Parameters
     ----------
     summaries : summary.json by cell size, from coarse to fine.
+    snapshot : burst_snapshot.h5 of the finest.
     """
     sizes = list(summaries)
     finest = summaries[sizes[-1]]
     return {
         "paper_3_1": _against_paper(finest),
+        "paper_3_1_along": _along(snapshot),
         "paper_3_1_grid": _grid(summaries),
         "paper_3_1_versions": f"Computed with {_versions(finest)}.",
     }
@@ -118,6 +123,22 @@ def _against_paper(summary: Mapping[str, Any]) -> str:
         ("peak memory", f"{burst['peak_memory_bytes'] / 1e9:.2f} GB", "-"),
     ]
     return markdown_table(("case 3.1", "fragfield", "the paper"), body)
+
+
+def _along(snapshot: Path) -> str:
+    """Speeds and diameters at ten places, each the mean over a tenth of the length, weighted by mass."""
+    with h5py.File(snapshot, "r") as file:
+        along = file["rounds/0/along"][()]
+        place = along["station"] / file["rounds/0"].attrs["length"]
+    columns = []
+    for tenth in range(10):
+        rows = along[(place >= tenth / 10) & (place < (tenth + 1) / 10)]
+        mean = (rows["mean_speed"] * rows["casing_mass"]).sum() / rows["casing_mass"].sum()
+        diameter = f"{1e3 * np.nanmean(rows['outer_diameter']):.0f}"
+        columns.append((f"{10 * tenth + 5}", f"{mean:.0f}", f"{rows['max_speed'].max():.0f}", diameter))
+    names = ("% of the length", "mean (m/s)", "largest (m/s)", "diameter (mm)")
+    lines = [(name, *(column[k] for column in columns)) for k, name in enumerate(names)]
+    return markdown_table(lines[0], lines[1:])
 
 
 def _both(ours: float, reference: float, unit: str) -> tuple[str, str]:

@@ -1,0 +1,95 @@
+"""The burst's part of summary.json; the names of its entries are a contract."""
+
+from __future__ import annotations
+
+import resource
+import time as clock
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from burst_fenicsx.measures import RoundMeasures
+    from burst_fenicsx.simulation import Simulation
+
+__all__ = ["Clocks", "burst_summary"]
+
+
+@dataclass
+class Clocks:
+    """Wall-clock times of a run (s): its start, what came before the first step, the stepping, the last progress."""
+
+    start: float = field(default_factory=clock.perf_counter)
+    first_step: float = 0.0
+    stepping: float = 0.0
+    last_progress: float = 0.0
+
+
+def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+    """Summarise a finished run; collective.
+
+    Parameters
+    ----------
+    run : the run.
+    along : speeds and diameters along each round.
+    charge_masses : of each round (kg).
+    """
+    solver, last = run.solver, run.ledger.entries[-1]
+    distortion = run.measures.distortion()
+    steps = max(solver.steps - run.first_step_at, 1)
+    casing = np.array([item.casing_mass.sum() for item in along])
+    means = np.array([item.mean for item in along])
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
+    growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
+    return {
+        "cells": len(run.mesh.cells),
+        "nodes": len(run.mesh.nodes),
+        "ranks": run.comm.size,
+        "threads": numba.get_num_threads(),
+        "steps": solver.steps,
+        "end_time": solver.time,
+        "wall_seconds": clock.perf_counter() - run.clocks.start,
+        "start_seconds": run.clocks.first_step,
+        "stepping_seconds": run.clocks.stepping,
+        "seconds_per_cell_step": run.clocks.stepping / steps / len(run.mesh.cells),
+        "peak_memory_bytes": int(run.comm.allreduce(memory)),
+        "casing_mass": float(casing.sum()),
+        "charge_mass": float(sum(charge_masses)),
+        "mean_initial_speed": float((means * casing).sum() / casing.sum()),
+        "max_initial_speed": max(item.largest for item in along),
+        "outer_diameter": last.outer_diameter,
+        "lost_cells": distortion.lost,
+        "folded_cells": distortion.folded,
+        "folded_casing_mass": distortion.folded_casing_mass,
+        "energy_error": max(entry.energy_error for entry in run.ledger.entries),
+        "energy_error_at_end": last.energy_error,
+        "momentum_error": last.momentum_error,
+        "max_penetration": 0.0,  # charge and casing share their nodes
+        "products_balance": run.ledger.products_balance,
+        "acceleration_complete": run.acceleration_complete,
+        "kinetic_energy_growth": growth,
+        "products": run.settings.products,
+        "quadrature": run.settings.quadrature,
+        "cell_size": run.settings.cell_size,
+        "min_scaled_jacobian": run.quality.min_scaled_jacobian,
+        "max_aspect_ratio": run.quality.max_aspect_ratio,
+        "min_edge": run.quality.min_edge,
+        "rounds": [
+            {
+                "name": item.name,
+                "casing_mass": float(measure.casing_mass.sum()),
+                "charge_mass": float(charge),
+                "mean_initial_speed": measure.mean,
+                "max_initial_speed": measure.largest,
+                "outer_diameter": float(np.nanmax(measure.outer_diameter)),
+                "fastest_station": measure.fastest,
+                "length": run.mesh.lengths[index],
+            }
+            for index, (item, measure, charge) in enumerate(zip(run.rounds, along, charge_masses, strict=True))
+        ],
+    }
