@@ -116,7 +116,8 @@ def make_fields(
 
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
-    blocks = arrange(np.argsort(mesh.cell, kind="stable"), mesh.dofmap, material, is_charge)
+    # dolfinx has put neighbours next to each other, cells and nodes alike: in its order the gathers stay in cache.
+    blocks = arrange(np.arange(mesh.cells), mesh.dofmap, material, is_charge)
     position = domain.geometry.x
     volume = cell_volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]

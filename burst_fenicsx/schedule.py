@@ -7,10 +7,17 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
 
-__all__ = ["CELLS_PER_CHUNK", "Blocks", "arrange"]
+__all__ = ["Blocks", "arrange", "chunk_size"]
 
-CELLS_PER_CHUNK = 1024
-"""Small enough for the second-level cache, large enough that few nodes are shared."""
+_LEAST_CELLS, _MOST_CELLS, _CHUNKS = 256, 4096, 32
+
+
+def chunk_size(cells: int) -> int:
+    """Cells of a chunk: enough chunks to share among threads, then chunks so large that they share few nodes.
+
+    It does not depend on the number of threads, so that the order of summation does not.
+    """
+    return min(max(cells // _CHUNKS, _LEAST_CELLS), _MOST_CELLS)
 
 
 class Blocks:
@@ -53,8 +60,9 @@ def arrange(order: np.ndarray, dofmap: np.ndarray, material: np.ndarray, is_char
     first_charge = []
     chunk_of_cell = np.empty(len(material), dtype=np.int32)
     ranked = np.lexsort((np.arange(len(is_charge)), is_charge))
-    for chunk, start in enumerate(range(0, len(order), CELLS_PER_CHUNK)):
-        members = order[start : start + CELLS_PER_CHUNK]
+    size = chunk_size(len(order))
+    for chunk, start in enumerate(range(0, len(order), size)):
+        members = order[start : start + size]
         chunk_of_cell[members] = chunk
         charge_starts = None
         for row in ranked:
