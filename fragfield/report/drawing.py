@@ -94,5 +94,7 @@ def to_bytes(figure: Figure, kind: str) -> bytes:
     """The figure as a file of that kind ("svg" or "png"), the same bytes for the same data."""
     buffer = io.BytesIO()
     metadata = {"Date": None} if kind == "svg" else None
-    figure.savefig(buffer, format=kind, dpi=200, metadata=metadata)
+    # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
+    whole: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.06} if kind == "png" else {}
+    figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, **whole)
     return buffer.getvalue()

@@ -57,7 +57,7 @@ def picture_of_fragments(run: Path | RunFiles, path: Path | None = None) -> Path
 def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:
     target = path or run.folder / "figures" / name
     target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target, dpi=170)
+    figure.savefig(target, dpi=170, bbox_inches="tight", pad_inches=0.06)
     return target
 
 
