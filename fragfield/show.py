@@ -46,7 +46,12 @@ _SUMMARY_ROWS = (
     ("flight", "landed", 1.0, ""),
     ("flight", "max_range", 1.0, "m"),
     ("flight", "hazardous_fragment_distance", 1.0, "m"),
+    ("flight", "hazardous_fragment_distance_all_round_normal", 1.0, "m"),
 )
+_LABELS = {
+    "hazardous_fragment_distance": "hazardous fragment distance, worst sector",
+    "hazardous_fragment_distance_all_round_normal": "hazardous fragment distance, all round",
+}
 
 
 def _console() -> Console:
@@ -112,7 +117,9 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     for part, key, factor, unit in _SUMMARY_ROWS:
         found = summary.get(part)
         if isinstance(found, dict) and found.get(key) is not None:
-            table.add_row(part.replace("_", " "), key.replace("_", " "), _number(found[key], factor), unit)
+            table.add_row(
+                part.replace("_", " "), _LABELS.get(key, key.replace("_", " ")), _number(found[key], factor), unit
+            )
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", _number(surface["hits"], 1.0), "")
     console = _console()
