@@ -33,7 +33,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
   test       the tests; arguments go to pytest
   lint       ruff, mypy, import-linter
-  validate   the validation cases; arguments go to python -m validation
+  validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
   help       this text
 
@@ -332,6 +332,9 @@ case $act in
         done
         exit "$status"
         ;;
-    validate) exec "$bin/python" -m validation "$@" ;;
+    validate)
+        "$bin/python" -m pytest -m slow
+        exec "$bin/python" -m validation "$@"
+        ;;
     bench) exec "$bin/python" -m benchmarks "$@" ;;
 esac
