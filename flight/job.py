@@ -224,8 +224,12 @@ def _arrays(fragments: Fragments) -> list[NDArray[np.float64]]:
 
 
 def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Length of the first two columns; sums and roots round alike wherever a row stands."""
-    return np.asarray(np.sqrt(rows[:, 0] ** 2 + rows[:, 1] ** 2))
+    """Length of the first two columns."""
+    from flight.kernels.angles import row_lengths
+
+    result = np.empty(len(rows))
+    row_lengths(np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1]), result)
+    return result
 
 
 def _angles(opposite: NDArray[np.float64], adjacent: NDArray[np.float64]) -> NDArray[np.float64]:
