@@ -93,6 +93,7 @@ def _write(
             file.attrs[name] = getattr(solver, name)
         file["ledger/sums"] = sums[:-1]
         file["ledger/external_work"] = sums[-1]
+        file["ledger/damping"] = solver.ledger.damping
         for name, column in solver.ledger.columns().items():
             file[f"history/{name}"] = column
         file["leakage/factor"] = solver.leakage.factor
@@ -163,6 +164,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     share = 1.0 if mesh.comm.rank == 0 else 0.0
     solver.ledger.sums[:] = share * file["ledger/sums"][()]
     solver.ledger.external_work = share * float(file["ledger/external_work"][()])
+    solver.ledger.damping = float(file["ledger/damping"][()])
     columns = {name: values[()] for name, values in file["history"].items()}
     rows_count = len(columns["time"])
     solver.ledger.entries = [

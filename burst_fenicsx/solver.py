@@ -95,6 +95,7 @@ class BurstSolver:
         )
         self._scratch = make_scratch(numba.get_num_threads())
         self._external_force = np.zeros_like(fields.nodes.force) if external else None
+        self._damping_force = np.zeros_like(fields.nodes.force) if settings.damping > 0.0 else None
         self.stable_step = np.inf
         self.free_step = 0.0
         self._fastest_burn, self._burnt_out = self._burning_times()
@@ -152,12 +153,16 @@ class BurstSolver:
         kick = 0.5 * (self.time_step + step)
         move_nodes(kick, step, self.fields.inverse_mass, force, nodes.velocity, nodes.position)
         self._add_external_work(0.5 * step)
+        self._add_damping_heat(0.5 * step)
         self.time += step
         self.time_step = step
         self.steps += 1
 
     def add_forces(self, step: float) -> None:
-        """Element forces of the new places (Eq. 1), summed over ranks, and the external ones (Eq. 2)."""
+        """Element forces of the new places (Eq. 1), summed over ranks, then external ones and damping (Eq. 2).
+
+        Contact forces, the fourth of Eq. 2, join where charge and casing do not share their nodes.
+        """
         state = self.fields
         add_element_forces(
             step,
@@ -181,6 +186,10 @@ class BurstSolver:
             self.external(self.time, self._external_force)
             state.nodes.force[:] += self._external_force
             self._add_external_work(0.5 * step)
+        if self._damping_force is not None:
+            self._damping_force[:] = -self.settings.damping * state.mass[:, None] * state.nodes.velocity
+            state.nodes.force[:] += self._damping_force
+            self._add_damping_heat(0.5 * step)
         for hold in self.holds:
             hold.apply(state.nodes.force)
         stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
@@ -194,6 +203,14 @@ class BurstSolver:
             owned = self.fields.mesh.owned_nodes
             velocity = self.fields.nodes.velocity[:owned]
             self.ledger.external_work += half_step * float(np.sum(self._external_force[:owned] * velocity))
+
+    def _add_damping_heat(self, half_step: float) -> None:
+        """Book what the damping takes over half a step (s), its first half with the old forces; over all ranks."""
+        if self._damping_force is not None:
+            mesh = self.fields.mesh
+            velocity = self.fields.nodes.velocity[: mesh.owned_nodes]
+            heat = -half_step * float(np.sum(self._damping_force[: mesh.owned_nodes] * velocity))
+            self.ledger.damping += mesh.comm.allreduce(heat) if mesh.comm.size > 1 else heat
 
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number."""

@@ -39,6 +39,7 @@ def burst_settings(case: Case) -> BurstSettings:
         time_limit=table.time_limit,
         output_interval=table.output.interval,
         energy_tolerance=table.energy_tolerance,
+        damping=table.damping,
         time_step=TimeStep(**table.time_step.model_dump()),
         leakage=Leakage(**table.leakage.model_dump()),
         viscosity=Viscosity(**table.viscosity.model_dump()),

@@ -129,6 +129,28 @@ def test_work_of_an_external_force_is_found_again():
     assert entry.external_work > 0.0
 
 
+def test_damping_brings_a_pulled_block_to_its_terminal_speed():
+    """Under an even pull a the speed is a/c (1 - exp(-c t)), and the ledger holds the heat of the damping."""
+    mesh = box((2, 2, 2), (0.01,) * 3)
+    pull, damping = 1e7, 2e4
+    mass = np.array([0.0])
+
+    def along_z(_, force):
+        force[:, 2] += pull * mass
+
+    settings = replace(BARE, damping=damping)
+    solver = burst(mesh, settings, external=along_z, least_work=1e-3)
+    mass = solver.fields.mass
+    while solver.time < 100e-6:
+        solver.step()
+    middle = solver.time - 0.5 * solver.time_step
+    exact = pull / damping * (1.0 - np.exp(-damping * middle))
+    np.testing.assert_allclose(solver.fields.nodes.velocity[:, 2], exact, rtol=1e-2)
+    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0)
+    assert entry.damping > 0.5 * entry.external_work
+    assert entry.energy_error < 5e-3
+
+
 def test_held_nodes_do_not_move_along_the_direction():
     mesh = box((2, 2, 2), (0.01,) * 3)
     direction = np.array([1.0, 2.0, -2.0]) / 3.0
