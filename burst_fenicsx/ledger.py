@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LEAST_WORK", "Entry", "Ledger"]
 
-LEAST_WORK = 0.01
-"""Share of the chemical energy below which the ledger's error is taken relative to it: while the first cells burn, the
-few steps that their burning takes leave an error that is large against the little work done, and soon nothing."""
+LEAST_WORK = 1e-3
+"""Share of the chemical energy below which the ledger's error is taken relative to it, since at first no work is done."""
 
 _PARTIAL_SUMS = 256
 

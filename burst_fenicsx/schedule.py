@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES
@@ -20,6 +22,7 @@ def chunk_size(cells: int) -> int:
     return min(max(cells // _CHUNKS, _LEAST_CELLS), _MOST_CELLS)
 
 
+@dataclass(frozen=True)
 class Blocks:
     """Cells in blocks: what `Grid` and `Schedule` are made of.
 
@@ -30,11 +33,10 @@ class Blocks:
     schedule : the chunks and their colours.
     """
 
-    def __init__(self, cells: np.ndarray, count: np.ndarray, material: np.ndarray, schedule: Schedule) -> None:
-        self.cells = cells
-        self.count = count
-        self.material = material
-        self.schedule = schedule
+    cells: np.ndarray
+    count: np.ndarray
+    material: np.ndarray
+    schedule: Schedule
 
     @property
     def slots(self) -> tuple[np.ndarray, np.ndarray]:

@@ -69,7 +69,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
         "energy_error_at_end": last.energy_error,
         "momentum_error": last.momentum_error,
-        "max_penetration": 0.0,  # charge and casing share their nodes
+        "max_penetration": None,  # charge and casing share their nodes: there is no contact to penetrate
         "products_balance": run.ledger.products_balance,
         "acceleration_complete": run.acceleration_complete,
         "kinetic_energy_growth": growth,

@@ -18,7 +18,7 @@ class Convergence:
 
     Attributes
     ----------
-    monotone : whether the changes have one sign and shrink.
+    monotone : whether the changes have one sign and a positive order fits them.
     order : observed order p, None where not monotone.
     limit : Richardson's extrapolation to cell size zero, None where not monotone.
     index : grid convergence index of the finest size (Roache 1994, factor 1.25), a fraction; None where not monotone.
@@ -44,7 +44,7 @@ def convergence(sizes: Sequence[float], values: Sequence[float]) -> Convergence:
     """
     (h3, h2, h1), (f3, f2, f1) = sizes[-3:], values[-3:]
     coarse, fine = f3 - f2, f2 - f1
-    if fine == 0.0 or coarse / fine <= (h3 - h2) / (h2 - h1) * _SLOWEST:
+    if fine == 0.0 or coarse / fine <= 0.0:
         return Convergence(False, None, None, None)
 
     def mismatch(order: float) -> float:
@@ -63,7 +63,3 @@ def convergence(sizes: Sequence[float], values: Sequence[float]) -> Convergence:
     ratio = (h2 / h1) ** order
     limit = f1 + (f1 - f2) / (ratio - 1.0)
     return Convergence(True, log(ratio) / log(h2 / h1), limit, 1.25 * abs((f1 - f2) / f1) / (ratio - 1.0))
-
-
-# Below this share of the first-order ratio of changes no positive order fits.
-_SLOWEST = 0.0

@@ -30,7 +30,6 @@ PARAMETERS = (
     "quadratic_viscosity",
     "hourglass_viscous",
     "hourglass_stiffness",
-    "density",
 )
 """Columns of the table of solid materials (SI); an inverse limit of zero switches softening off."""
 

@@ -19,7 +19,7 @@ class Nodes(NamedTuple):
 
     position: np.ndarray  # m
     velocity: np.ndarray  # m/s
-    force: np.ndarray  # N, the element forces
+    force: np.ndarray  # N, set to the element forces by the kernels, then the resultant
 
 
 class Grid(NamedTuple):
@@ -50,8 +50,8 @@ class SolidState(NamedTuple):
     stress: np.ndarray  # (cells, points, 6) Pa
     shear_strain: np.ndarray  # (cells, points), equivalent plastic shear strain
     volume_strain: np.ndarray  # (cells, points), plastic volumetric strain
-    hourglass: np.ndarray  # (blocks, 12 LANES) N/(m/s) s: generalised hourglass stresses
-    softening_scale: np.ndarray  # (slots,) factor on the limit strains (reference length over the cell's)
+    hourglass: np.ndarray  # (blocks, 12 LANES) N, stored elastic hourglass forces
+    softening_scale: np.ndarray  # (slots,) inverse factor on the limit strains: cell's length over the reference
 
 
 class ChargeState(NamedTuple):

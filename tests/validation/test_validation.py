@@ -27,6 +27,7 @@ def _summary(speed=1050.0, error=0.004, cell_size=3e-3):
         "max_initial_speed": 1400.0,
         "outer_diameter": 0.34,
         "lost_cells": 0,
+        "products_balance": 1.12,
         "energy_error": error,
         "wall_seconds": 200.0,
         "threads": 2,

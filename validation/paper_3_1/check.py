@@ -112,6 +112,7 @@ def _against_paper(summary: Mapping[str, Any]) -> str:
             f"{100 * growth:.1f} %",
             "acceleration ends at 120 us",
         ),
+        ("products' work and energy left over rho Q", f"{burst['products_balance']:.3f}", "-"),
         ("lost cells", f"{burst['lost_cells']}", "-"),
         ("largest error of the energy ledger", f"{100 * burst['energy_error']:.2f} % of the work", "-"),
         ("steps", f"{burst['steps']}", "12000 (fixed at 1e-8 s)"),
