@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["LEAST_WORK", "Entry", "Ledger"]
 
 LEAST_WORK = 1e-3
-"""Share of the chemical energy below which the ledger's error is taken relative to it, since at first no work is done."""
+"""Share of the chemical energy below which the ledger's error is taken relative to it: at first no work is done."""
 
 _PARTIAL_SUMS = 256
 
