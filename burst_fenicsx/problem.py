@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BurstSettings",
     "CasingMaterial",
+    "Contact",
     "Explosive",
     "Hourglass",
     "IgnitionPoint",
@@ -24,7 +25,9 @@ __all__ = [
     "Leakage",
     "Part",
     "ProductModel",
+    "RigidPlane",
     "Round",
+    "ShockInitiation",
     "TimeStep",
     "Viscosity",
 ]
@@ -32,6 +35,7 @@ __all__ = [
 ProductModel = Literal["landau", "landau_cj", "jwl"]
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
+Interface = Literal["bonded", "shared"]
 
 
 class Part(IntEnum):
@@ -99,11 +103,22 @@ class IgnitionPoint:
 
 
 @dataclass(frozen=True)
+class ShockInitiation:
+    """Initiation of a charge by a neighbour's shock: a cell lights once its pressure has been held.
+
+    `pressure` (Pa) is the threshold, `duration` (s) how long a cell must stay above it without a break.
+    """
+
+    pressure: float
+    duration: float = 0.0
+
+
+@dataclass(frozen=True)
 class Round:
     """One cased charge in space.
 
     `position` is the centre of the base plane; `axis` points from the base to the nose.
-    Either `profile` or `mesh_file` is given.
+    Either `profile` or `mesh_file` is given. A round without ignition points needs `initiation`.
     """
 
     name: str
@@ -114,6 +129,7 @@ class Round:
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     ignition: tuple[IgnitionPoint, ...] = ()
+    initiation: ShockInitiation | None = None  # lit by shock as well as by its points
 
 
 @dataclass(frozen=True)
@@ -145,6 +161,33 @@ class Hourglass:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """Contact of charge and casing (face-face, Eqs. 12-15) and of any surfaces that meet (point-face, Eqs. 16-18)."""
+
+    charge_casing: Interface = "bonded"  # "shared": one set of nodes, no contact
+    cohesion: float = 5e6  # c of the bond (Pa)
+    tensile_strength: float = 5e6  # T of the bond (Pa)
+    friction_angle: float = 20.0  # of charge on casing (degrees)
+    surfaces: bool = True  # whether surfaces that meet push each other
+    surface_friction_angle: float = 20.0  # of colliding surfaces (degrees)
+
+
+@dataclass(frozen=True)
+class RigidPlane:
+    """A plane that no casing passes: ground, deck, barricade, or a plane of symmetry, which has no friction.
+
+    `point` (m) lies on it; `normal` points to the side on which the rounds stand. A plane of symmetry stands for the
+    mirrored rounds behind it, which the break-up adds with seeds of their own.
+    """
+
+    name: str
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    friction_angle: float = 20.0  # degrees
+    symmetry: bool = False
+
+
+@dataclass(frozen=True)
 class TimeStep:
     """`fixed` (s) overrides the CFL step, which is `cfl` times the stable limit."""
 
@@ -171,3 +214,5 @@ class BurstSettings:
     leakage: Leakage = field(default_factory=Leakage)
     viscosity: Viscosity = field(default_factory=Viscosity)
     hourglass: Hourglass = field(default_factory=Hourglass)
+    contact: Contact = field(default_factory=Contact)
+    planes: tuple[RigidPlane, ...] = ()
