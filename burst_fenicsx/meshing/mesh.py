@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,8 +24,8 @@ __all__ = ["HexahedralMesh", "cell_centres", "cell_volumes", "merge", "part_volu
 class HexahedralMesh:
     """Linear hexahedra of one or more rounds in world coordinates.
 
-    Nodes and cells are numbered layer by layer from nose to base, round after round. No node is unused, and parts share
-    their nodes; rounds do not.
+    Nodes and cells are numbered layer by layer from nose to base, round after round. No node is unused. Parts share
+    their nodes unless `split_charges` has parted them; rounds do not.
 
     Attributes
     ----------
@@ -45,6 +45,8 @@ class HexahedralMesh:
         The segments of each round.
     lengths : tuple of float
         The length of each round (m).
+    twins : numpy.ndarray, int64, shape (pairs, 2)
+        Nodes that lie in the same place on both sides of a split face: the charge's and the casing's or fuze's.
     """
 
     nodes: NDArray[np.float64]
@@ -55,6 +57,7 @@ class HexahedralMesh:
     station: NDArray[np.float64]
     segments: tuple[tuple[Segment, ...], ...] = ()
     lengths: tuple[float, ...] = ()
+    twins: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
 
 def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
@@ -82,6 +85,7 @@ def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
         station=np.concatenate([mesh.station for mesh in meshes]),
         segments=tuple(segments for mesh in meshes for segments in mesh.segments),
         lengths=tuple(length for mesh in meshes for length in mesh.lengths),
+        twins=np.concatenate([mesh.twins + offset for mesh, offset in zip(meshes, offsets, strict=True)]),
     )
 
 
