@@ -45,8 +45,12 @@ def _domain() -> Any:
     return ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1))
 
 
-def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray) -> Any:
+def create_hexahedral_mesh(
+    comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray, twins: np.ndarray | None = None
+) -> Any:
     """Distribute a mesh of trilinear hexahedra.
+
+    A rank that owns a cell at a place also gets every other cell there as a ghost, on both sides of a split.
 
     Parameters
     ----------
@@ -54,6 +58,7 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray,
     cells : (m, 8) int64, nodes in tensor-product order (x fastest), all on rank 0, none elsewhere.
     nodes : (n, 3) float64 places (m), all on rank 0, none elsewhere.
     destination : (m,) int32, rank of every cell, on rank 0.
+    twins : (pairs, 2) int64, coincident nodes, on rank 0; none by default.
 
     Returns
     -------
@@ -66,7 +71,8 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray,
     """
     cells = np.ascontiguousarray(cells.reshape(-1, 8), dtype=np.int64)
     nodes = np.ascontiguousarray(nodes.reshape(-1, 3), dtype=np.float64)
-    partitioner = _partitioner(cells, np.asarray(destination, dtype=np.int32))
+    places = _merged(cells, twins)
+    partitioner = _partitioner(places, np.asarray(destination, dtype=np.int32))
     if _MODERN:
         created = mesh.create_mesh(comm, cells=cells, x=nodes, e=_domain(), partitioner=partitioner)
     else:
@@ -74,7 +80,7 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray,
 
         offsets = np.arange(0, 8 * len(cells) + 1, 8, dtype=np.int32)
         adjacency = AdjacencyList_int64(cells.reshape(-1), offsets)
-        created = mesh.create_mesh(comm, adjacency, nodes, _domain(), mesh.GhostMode.none, partitioner)
+        created = mesh.create_mesh(comm, adjacency, nodes, _domain(), mesh.GhostMode.shared_facet, partitioner)
     expected = comm.bcast(len(np.unique(cells)) if comm.rank == 0 else None, root=0)
     found = created.geometry.index_map().size_global
     if found != expected:
@@ -82,10 +88,23 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray,
     return created
 
 
-def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:
-    """Partitioner that sends every cell to its rank and, as a ghost, to every other rank that shares a node with it.
+def _merged(cells: np.ndarray, twins: np.ndarray | None) -> np.ndarray:
+    """Cells by places: the nodes of each set of coincident ones replaced by the least of the set."""
+    if twins is None or len(twins) == 0 or len(cells) == 0:
+        return cells
+    place = np.arange(max(int(cells.max()), int(twins.max())) + 1)
+    while True:
+        least = np.minimum(place[twins[:, 0]], place[twins[:, 1]])
+        if (place[twins] == least[:, None]).all():
+            return place[cells]
+        for side in range(2):
+            np.minimum.at(place, twins[:, side], least)
 
-    The ghosts let dolfinx 0.5 find the nodes that ranks share; without them it tears the mesh apart silently.
+
+def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:
+    """Partitioner that sends every cell to its rank and, as a ghost, to every other rank that has a cell at its places.
+
+    `cells` name places, coincident nodes being one. The ghosts let dolfinx 0.5 find the nodes that ranks share; without them it tears the mesh apart silently.
     """
     from dolfinx import cpp
 
@@ -97,7 +116,7 @@ def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., An
 
 
 def _destinations(cells: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Owner first, then the other ranks that share a node, for every cell: data and offsets."""
+    """Owner first, then the other ranks that share a place, for every cell: data and offsets."""
     if len(owner) == 0 or owner.min() == owner.max():
         return owner.astype(np.int32), np.arange(len(owner) + 1, dtype=np.int32)
     ranks = int(owner.max()) + 1

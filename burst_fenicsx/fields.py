@@ -96,7 +96,7 @@ def make_fields(
     """
     domain = mesh.domain
     vectors = compat.vector_space(domain)
-    if not np.array_equal(compat.cells_dofmap(vectors)[: mesh.cells], mesh.dofmap):
+    if not np.array_equal(compat.cells_dofmap(vectors), mesh.all_dofmap):
         raise RuntimeError("dolfinx numbers the nodes of the geometry and of the velocity differently")
     points = 8 if settings.quadrature == "full" else 1
     at_points = compat.quadrature_space if points == 8 else compat.cell_space

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +31,8 @@ class DistributedMesh:
     cell, node : (owned cells,) and (local nodes,) int64: numbers in the mesh that was given.
     owned_nodes : how many of the local nodes this rank owns (they come first).
     part, round, segment : (owned cells,) int32; station : (owned cells,) m from the nose end.
+    all_dofmap, all_cell, all_part, all_round : the same of owned and ghost cells, ghosts last. The ghosts are the other
+        ranks' cells that touch a place (a node or its twin) which a cell of this rank touches.
     tags : meshtags of the cells by "part", "round" and "segment" (segment + 1, 0 for none).
     """
 
@@ -42,6 +45,10 @@ class DistributedMesh:
     round: np.ndarray
     segment: np.ndarray
     station: np.ndarray
+    all_dofmap: np.ndarray
+    all_cell: np.ndarray
+    all_part: np.ndarray
+    all_round: np.ndarray
     tags: dict[str, Any]
 
     @property
@@ -54,6 +61,22 @@ class DistributedMesh:
         """Cells that this rank owns."""
         return len(self.dofmap)
 
+    def local_node(self, numbers: np.ndarray) -> np.ndarray:
+        """Local nodes (int32) of nodes of the mesh that was given, in the shape of `numbers`; -1 where absent."""
+        order = self._node_order
+        ranked = self.node[order]
+        where = np.minimum(np.searchsorted(ranked, numbers), max(len(ranked) - 1, 0))
+        found = np.full(np.shape(numbers), -1, dtype=np.int32)
+        if len(ranked):
+            here = ranked[where] == numbers
+            found[here] = order[where[here]]
+        return found
+
+    @cached_property
+    def _node_order(self) -> np.ndarray:
+        """Local nodes in the order of their numbers in the mesh that was given."""
+        return np.argsort(self.node)
+
     def gather_cells(self, values: np.ndarray) -> np.ndarray | None:
         """Values of all cells in the order of the mesh that was given, on rank 0; None elsewhere."""
         return _gather(self.comm, self.cell, values[: self.cells])
@@ -63,29 +86,36 @@ class DistributedMesh:
         return _gather(self.comm, self.node[: self.owned_nodes], values[: self.owned_nodes])
 
 
-def distribute(comm: MPI.Comm, mesh: HexahedralMesh | None) -> DistributedMesh:
+def distribute(
+    comm: MPI.Comm, mesh: HexahedralMesh | None, *, destination: np.ndarray | None = None
+) -> DistributedMesh:
     """Spread a mesh over the ranks in runs of cells, which for a round are slabs along its axis.
 
     Parameters
     ----------
     comm : communicator.
     mesh : the mesh on rank 0, None elsewhere.
+    destination : (cells,) int32, rank of every cell on rank 0, instead of the runs.
     """
     if comm.rank == 0:
         assert mesh is not None
         count = len(mesh.cells)
         cells, nodes = mesh.cells[:, _TO_TENSOR], mesh.nodes
-        destination = (np.arange(count, dtype=np.int64) * comm.size // max(count, 1)).astype(np.int32)
+        if destination is None:
+            destination = (np.arange(count, dtype=np.int64) * comm.size // max(count, 1)).astype(np.int32)
         names = (mesh.part, mesh.round, mesh.segment, mesh.station)
+        twins = mesh.twins
     else:
         cells, nodes = np.zeros((0, 8), dtype=np.int64), np.zeros((0, 3))
         destination = np.zeros(0, dtype=np.int32)
-        names = None
-    domain = compat.create_hexahedral_mesh(comm, cells, nodes, destination)
+        names, twins = None, None
+    domain = compat.create_hexahedral_mesh(comm, cells, nodes, destination, twins)
     part, of_round, segment, station = comm.bcast(names, root=0)
     topology = domain.topology
     owned = int(topology.index_map(topology.dim).size_local)
-    cell = np.asarray(topology.original_cell_index[:owned], dtype=np.int64)
+    all_cell = np.asarray(topology.original_cell_index, dtype=np.int64)
+    all_dofmap = compat.geometry_dofmap(domain)
+    cell = all_cell[:owned]
     own_cells = np.arange(owned)
     tags = {
         "part": compat.meshtags(domain, own_cells, part[cell]),
@@ -94,7 +124,7 @@ def distribute(comm: MPI.Comm, mesh: HexahedralMesh | None) -> DistributedMesh:
     }
     return DistributedMesh(
         domain=domain,
-        dofmap=compat.geometry_dofmap(domain)[:owned],
+        dofmap=all_dofmap[:owned],
         cell=cell,
         node=np.asarray(domain.geometry.input_global_indices, dtype=np.int64),
         owned_nodes=int(domain.geometry.index_map().size_local),
@@ -102,6 +132,10 @@ def distribute(comm: MPI.Comm, mesh: HexahedralMesh | None) -> DistributedMesh:
         round=of_round[cell],
         segment=segment[cell],
         station=station[cell],
+        all_dofmap=all_dofmap,
+        all_cell=all_cell,
+        all_part=part[all_cell],
+        all_round=of_round[all_cell],
         tags=tags,
     )
 
