@@ -104,7 +104,8 @@ def _merged(cells: np.ndarray, twins: np.ndarray | None) -> np.ndarray:
 def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:
     """Partitioner that sends every cell to its rank and, as a ghost, to every other rank that has a cell at its places.
 
-    `cells` name places, coincident nodes being one. The ghosts let dolfinx 0.5 find the nodes that ranks share; without them it tears the mesh apart silently.
+    `cells` name places, coincident nodes being one. The ghosts let dolfinx 0.5 find the nodes that ranks share; without
+    them it tears the mesh apart silently.
     """
     from dolfinx import cpp
 
