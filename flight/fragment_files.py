@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.fragments import FORMAT_NAME, FORMAT_VERSION, Fragments
+from flight.fragments import ARRAYS, FORMAT_NAME, FORMAT_VERSION, Fragments
 from flight.hdf5 import open_checked, write_attributes
 from flight.text_tables import read_columns, write_columns
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
 __all__ = ["CSV_COLUMNS", "read", "write"]
 
-DATASETS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 REQUIRED_COLUMNS = ("mass_kg", "vx_m_s", "vy_m_s", "vz_m_s")
 CSV_COLUMNS = (
     "id",
@@ -47,8 +46,10 @@ def write(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Pa
         with h5py.File(path, "w") as file:
             write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
             group = file.create_group("fragments")
-            for name in DATASETS:
+            for name in ARRAYS:
                 group.create_dataset(name, data=getattr(fragments, name))
+            if names := fragments.round_names:
+                file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error})") from None
     return path
@@ -60,19 +61,20 @@ def read(path: Path) -> Fragments:
         return _read_csv(path)
     with open_checked(path, FORMAT_NAME, FORMAT_VERSION) as file:
         group = file.get("fragments")
-        missing = [f"/fragments/{name}" for name in DATASETS if group is None or name not in group]
+        missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
         if missing:
             raise InputError(f"{path}: {', '.join(missing)} missing; the file is cut off or not a fragments file")
         try:
-            arrays = {name: group[name][...] for name in DATASETS}
+            arrays = {name: group[name][...] for name in ARRAYS}
+            names = [str(text) for text in file["round_names"].asstr()[...]] if "round_names" in file else []
         except OSError as error:
             raise InputError(f"{path}: data cut off or damaged ({error})") from None
-    return _named(path, arrays)
+    return _named(path, arrays, names)
 
 
-def _named(path: Path, arrays: dict[str, NDArray[np.float64]]) -> Fragments:
+def _named(path: Path, arrays: dict[str, NDArray[np.float64]], names: Sequence[str] = ()) -> Fragments:
     try:
-        return Fragments.from_arrays(**arrays)
+        return Fragments.from_arrays(**arrays, round_names=names)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FORMAT_NAME", "FORMAT_VERSION", "Fragments"]
+__all__ = ["ARRAYS", "FORMAT_NAME", "FORMAT_VERSION", "Fragments"]
 
 FORMAT_NAME = "fragfield fragments"
 FORMAT_VERSION = 1
+ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,8 @@ class Fragments:
         k in the presented area A = (m/k)^(2/3) (kg/m3), above zero; see `flight.shape`.
     round, segment : (n,) int32
         The round and its segment a fragment comes from (-1: unknown).
+    round_names : tuple of str
+        Names of the rounds by their number; empty where they are not known.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Fragments:
     shape_factor: NDArray[np.float64]
     round: NDArray[np.int32]
     segment: NDArray[np.int32]
+    round_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be flown."""
@@ -65,6 +69,7 @@ class Fragments:
         shape_factor: ArrayLike = DEFAULT_SHAPE_FACTOR,
         round: ArrayLike = 0,  # noqa: A002 - the field's own word
         segment: ArrayLike = 0,
+        round_names: Sequence[str] = (),
     ) -> Fragments:
         """Fragments from anything NumPy can read; scalars and one (3,) vector stand for all of them.
 
@@ -85,7 +90,7 @@ class Fragments:
                 raise InputError(
                     f"fragments: {name} has shape {array.shape}, but {number} fragments need {shape}"
                 ) from None
-        return cls(**arrays)
+        return cls(**arrays, round_names=tuple(round_names))
 
     def __len__(self) -> int:
         """Number of fragments."""
@@ -121,14 +126,18 @@ class Fragments:
         chosen = which if isinstance(which, slice) else np.asarray(which)
         if isinstance(chosen, np.ndarray) and chosen.size == 0:
             chosen = chosen.astype(np.int64)
-        return Fragments(**{f.name: np.ascontiguousarray(getattr(self, f.name)[chosen]) for f in fields(self)})
+        arrays = {name: np.ascontiguousarray(getattr(self, name)[chosen]) for name in ARRAYS}
+        return Fragments(**arrays, round_names=self.round_names)
 
     @classmethod
     def concatenate(cls, parts: Sequence[Fragments]) -> Fragments:
-        """All fragments of several sets, one set after the other."""
+        """All fragments of several sets, one set after the other; names of rounds stay where no set names others."""
         if not parts:
             raise InputError("fragments: nothing to concatenate, the sequence is empty")
-        return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
+        names = max((part.round_names for part in parts), key=len)
+        agree = all(part.round_names == names[: len(part.round_names)] for part in parts)
+        return cls(**arrays, round_names=names if agree else ())
 
     def write(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
         """Write fragments.h5 (or .csv, by the ending); `provenance` entries become attributes or head lines."""
@@ -167,16 +176,20 @@ def _as_array(name: str, value: object) -> NDArray[Any]:
 
 def _check(fragments: Fragments, source: str) -> None:
     number = np.size(fragments.mass)
-    for field in fields(fragments):
-        array = getattr(fragments, field.name)
-        shape = (number, 3) if field.name in ("position", "velocity") else (number,)
-        kind: type[np.generic] = np.int32 if field.name in ("round", "segment") else np.float64
+    for field in ARRAYS:
+        array = getattr(fragments, field)
+        shape = (number, 3) if field in ("position", "velocity") else (number,)
+        kind: type[np.generic] = np.int32 if field in ("round", "segment") else np.float64
         if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != kind:
             found = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
             raise InputError(
-                f"{source}: {field.name} is {found}, needed {np.dtype(kind)} {shape}; "
+                f"{source}: {field} is {found}, needed {np.dtype(kind)} {shape}; "
                 "Fragments.from_arrays converts and spreads single values"
             )
+    if fragments.round_names and number and int(fragments.round.max()) >= len(fragments.round_names):
+        raise InputError(
+            f"{source}: round {int(fragments.round.max())} has no name; there are {len(fragments.round_names)} names"
+        )
     for name, what in (("mass", "kg"), ("shape_factor", "kg/m3")):
         value = getattr(fragments, name)
         _refuse(source, name, value, ~(np.isfinite(value) & (value > 0.0)), f"a finite number above zero ({what})")

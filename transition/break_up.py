@@ -13,12 +13,14 @@ from transition.adjacency import face_neighbours
 from transition.directions import Directions, Shares, cell_shares, compare_directions
 from transition.errors import InputError
 from transition.laws import SegmentLaw, segment_law
-from transition.ledger import Ledger, ledger
+from transition.ledger import CasingSums, Ledger, casing_sums, ledger
+from transition.mirroring import Image, images
 from transition.placing import Patches, cell_sides, join, patch_means, place, point_positions
 from transition.samplers import Draw, Graded, Quantile, Sampler
 from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
 from transition.snapshot import Snapshot
+from transition.summary import summarised
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,16 +30,43 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from transition.dolfinx_field import VelocityField
 
-__all__ = ["BreakUp", "BreakUpResult", "SegmentResult", "break_up", "realisations"]
+__all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up", "realisations"]
+
+
+@dataclass(frozen=True, eq=False)
+class BrokenRound:
+    """A round whose casing breaks up: one of those computed, or an image of one behind planes of symmetry.
+
+    Attributes
+    ----------
+    name : str
+        Its own, or that of the image.
+    computed : int
+        Number of the computed round.
+    image : Image or None
+        Where it is mirrored; None for a computed round.
+    mirror_of : str or None
+        Name of the computed round that it is an image of; None for a computed round.
+    axis : tuple of float
+        Direction from the base to the nose.
+    """
+
+    name: str
+    computed: int
+    image: Image | None
+    mirror_of: str | None
+    axis: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentResult:
     """A segment, its law, and the fragments drawn from it."""
 
+    round: int  # of `BreakUp.rounds`: another than the segment's own where that is mirrored
     segment: CasingSegment
     law: SegmentLaw
     draw: Draw
+    fragments: int  # placed
     contiguous: int  # fragments whose patch hangs together
 
 
@@ -48,15 +77,17 @@ class BreakUpResult:
     Attributes
     ----------
     fragments : flight.fragments.Fragments
-        By round, segment and order of placing.
+        By round, segment and order of placing; computed rounds first, then their images.
     segments : tuple of SegmentResult
-        Law and draw of every segment.
+        Law and draw of every segment, of computed rounds and images.
     patches : Patches
-        Which casing cells (places in `Snapshot.casing`) each fragment covers.
+        Which casing cells (places in `Snapshot.casing`) each fragment covers; images cover them once more.
     directions : tuple of (int, Directions)
         Directions by mass of each round that has fragments.
     ledger : Ledger
         Mass, momentum and energy handed over.
+    ledgers : tuple of (int, Ledger)
+        The same of each round that has fragments.
     summary : dict
         The "break_up" part of summary.json; SI units.
     """
@@ -66,6 +97,7 @@ class BreakUpResult:
     patches: Patches
     directions: tuple[tuple[int, Directions], ...]
     ledger: Ledger
+    ledgers: tuple[tuple[int, Ledger], ...]
     summary: dict[str, Any]
 
 
@@ -80,6 +112,11 @@ class BreakUp:
         End of the burst stage, or its file burst_snapshot.h5.
     settings : BreakUpSettings
         Choices of the break-up.
+
+    Attributes
+    ----------
+    rounds : tuple of BrokenRound
+        The computed rounds, then the images of all of them at one plane after the other.
 
     Raises
     ------
@@ -102,7 +139,10 @@ class BreakUp:
         )
         self._sides = cell_sides(self._corners)
         self._neighbours = self._local_neighbours()
+        self._images = images(self.snapshot.planes, self.snapshot.source)
+        self.rounds = tuple(_rounds(self.snapshot, self._images))
         self._cell_shares: dict[int, Shares] = {}
+        self._sums: dict[int, CasingSums] = {}
         self._field: VelocityField | None = None
 
     def _local_neighbours(self) -> list[NDArray[np.int64]]:
@@ -119,7 +159,7 @@ class BreakUp:
         """Break the casing up once.
 
         Every (realisation, round, segment) has a stream of chance of its own, so that the result of one does not
-        depend on which others are computed, in which order, or on which rank.
+        depend on which others are computed, in which order, or on which rank; so has every image.
 
         Parameters
         ----------
@@ -128,34 +168,44 @@ class BreakUp:
         number : int
             Which realisation of the ensemble.
         """
+        results, patches = self._drawn(seed, number)
+        return self._result(results, patches, self._handed_over(results, patches))
+
+    def fragments(self, seed: int, number: int = 0) -> Fragments:
+        """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
+        return self._handed_over(*self._drawn(seed, number))
+
+    def _drawn(self, seed: int, number: int) -> tuple[tuple[SegmentResult, ...], Patches]:
         entropy, number = _whole("seed", seed), _whole("realisation", number)
         results, parts = [], []
-        for segment, law, neighbours in zip(self.segments, self.laws, self._neighbours, strict=True):
-            stream = np.random.SeedSequence(entropy, spawn_key=(number, segment.round, segment.index))
-            drawing, placing = (np.random.default_rng(child) for child in stream.spawn(2))
-            try:
-                draw = self._sampler(segment).draw(law.law, law.mass, drawing)
-            except InputError as error:
-                name = self.snapshot.rounds[segment.round].name
-                raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
-            cell_mass, sides = self._mass[segment.cells], self._sides[segment.cells]
-            take_all = draw.method != "graded"
-            patches = place(draw.mass, cell_mass, neighbours, placing, take_all=take_all, sides=sides)
-            parts.append((patches, segment.cells))
-            results.append(SegmentResult(segment, law, draw, int(patches.contiguous.sum())))
-        return self._result(tuple(results), parts)
+        # Children of a segment's stream end in 0 and 1; images count from 2 and so keep clear of them.
+        for copy in range(len(self._images) + 1):
+            for segment, law, neighbours in zip(self.segments, self.laws, self._neighbours, strict=True):
+                key = (number, segment.round, segment.index, *((copy + 1,) if copy else ()))
+                stream = np.random.SeedSequence(entropy, spawn_key=key)
+                drawing, placing = (np.random.default_rng(child) for child in stream.spawn(2))
+                try:
+                    draw = self._sampler(segment).draw(law.law, law.mass, drawing)
+                except InputError as error:
+                    name = self.snapshot.rounds[segment.round].name
+                    raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
+                cell_mass, sides = self._mass[segment.cells], self._sides[segment.cells]
+                take_all = draw.method != "graded"
+                patches = place(draw.mass, cell_mass, neighbours, placing, take_all=take_all, sides=sides)
+                parts.append((patches, segment.cells))
+                own = copy * len(self.snapshot.rounds) + segment.round
+                contiguous = int(patches.contiguous.sum())
+                results.append(SegmentResult(own, segment, law, draw, patches.mass.size, contiguous))
+        return tuple(results), join(parts)
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:
             return Graded(self.settings.graded_m0, self.settings.graded_dm)
         return Quantile()
 
-    def _result(
-        self, results: tuple[SegmentResult, ...], parts: list[tuple[Patches, NDArray[np.int64]]]
-    ) -> BreakUpResult:
+    def _handed_over(self, results: tuple[SegmentResult, ...], patches: Patches) -> Fragments:
         from flight.fragments import Fragments
 
-        patches = join(parts)
         if self.settings.velocity == "interpolation":
             if self._field is None:
                 from transition.dolfinx_field import VelocityField
@@ -166,61 +216,66 @@ class BreakUp:
         else:
             velocity = patch_means(patches, self._node_velocity)
             position = patch_means(patches, self._corners)
-        counts = [part.mass.size for part, _ in parts]
-        of_round = np.repeat([r.segment.round for r in results], counts).astype(np.int32)
+        counts = [result.fragments for result in results]
+        of_round = np.repeat([r.round for r in results], counts).astype(np.int32)
         of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)
+        computed = len(self.snapshot.rounds)
+        for copy, image in enumerate(self._images, start=1):
+            mine = of_round // computed == copy
+            position[mine], velocity[mine] = image.place(position[mine]), image.vector(velocity[mine])
         shape = np.full(patches.mass.size, float(self.settings.shape_factor))
-        fragments = Fragments(patches.mass, position, velocity, shape, of_round, of_segment)
-        handed_over = ledger(patches.mass, velocity, self._mass, self._node_velocity)
-        directions = tuple(
-            (number, self._directions(number, fragments)) for number in sorted({r.segment.round for r in results})
+        names = tuple(broken.name for broken in self.rounds)
+        return Fragments(patches.mass, position, velocity, shape, of_round, of_segment, names)
+
+    def _result(self, results: tuple[SegmentResult, ...], patches: Patches, fragments: Fragments) -> BreakUpResult:
+        whole = self._casing_sums(None)
+        for image in self._images:
+            whole += self._casing_sums(None).mirrored(image)
+        handed_over = ledger(fragments.mass, fragments.velocity, whole)
+        numbers = sorted({result.round for result in results})
+        ledgers = {number: self._ledger(number, fragments) for number in numbers}
+        directions = {number: self._directions(number, fragments) for number in numbers}
+        summary = summarised(self.rounds, results, ledgers, directions, handed_over, patches, self.settings)
+        return BreakUpResult(
+            fragments, results, patches, tuple(directions.items()), handed_over, tuple(ledgers.items()), summary
         )
-        summary = self._summary(results, counts, handed_over, dict(directions), patches)
-        return BreakUpResult(fragments, results, patches, directions, handed_over, summary)
+
+    def _casing_sums(self, computed: int | None) -> CasingSums:
+        """Sums over the casing of a computed round, or of all of them."""
+        key = -1 if computed is None else computed
+        if key not in self._sums:
+            own = slice(None) if computed is None else self.snapshot.round[self.snapshot.casing] == computed
+            self._sums[key] = casing_sums(self._mass[own], self._node_velocity[own])
+        return self._sums[key]
+
+    def _ledger(self, number: int, fragments: Fragments) -> Ledger:
+        broken = self.rounds[number]
+        sums = self._casing_sums(broken.computed)
+        mine = fragments.round == number
+        return ledger(
+            fragments.mass[mine], fragments.velocity[mine], sums.mirrored(broken.image) if broken.image else sums
+        )
 
     def _directions(self, number: int, fragments: Fragments) -> Directions:
-        axis = self.snapshot.rounds[number].axis
+        broken = self.rounds[number]
         if number not in self._cell_shares:
-            own = self.snapshot.round[self.snapshot.casing] == number
-            self._cell_shares[number] = cell_shares(self._mass[own], self._node_velocity[own], axis)
+            own = self.snapshot.round[self.snapshot.casing] == broken.computed
+            velocity = self._node_velocity[own]
+            if broken.image:
+                velocity = broken.image.vector(velocity)
+            self._cell_shares[number] = cell_shares(self._mass[own], velocity, broken.axis)
         mine = fragments.round == number
-        return compare_directions(fragments.mass[mine], fragments.velocity[mine], self._cell_shares[number], axis)
+        shares = self._cell_shares[number]
+        return compare_directions(fragments.mass[mine], fragments.velocity[mine], shares, broken.axis)
 
-    def _summary(
-        self,
-        results: tuple[SegmentResult, ...],
-        counts: list[int],
-        handed_over: Ledger,
-        directions: dict[int, Directions],
-        patches: Patches,
-    ) -> dict[str, Any]:
-        rounds = []
-        for number, found in directions.items():
-            mine = [(r, n) for r, n in zip(results, counts, strict=True) if r.segment.round == number]
-            rounds.append(
-                {
-                    "name": self.snapshot.rounds[number].name,
-                    "fragments": sum(n for _, n in mine),
-                    "mass": float(sum(r.draw.mass.sum() for r, _ in mine)),
-                    "polar_difference": found.polar_difference,
-                    "azimuth_difference": found.azimuth_difference,
-                    "segments": [_segment_summary(r, n) for r, n in mine],
-                }
-            )
-        return {
-            "fragments": int(patches.mass.size),
-            "mass": handed_over.mass,
-            "mass_error": handed_over.mass_error,
-            "momentum_error": handed_over.momentum_error,
-            "energy_error": handed_over.energy_error,
-            "casing_energy": handed_over.casing_energy,
-            "energy_lost": handed_over.casing_energy - handed_over.energy,
-            "contiguous_fraction": float(patches.contiguous.mean()),
-            "contiguous_mass_fraction": float(patches.mass[patches.contiguous].sum() / patches.mass.sum()),
-            "sampler": self.settings.sampler,
-            "velocity": self.settings.velocity,
-            "rounds": rounds,
-        }
+
+def _rounds(snapshot: Snapshot, mirrored: tuple[Image, ...]) -> Iterator[BrokenRound]:
+    for number, data in enumerate(snapshot.rounds):
+        yield BrokenRound(data.name, number, None, None, data.axis)
+    for image in mirrored:
+        for number, data in enumerate(snapshot.rounds):
+            x, y, z = (float(value) for value in image.vector(np.asarray(data.axis)))
+            yield BrokenRound(image.name_of(data.name), number, image, data.name, (x, y, z))
 
 
 def _whole(name: str, value: object) -> int:
@@ -231,33 +286,6 @@ def _whole(name: str, value: object) -> int:
     if number < 0:
         raise InputError(f"break_up {name}: found {value!r}; a whole number from 0 upwards is needed")
     return number
-
-
-def _segment_summary(result: SegmentResult, fragments: int) -> dict[str, Any]:
-    data, law = result.segment.data, result.law
-    return {
-        "name": data.name,
-        "kind": data.kind,
-        "start": data.start,
-        "end": data.end,
-        "mean_mass": law.law.mean,
-        "mu": law.law.parts[0].mu,
-        "n0": law.n0,
-        "parts": [{"dimension": p.dimension, "mu": p.mu, "mass_fraction": p.weight} for p in law.law.parts],
-        "fragments": fragments,
-        "mass": float(result.draw.mass.sum()),
-        "mass_deficit": result.draw.deficit,
-        "casing_mass": law.mass,
-        "heaviest": float(result.draw.mass.max()),
-        "v0": law.v0,
-        "speed": data.speed,
-        "rupture": law.rupture,
-        "rupture_radius": law.radius,
-        "rupture_wall": law.wall,
-        "method": result.draw.method,
-        "closure": result.draw.closure,
-        "contiguous": result.contiguous,
-    }
 
 
 def break_up(

@@ -1,8 +1,11 @@
-"""What is handed over: mass, momentum and energy of the fragments against the finite-element casing."""
+"""What is handed over: mass, momentum and energy of the fragments against the finite-element casing.
+
+Mirrored rounds are held against the mirrored field: its sums are those of the computed casing, the momentum reflected.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +13,9 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Ledger", "ledger"]
+    from transition.mirroring import Image
+
+__all__ = ["CasingSums", "Ledger", "casing_sums", "ledger"]
 
 
 @dataclass(frozen=True)
@@ -52,41 +57,54 @@ class Ledger:
     cell_energy: float
 
 
-def ledger(
-    fragment_mass: NDArray[np.float64],
-    fragment_velocity: NDArray[np.float64],
-    cell_mass: NDArray[np.float64],
-    node_velocity: NDArray[np.float64],
-) -> Ledger:
-    """Compare fragments with the casing.
+@dataclass(frozen=True)
+class CasingSums:
+    """Mass (kg), momentum (kg m/s), sum of mass times speed and energies (J) of a casing; see `Ledger`."""
 
-    Parameters
-    ----------
-    fragment_mass, fragment_velocity : (n,), (n, 3)
-        Fragments (kg, m/s).
-    cell_mass, node_velocity : (m,), (m, 8, 3)
-        Casing cells and the velocities of their nodes (kg, m/s).
-    """
-    mass, casing_mass = float(fragment_mass.sum()), float(cell_mass.sum())
-    momentum = fragment_mass @ fragment_velocity
+    mass: float
+    momentum: NDArray[np.float64]
+    scale: float
+    energy: float
+    cell_energy: float
+
+    def mirrored(self, image: Image) -> CasingSums:
+        """The sums of the casing's image behind planes of symmetry."""
+        return replace(self, momentum=image.vector(self.momentum))
+
+    def __add__(self, other: CasingSums) -> CasingSums:
+        return CasingSums(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
+
+
+def casing_sums(cell_mass: NDArray[np.float64], node_velocity: NDArray[np.float64]) -> CasingSums:
+    """Sums over casing cells, masses (m,) and velocities of their nodes (m, 8, 3), in kg and m/s."""
     cell_velocity = node_velocity.mean(axis=1)
-    casing_momentum = cell_mass @ cell_velocity
     squares = np.einsum("ckj,ckj->ck", node_velocity, node_velocity)
-    scale = float(cell_mass @ np.sqrt(squares).mean(axis=1))
+    return CasingSums(
+        mass=float(cell_mass.sum()),
+        momentum=cell_mass @ cell_velocity,
+        scale=float(cell_mass @ np.sqrt(squares).mean(axis=1)),
+        energy=0.5 * float(cell_mass @ squares.mean(axis=1)),
+        cell_energy=0.5 * float(cell_mass @ np.einsum("ij,ij->i", cell_velocity, cell_velocity)),
+    )
+
+
+def ledger(fragment_mass: NDArray[np.float64], fragment_velocity: NDArray[np.float64], casing: CasingSums) -> Ledger:
+    """Compare fragments (n,), (n, 3), kg and m/s, with the sums of the casing that they were made from."""
+    mass = float(fragment_mass.sum())
+    momentum = fragment_mass @ fragment_velocity
     energy = 0.5 * float(fragment_mass @ np.einsum("ij,ij->i", fragment_velocity, fragment_velocity))
-    casing_energy = 0.5 * float(cell_mass @ squares.mean(axis=1))
-    difference = float(np.linalg.norm(momentum - casing_momentum))
+    difference = float(np.linalg.norm(momentum - casing.momentum))
     return Ledger(
         mass=mass,
-        casing_mass=casing_mass,
-        mass_error=(mass - casing_mass) / casing_mass,
+        casing_mass=casing.mass,
+        mass_error=(mass - casing.mass) / casing.mass,
         momentum=_triple(momentum),
-        casing_momentum=_triple(casing_momentum),
-        momentum_error=difference / scale if scale > 0.0 else 0.0,
+        casing_momentum=_triple(casing.momentum),
+        momentum_error=difference / casing.scale if casing.scale > 0.0 else 0.0,
         energy=energy,
-        casing_energy=casing_energy,
-        energy_error=(energy - casing_energy) / casing_energy if casing_energy > 0.0 else 0.0,
-        cell_energy=0.5 * float(cell_mass @ np.einsum("ij,ij->i", cell_velocity, cell_velocity)),
+        casing_energy=casing.energy,
+        energy_error=(energy - casing.energy) / casing.energy if casing.energy > 0.0 else 0.0,
+        cell_energy=casing.cell_energy,
     )
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.errors import InputError
+from transition.mirroring import SymmetryPlane
 
 if TYPE_CHECKING:
     import h5py
@@ -20,6 +21,7 @@ __all__ = ["CASING", "CHARGE", "FORMAT_NAME", "FORMAT_VERSION", "SEGMENT_KINDS",
 FORMAT_NAME = "fragfield burst snapshot"
 FORMAT_VERSION = 1
 CASING, CHARGE = 0, 1
+_TOUCHING = 1e-6  # of the rounds' extent
 SEGMENT_KINDS = ("nose", "wall", "base")
 
 
@@ -86,6 +88,8 @@ class Snapshot:
         Mass of the cell (kg).
     rounds : tuple of RoundData
         The rounds and their segments.
+    planes : tuple of SymmetryPlane
+        Planes of symmetry, behind which the images of the rounds stand.
 
     Raises
     ------
@@ -106,6 +110,7 @@ class Snapshot:
     station: NDArray[np.float64]
     mass: NDArray[np.float64]
     rounds: tuple[RoundData, ...]
+    planes: tuple[SymmetryPlane, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be broken up."""
@@ -160,6 +165,7 @@ def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
         station=_reals(file, "cells/station", source),
         mass=_reals(file, "cells/mass", source),
         rounds=tuple(_round(_child(file, f"rounds/{index}", source), f"{source}: rounds/{index}") for index in indices),
+        planes=tuple(_plane(group, f"{source}: planes/{key}") for key, group in file.get("planes", {}).items()),
     )
 
 
@@ -187,6 +193,15 @@ def _round(group: h5py.Group, where: str) -> RoundData:
         segments=tuple(segments),
         **numbers,
     )
+
+
+def _plane(group: h5py.Group, where: str) -> SymmetryPlane:
+    normal = np.array(_vector(group, "normal", where))
+    length = float(np.linalg.norm(normal))
+    if not length > 0.0:
+        raise InputError(f"{where}: attribute normal is {normal.tolist()}; it has no direction")
+    x, y, z = (float(value) for value in normal / length)
+    return SymmetryPlane(_text(_attribute(group, "name", where).item()), _vector(group, "point", where), (x, y, z))
 
 
 def _vector(group: h5py.Group, key: str, where: str) -> tuple[float, float, float]:
@@ -254,3 +269,19 @@ def _check(snapshot: Snapshot) -> None:
     segment, of_round = snapshot.segment[casing], snapshot.round[casing]
     if (segment < 0).any() or (segment >= numbers[of_round]).any():
         raise InputError(f"{where}: casing cells name segments that /rounds/<i>/segments does not list")
+    _check_planes(snapshot)
+
+
+def _check_planes(snapshot: Snapshot) -> None:
+    names = [plane.name for plane in snapshot.planes]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{snapshot.source}: {names.count(name)} planes of symmetry are called {name!r}")
+    nodes = snapshot.reference[np.unique(snapshot.cells[snapshot.casing])]
+    for plane in snapshot.planes:
+        height = (nodes - plane.point) @ plane.normal
+        if height.min() < -_TOUCHING * float(np.ptp(nodes, axis=0).max()):
+            raise InputError(
+                f"{snapshot.source}: casing nodes stand {-height.min():.3g} m behind the plane of symmetry "
+                f"{plane.name!r} before the burst; its normal must point to the rounds, and they must stand clear of it"
+            )

@@ -87,6 +87,20 @@ def test_constructor_wants_arrays() -> None:
         Fragments(np.array([1, 2]), *[np.zeros((2, 3))] * 2, np.ones(2), *[np.zeros(2, np.int32)] * 2)
 
 
+def test_names_of_rounds_are_kept_where_they_agree(some: Fragments, tmp_path) -> None:
+    named = Fragments.from_arrays(
+        [0.1, 0.2], (0.0, 0.0, 1.0), np.ones((2, 3)), round=[0, 2], round_names=("a", "b", "c")
+    )
+    first = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (1.0, 2.0, 3.0), round_names=("a",))
+    other = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (1.0, 2.0, 3.0), round_names=("z",))
+    assert Fragments.concatenate([named, first, some]).round_names == ("a", "b", "c")
+    assert Fragments.concatenate([named, other]).round_names == ()
+    assert named.select([1]).round_names == ("a", "b", "c")
+    assert Fragments.read(named.write(tmp_path / "f.h5")).round_names == ("a", "b", "c")
+    with pytest.raises(InputError, match="round 2 has no name; there are 2 names"):
+        Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (1.0, 2.0, 3.0), round=2, round_names=("a", "b"))
+
+
 def test_hdf5_round_trip(some: Fragments, tmp_path) -> None:
     path = some.write(tmp_path / "fragments.h5", {"case": "title = 1\n", "seed": "7"})
     assert same(Fragments.read(path), some)

@@ -1,0 +1,213 @@
+"""Rounds behind planes of symmetry: which there are, where they fly, and from which chance."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+from flight import Fragments
+from tests.transition.synthetic import Tube
+from transition import BreakUp, BreakUpSettings, InputError, Snapshot, break_up
+from transition.mirroring import SymmetryPlane, images
+from transition.placing import patch_means
+
+PLACE = (0.2, 0.3, 0.05)
+X = ("x = 0", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+Y = ("y = 0.1", (0.0, 0.1, 0.0), (0.0, 2.0, 0.0))
+GROUND = ("ground", (3.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
+
+
+def add_planes(path, *planes):
+    with h5py.File(path, "a") as file:
+        for number, (name, point, normal) in enumerate(planes):
+            file.create_group(f"planes/{number}").attrs.update({"name": name, "point": point, "normal": normal})
+    return path
+
+
+def snapshot(folder, *planes, places=(PLACE,), **others):
+    tube = Tube(around=24, axial=20, places=places, **others)
+    return Snapshot.read(add_planes(tube.write(folder / f"{len(planes)}_{len(places)}.h5"), *planes))
+
+
+def one_side(result, rounds):
+    return result.fragments.select(result.fragments.round < rounds)
+
+
+@pytest.mark.parametrize("settings", [BreakUpSettings(), BreakUpSettings(sampler="graded")])
+def test_computed_rounds_break_up_as_without_planes(tmp_path, settings):
+    places = (PLACE, (0.5, 0.3, 0.05))
+    alone = break_up(snapshot(tmp_path, places=places), settings, seed=4, realisation=3)
+    mirrored = break_up(snapshot(tmp_path, X, Y, places=places), settings, seed=4, realisation=3)
+    assert set(mirrored.fragments.round) == set(range(8))
+    kept = one_side(mirrored, 2)
+    for name in ARRAYS:
+        assert np.array_equal(getattr(kept, name), getattr(alone.fragments, name)), name
+    assert alone.summary["rounds"] == mirrored.summary["rounds"][:2]
+
+
+def test_every_image_has_a_chance_of_its_own(tmp_path):
+    result = break_up(snapshot(tmp_path, X, Y), seed=1)
+    parts = [result.fragments.select(result.fragments.round == number) for number in range(4)]
+    for first in range(4):
+        for second in range(first):
+            shared = np.intersect1d(parts[first].mass, parts[second].mass)
+            assert len(shared) < 0.02 * len(parts[first])
+    again = break_up(snapshot(tmp_path, Y, X), seed=1)
+    assert all(np.array_equal(getattr(again.fragments, name), getattr(result.fragments, name)) for name in ARRAYS)
+
+
+def test_images_fly_as_the_mirrored_cells(tmp_path):
+    half = snapshot(tmp_path, X, Y)
+    result = break_up(half, seed=2)
+    cells = half.cells[half.casing]
+    signs = {1: (-1.0, 1.0, 1.0), 2: (1.0, -1.0, 1.0), 3: (-1.0, -1.0, 1.0)}
+    places, velocities = (patch_means(result.patches, field[cells]) for field in (half.position, half.velocity))
+    for number, sign in signs.items():
+        mine = result.fragments.round == number
+        shift = np.array([0.0, 0.2 if sign[1] < 0 else 0.0, 0.0])
+        assert np.abs(result.fragments.position[mine] - (places[mine] * sign + shift)).max() < 1e-15
+        assert np.array_equal(result.fragments.velocity[mine], velocities[mine] * sign)
+    names = [entry["name"] for entry in result.summary["rounds"]]
+    assert names == ["round 0", *(f"round 0 mirrored at {at}" for at in ("x = 0", "y = 0.1", "x = 0 and y = 0.1"))]
+    assert [entry["mirror_of"] for entry in result.summary["rounds"]] == [None, *["round 0"] * 3]
+    assert result.fragments.round_names == tuple(names)
+
+
+def test_mass_and_momentum_are_kept_round_by_round(tmp_path):
+    half = snapshot(tmp_path, X, Y, GROUND, velocity=lambda places: 800.0 + 3000.0 * places)
+    result = break_up(half, seed=3)
+    assert len(result.ledgers) == 8
+    for number, found in result.ledgers:
+        assert abs(found.mass_error) < 1e-12
+        assert found.momentum_error < 1e-12
+        part = result.fragments.select(result.fragments.round == number)
+        assert part.total_mass == pytest.approx(found.casing_mass, rel=1e-12)
+        assert np.sign(part.momentum).tolist() == np.sign(found.casing_momentum).tolist()
+    mass = half.mass[half.casing].sum()
+    assert result.ledger.casing_mass == pytest.approx(8.0 * mass, rel=1e-12)
+    assert np.abs(result.ledger.casing_momentum).max() < 1e-9 * mass * 800.0  # the eight cancel
+    assert result.summary["momentum_error"] < 1e-12
+    single = dict(result.ledgers)[0].casing_energy
+    assert result.ledger.casing_energy == pytest.approx(8.0 * single, rel=1e-12)
+    assert -0.06 < result.summary["energy_error"] < 0.0
+
+
+def test_directions_of_an_image_are_held_against_the_mirrored_cells(tmp_path):
+    result = break_up(snapshot(tmp_path, X, velocity=lambda places: places * [9e3, 2e3, 1e3]), seed=3)
+    mirrored = dict(result.directions)[1]
+    assert mirrored.azimuth_cells[72 // 2 - 8 : 72 // 2 + 9].sum() > 0.99  # towards -x
+    assert mirrored.azimuth_difference < 0.05
+    assert mirrored.polar_difference < 0.05
+
+
+def test_a_mirrored_round_and_a_computed_one_have_the_same_statistics(tmp_path):
+    pair = BreakUp(snapshot(tmp_path, places=(PLACE, (-PLACE[0], *PLACE[1:]))))
+    half = BreakUp(snapshot(tmp_path, X))
+    count = 30
+
+    def by_azimuth(prepared):
+        numbers = []
+        for number in range(count):
+            velocity = prepared.fragments(7, number).velocity
+            bearing = np.degrees(np.arctan2(velocity[:, 1], velocity[:, 0])) % 360.0
+            numbers.append(np.bincount((bearing // 30.0).astype(int), minlength=12))
+        return np.array(numbers, dtype=float)
+
+    full, mirrored = by_azimuth(pair), by_azimuth(half)
+    error = np.sqrt((full.var(axis=0, ddof=1) + mirrored.var(axis=0, ddof=1)) / count)
+    filled = full.mean(axis=0) > 1.0
+    assert filled.any()
+    off = (full.mean(axis=0) - mirrored.mean(axis=0))[filled] / np.maximum(error[filled], 0.2)
+    assert np.abs(off).max() < 4.0, off
+
+
+@pytest.mark.dolfinx
+def test_an_interpolated_velocity_is_mirrored(tmp_path):
+    result = break_up(snapshot(tmp_path, X), BreakUpSettings(velocity="interpolation"), seed=5)
+    fragments = result.fragments
+    for part, side in ((fragments.round == 0, 1.0), (fragments.round == 1, -1.0)):
+        place, velocity = fragments.position[part] * [side, 1.0, 1.0], fragments.velocity[part] * [side, 1.0, 1.0]
+        outward = place[:, :2] / np.linalg.norm(place[:, :2], axis=1)[:, None]
+        across = velocity[:, :2] @ [1.0, 0.0]
+        assert np.abs(across - 1000.0 * outward[:, 0]).max() < 25.0  # the field is linear in each cell
+    assert (fragments.position[fragments.round == 1, 0] < 0.0).all()
+
+
+def test_one_reading_of_the_pieces_gives_the_same_fragments(tmp_path):
+    prepared = BreakUp(snapshot(tmp_path, X))
+    whole, few = prepared.realisation(8, 1).fragments, prepared.fragments(8, 1)
+    assert all(np.array_equal(getattr(whole, name), getattr(few, name)) for name in ARRAYS)
+
+
+def test_names_of_the_rounds_travel_with_the_fragments(tmp_path):
+    fragments = break_up(snapshot(tmp_path, X), seed=1).fragments
+    back = Fragments.read(fragments.write(tmp_path / "fragments.h5"))
+    assert back.round_names == ("round 0", "round 0 mirrored at x = 0")
+    assert np.array_equal(back.round, fragments.round)
+    assert fragments.select(slice(0, 3)).round_names == back.round_names
+
+
+def _plane(name, normal, point=(0.0, 0.0, 0.0)):
+    return SymmetryPlane(name, point, tuple(np.asarray(normal) / np.linalg.norm(normal)))
+
+
+@pytest.mark.parametrize(
+    ("normals", "number"),
+    [
+        ([], 0),
+        ([(1, 0, 0)], 1),
+        ([(1, 0, 0), (0, 1, 0)], 3),
+        ([(1, 0, 0), (0, 1, 0), (0, 0, 1)], 7),
+        ([(0, 1, 0), (np.sqrt(0.75), -0.5, 0)], 5),  # 60 degrees: a triangle of pairs
+        ([(0, 1, 0), (1, -1, 0)], 7),  # 45 degrees
+    ],
+)
+def test_images_are_the_closure_of_the_reflections(normals, number):
+    planes = [_plane(f"plane {k}", normal, (0.3, 0.2, 0.1)) for k, normal in enumerate(normals)]
+    found = images(planes)
+    assert len(found) == number
+    point = np.array([0.9, 0.31, 0.77])
+    places = np.array([point, *(image.place(point) for image in found)])
+    for plane in planes:  # reflecting the whole set gives the set
+        normal = np.array(plane.normal)
+        reflected = places - 2.0 * ((places - plane.point) @ normal)[:, None] * normal
+        nearest = np.abs(reflected[:, None] - places[None]).max(axis=2).min(axis=1)
+        assert nearest.max() < 1e-12
+    assert all(np.linalg.det(image.matrix) == pytest.approx((-1.0) ** len(image.planes), abs=1e-12) for image in found)
+
+
+@pytest.mark.parametrize(
+    ("planes", "message"),
+    [
+        ([_plane("left", (1, 0, 0)), _plane("right", (-1, 0, 0), (1.0, 0.0, 0.0))], "'left' and 'right' are parallel"),
+        ([_plane("a", (0, 1, 0)), _plane("b", (1, -1.5, 0))], "'a' and 'b' meet at 33.6901 degrees .* close at 90, 60"),
+        (
+            [
+                _plane("a", (0, 1, 0)),
+                _plane("b", (np.sqrt(0.75), -0.5, 0)),
+                _plane("c", (-np.sqrt(0.75), -0.5, 0), (0.0, 1.0, 0.0)),
+            ],
+            "'a', 'b', 'c' make rounds without end",
+        ),
+    ],
+)
+def test_planes_whose_images_do_not_close_are_refused(planes, message):
+    with pytest.raises(InputError, match=message):
+        images(planes)
+
+
+@pytest.mark.parametrize(
+    ("planes", "message"),
+    [
+        ([("x = 0", (0, 0, 0), (-1, 0, 0))], r"casing nodes stand 0.278 m behind the plane of symmetry 'x = 0'"),
+        ([("x = 0.2", (0.2, 0, 0), (1, 0, 0))], r"casing nodes stand 0.0775 m behind the plane of symmetry 'x = 0.2'"),
+        ([X, X], "2 planes of symmetry are called 'x = 0'"),
+        ([("x = 0", (0, 0, 0), (0, 0, 0))], r"planes/0: attribute normal is \[0.0, 0.0, 0.0\]; it has no direction"),
+        ([("x = 0", (0, 0), (1, 0, 0))], r"planes/0: attribute point is \[0.0, 0.0\]; three finite numbers"),
+    ],
+)
+def test_planes_that_cannot_be_are_refused(tmp_path, planes, message):
+    with pytest.raises(InputError, match=message):
+        snapshot(tmp_path, *planes)

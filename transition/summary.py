@@ -1,0 +1,105 @@
+"""The "break_up" part of summary.json: SI units; the names are a contract."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from transition.break_up import BrokenRound, SegmentResult
+    from transition.directions import Directions
+    from transition.ledger import Ledger
+    from transition.placing import Patches
+    from transition.settings import BreakUpSettings
+
+__all__ = ["summarised"]
+
+
+def summarised(
+    rounds: Sequence[BrokenRound],
+    results: Sequence[SegmentResult],
+    ledgers: Mapping[int, Ledger],
+    directions: Mapping[int, Directions],
+    handed_over: Ledger,
+    patches: Patches,
+    settings: BreakUpSettings,
+) -> dict[str, Any]:
+    """Numbers of one realisation.
+
+    Parameters
+    ----------
+    rounds : sequence of BrokenRound
+        Computed rounds, then mirrored ones.
+    results : sequence of SegmentResult
+        Segments of all of them.
+    ledgers, directions : mappings from a round's number
+        For the rounds that have fragments.
+    handed_over : Ledger
+        Of all rounds together.
+    patches : Patches
+        What the fragments cover.
+    settings : BreakUpSettings
+        Choices of the break-up.
+    """
+    return {
+        "fragments": int(patches.mass.size),
+        "mass": handed_over.mass,
+        "mass_error": handed_over.mass_error,
+        "momentum_error": handed_over.momentum_error,
+        "energy_error": handed_over.energy_error,
+        "casing_energy": handed_over.casing_energy,
+        "energy_lost": handed_over.casing_energy - handed_over.energy,
+        "contiguous_fraction": float(patches.contiguous.mean()),
+        "contiguous_mass_fraction": float(patches.mass[patches.contiguous].sum() / patches.mass.sum()),
+        "sampler": settings.sampler,
+        "velocity": settings.velocity,
+        "rounds": [
+            _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
+            for number, found in directions.items()
+        ],
+    }
+
+
+def _round_summary(
+    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: Ledger, directions: Directions
+) -> dict[str, Any]:
+    return {
+        "name": broken.name,
+        "mirror_of": broken.mirror_of,
+        "fragments": sum(r.fragments for r in results),
+        "mass": float(sum(r.draw.mass.sum() for r in results)),
+        "mass_error": handed_over.mass_error,
+        "momentum_error": handed_over.momentum_error,
+        "energy_error": handed_over.energy_error,
+        "polar_difference": directions.polar_difference,
+        "azimuth_difference": directions.azimuth_difference,
+        "segments": [_segment_summary(r) for r in results],
+    }
+
+
+def _segment_summary(result: SegmentResult) -> dict[str, Any]:
+    data, law = result.segment.data, result.law
+    return {
+        "name": data.name,
+        "kind": data.kind,
+        "start": data.start,
+        "end": data.end,
+        "mean_mass": law.law.mean,
+        "mu": law.law.parts[0].mu,
+        "n0": law.n0,
+        "parts": [{"dimension": p.dimension, "mu": p.mu, "mass_fraction": p.weight} for p in law.law.parts],
+        "fragments": result.fragments,
+        "mass": float(result.draw.mass.sum()),
+        "mass_deficit": result.draw.deficit,
+        "casing_mass": law.mass,
+        "heaviest": float(result.draw.mass.max()),
+        "v0": law.v0,
+        "speed": data.speed,
+        "rupture": law.rupture,
+        "rupture_radius": law.radius,
+        "rupture_wall": law.wall,
+        "method": result.draw.method,
+        "closure": result.draw.closure,
+        "contiguous": result.contiguous,
+    }
