@@ -69,7 +69,6 @@ class Ledger:
     comm: MPI.Comm
     sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
     external_work: float = 0.0
-    contact: float = 0.0
     damping: float = 0.0
     entries: list[Entry] = field(default_factory=list)
 
@@ -77,13 +76,22 @@ class Ledger:
         """Add the sums of one step, chunk after chunk."""
         self.sums += chunk_energies.sum(axis=0)
 
-    def record(self, fields_now: BurstFields, time: float, step: float, force: np.ndarray, diameter: float) -> Entry:
+    def record(
+        self,
+        fields_now: BurstFields,
+        time: float,
+        step: float,
+        force: np.ndarray,
+        diameter: float,
+        contact: float = 0.0,
+    ) -> Entry:
         """Take the balance at `time` (s).
 
         Parameters
         ----------
         fields_now : the state; `step` (s) the last step; `force` (nodes, 3) the resultant (N).
         diameter : outer diameter (m), written along.
+        contact : energy that contact has taken so far (J), on this rank.
 
         Raises
         ------
@@ -115,12 +123,13 @@ class Ledger:
                 (casing_mass * speeds[casing]).sum(),
                 *momentum.sum(axis=0),
                 np.linalg.norm(momentum, axis=1).sum(),
+                contact,
             ]
         )
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
         kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, external, left = total[:10]
-        mass, weighted, size = total[10], total[11], total[15]
-        stored = kinetic + strain + plastic + viscous + hourglass + self.contact + self.damping
+        mass, weighted, size, contact = total[10], total[11], total[15], float(total[16])
+        stored = kinetic + strain + plastic + viscous + hourglass + contact + self.damping
         given = work + external
         entry = Entry(
             time=time,
@@ -131,7 +140,7 @@ class Ledger:
             plastic=float(plastic),
             viscous=float(viscous),
             hourglass=float(hourglass),
-            contact=self.contact,
+            contact=contact,
             damping=self.damping,
             external_work=float(external),
             products_work=float(work),

@@ -13,6 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
@@ -22,6 +23,7 @@ from burst_fenicsx.ledger import LEAST_WORK, Ledger
 from burst_fenicsx.measures import Measures, RoundMeasures
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
+from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.output import TimeSeries
 from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records import round_records
@@ -128,10 +130,10 @@ class Simulation:
         self.on_progress = on_progress
         self.clocks = Clocks()
         _check(self.rounds, settings)
-        if len(self.rounds) > 1 and comm.rank == 0:
+        if len(self.rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
             _log.warning(
-                "%d rounds are computed as if each stood alone: contact between rounds is not modelled, and the "
-                "distances are not those of a stack",
+                "%d rounds are computed as if each stood alone: contact of surfaces is switched off, and the distances "
+                "are not those of a stack",
                 len(self.rounds),
             )
 
@@ -161,7 +163,8 @@ class Simulation:
             lengths=mesh.lengths,
         )
         self.ledger = self._make_ledger()
-        self.solver = BurstSolver(self.fields, settings, self.leakage, self.ledger)
+        self.contact = ContactForces(mesh, self.fields, settings)
+        self.solver = BurstSolver(self.fields, settings, self.leakage, self.ledger, contact=self.contact)
         self.measures = Measures(self.fields, surfaces, self.rounds, mesh.lengths)
         self.surfaces = surfaces
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
@@ -178,7 +181,8 @@ class Simulation:
     def _make_mesh(self) -> tuple[HexahedralMesh, MeshQuality]:
         """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
         mesh = merge([mesh_round(item, self.settings.cell_size, index) for index, item in enumerate(self.rounds)])
-        return mesh, quality(mesh)
+        found = quality(mesh)
+        return (split_charges(mesh) if self.settings.contact.charge_casing == "bonded" else mesh), found
 
     def _make_ledger(self) -> Ledger:
         state = self.fields
@@ -252,6 +256,7 @@ class Simulation:
             self.solver.time_step,
             self.solver.resultant,
             self.measures.outer_diameter(),
+            self.contact.energy,
         )
         self.radii.append((entry.time, self.measures.outer_radii(), self.leakage.radii(self.fields.nodes.position)))
 

@@ -17,6 +17,7 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.detonation import LeakageParts
     from burst_fenicsx.fields import BurstFields
     from burst_fenicsx.ledger import Ledger
@@ -57,6 +58,7 @@ class BurstSolver:
     settings : how it is stepped.
     leakage : venting of the products.
     ledger : where the sums go.
+    contact : bonds, colliding surfaces and planes.
     holds : nodes that may not move along a direction.
     external : called with the time (s) and the forces (nodes, 3) in N, to which it adds external ones.
 
@@ -73,6 +75,7 @@ class BurstSolver:
         leakage: LeakageParts,
         ledger: Ledger,
         *,
+        contact: ContactForces | None = None,
         holds: tuple[Hold, ...] = (),
         external: Callable[[float, np.ndarray], None] | None = None,
     ) -> None:
@@ -80,6 +83,7 @@ class BurstSolver:
         self.settings = settings
         self.leakage = leakage
         self.ledger = ledger
+        self.contact = contact
         self.holds = holds
         self.external = external
         self.time = 0.0
@@ -159,10 +163,7 @@ class BurstSolver:
         self.steps += 1
 
     def add_forces(self, step: float) -> None:
-        """Element forces of the new places (Eq. 1), summed over ranks, then external ones and damping (Eq. 2).
-
-        Contact forces, the fourth of Eq. 2, join where charge and casing do not share their nodes.
-        """
+        """Resultant at the new places (Eq. 2): element forces (Eq. 1), contact, external ones and damping."""
         state = self.fields
         add_element_forces(
             step,
@@ -179,6 +180,9 @@ class BurstSolver:
         comm = state.mesh.comm
         if comm.size > 1:
             compat.add_to_owners(state.force)
+        if self.contact is not None:
+            self.contact.add_forces(self.free_step, step, front_passes=self.time < self._burnt_out)
+        if comm.size > 1:
             compat.send_to_ghosts(state.force)
         if self._external_force is not None and self.external is not None:
             # After the sum over ranks: every rank gives its local nodes their whole external force.

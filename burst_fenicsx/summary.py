@@ -46,6 +46,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
     growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
+    contact = run.contact.summary()
     return {
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
@@ -69,7 +70,8 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
         "energy_error_at_end": last.energy_error,
         "momentum_error": last.momentum_error,
-        "max_penetration": None,  # charge and casing share their nodes: there is no contact to penetrate
+        "max_penetration": contact["max_penetration"],
+        "contact": contact,
         "products_balance": run.ledger.products_balance,
         "acceleration_complete": run.acceleration_complete,
         "kinetic_energy_growth": growth,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.meshing.faces import boundary_faces
 from burst_fenicsx.meshing.placement import frame, to_local
 from burst_fenicsx.problem import Part
 
@@ -16,10 +17,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import HexahedralMesh
     from burst_fenicsx.problem import Round
 
-__all__ = ["RadialSurfaces", "boundary_faces", "radial_surfaces"]
+__all__ = ["RadialSurfaces", "radial_surfaces"]
 
-# VTK order, outward normals.
-_FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
 # A face belongs to the lateral surface if its normal leans less than this from the radial direction (cosine).
 _LATERAL = 0.5
 
@@ -46,21 +45,6 @@ class RadialSurfaces:
     bin_station: np.ndarray
     radius: np.ndarray
     outward: np.ndarray
-
-
-def boundary_faces(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces that belong to one cell only: nodes (faces, 4) with outward order, and the cell of each (VTK order)."""
-    faces = cells[:, _FACES].reshape(-1, 4)
-    owner = np.repeat(np.arange(len(cells)), 6)
-    key = np.sort(faces, axis=1)
-    order = np.lexsort(key.T)
-    ranked = key[order]
-    same = (ranked[1:] == ranked[:-1]).all(axis=1)
-    single = np.ones(len(faces), dtype=bool)
-    single[1:] &= ~same
-    single[:-1] &= ~same
-    keep = np.sort(order[single])
-    return faces[keep], owner[keep]
 
 
 def radial_surfaces(

@@ -1,0 +1,166 @@
+"""Face-face contact of charge and casing: the split faces, their springs, and what they book (Eqs. 12-15)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.bonds import BondLaw, Bonds, face_vectors, join_twins
+from burst_fenicsx.meshing.faces import boundary_faces
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.problem import Contact
+
+__all__ = ["BondedFaces", "interface_faces"]
+
+_SMOOTH = np.cos(np.radians(45.0))  # faces around a node whose normals differ by less act as one surface
+_RELEASE = 0.5  # a broken pair that has slid by half an edge is left to the contact of colliding surfaces
+
+
+def interface_faces(mesh: HexahedralMesh) -> np.ndarray:
+    """Faces at which charge and casing or fuze were parted: the casing's nodes (faces, 4), outward from the casing."""
+    charge = mesh.part == Part.CHARGE
+    twin = np.arange(len(mesh.nodes))
+    twin[mesh.twins[:, 0]] = mesh.twins[:, 1]
+    solid, _ = boundary_faces(mesh.cells[~charge])
+    behind, _ = boundary_faces(mesh.cells[charge])
+    of_charge = {key.tobytes() for key in np.sort(twin[behind], axis=1)}
+    both = np.array([key.tobytes() in of_charge for key in np.sort(solid, axis=1)], dtype=bool)
+    return solid[both]
+
+
+class BondedFaces:
+    """The springs between charge and casing on one rank.
+
+    Every rank computes the pairs of which it owns a node, so that no force needs to be sent.
+
+    Parameters
+    ----------
+    mesh : the whole mesh, its charges parted.
+    state : this rank's fields.
+    settings : strength and friction of the bond.
+    release : whether pairs that slide far are released to the contact of colliding surfaces.
+
+    Attributes
+    ----------
+    bonds : the kernels' arrays.
+    node_pairs : (pairs,) int64, row of the pair in `mesh.twins`.
+    counted : (pairs,) bool, pairs that this rank counts in sums over ranks.
+    """
+
+    def __init__(self, mesh: HexahedralMesh, state: BurstFields, settings: Contact, *, release: bool) -> None:
+        self.settings = settings
+        self._release = _RELEASE if release else np.inf
+        local = np.full(len(mesh.nodes), -1, dtype=np.int32)
+        local[state.mesh.node] = np.arange(len(state.mesh.node), dtype=np.int32)
+        owned = state.mesh.owned_nodes
+        faces = interface_faces(mesh)
+        charge, solid = local[mesh.twins[:, 0]], local[mesh.twins[:, 1]]
+        mine = ((charge >= 0) & (charge < owned)) | ((solid >= 0) & (solid < owned))
+        self.node_pairs = np.flatnonzero(mine)
+        charge, solid = charge[mine], solid[mine]
+        self.counted = charge < owned
+        wanted = np.zeros(len(mesh.nodes), dtype=bool)
+        wanted[mesh.twins[mine, 1]] = True
+        faces = faces[wanted[faces].any(axis=1)]
+        first, first_face, face = _springs(mesh.nodes, faces, mesh.twins[mine, 1])
+        self.faces = local[faces].astype(np.int32)
+        if (self.faces < 0).any() or (charge < 0).any() or (solid < 0).any():
+            raise RuntimeError("a rank lacks a side of a split face")
+        springs = len(first_face) - 1
+        self.bonds = Bonds(
+            charge=charge.astype(np.int32),
+            solid=solid.astype(np.int32),
+            first=first,
+            first_face=first_face,
+            face=face,
+            bonded=np.ones(springs, dtype=np.int8),
+            slip=np.zeros((springs, 3)),
+            gap=np.zeros(springs),
+            held=np.zeros(springs),
+            released=np.zeros(len(charge), dtype=np.int8),
+            booked=np.zeros((len(charge), 4)),
+        )
+        self._vectors = np.zeros((len(self.faces), 3))
+        self._state = state
+
+    def add_forces(self, stiffness: float, step: float, force: np.ndarray) -> None:
+        """Add the forces on this rank's nodes to `force` (nodes, 3) in N.
+
+        `stiffness` is f/dt2 (1/s2), `step` the step (s) that led here; a step of zero leaves the springs alone.
+        """
+        nodes = self._state.nodes
+        settings = self.settings
+        law = BondLaw(
+            stiffness,
+            step,
+            settings.tensile_strength,
+            settings.cohesion,
+            float(np.tan(np.radians(settings.friction_angle))),
+            self._release,
+        )
+        face_vectors(nodes.position, self.faces, self._vectors)
+        join_twins(law, self.bonds, self._vectors, self._state.mass, nodes.position, nodes.velocity, force)
+
+    def release(self) -> np.ndarray:
+        """Leave the pairs that have slid far to the colliding surfaces: their rows in the whole mesh's twins."""
+        released = self.bonds.released
+        now = np.flatnonzero(released == 1)
+        released[now] = 2
+        return self.node_pairs[now]
+
+    @property
+    def booked(self) -> np.ndarray:
+        """Spring energy now, friction and work of the stiffness in the last step (J), on the pairs counted here."""
+        total: np.ndarray = self.bonds.booked[self.counted, :3].sum(axis=0)
+        return total
+
+    @property
+    def deepest(self) -> float:
+        """Largest penetration in the last step (m) on this rank."""
+        return float(self.bonds.booked[:, 3].max(initial=0.0))
+
+    def counts(self) -> np.ndarray:
+        """Pairs wholly bonded, broken and released, of those counted here."""
+        bonds = self.bonds
+        springs = np.add.reduceat(bonds.bonded, bonds.first[:-1]) if len(bonds.charge) else np.zeros(0)
+        whole = springs == np.diff(bonds.first)
+        gone = bonds.released == 2
+        return np.array(
+            [
+                (whole & ~gone & self.counted).sum(),
+                (~whole & ~gone & self.counted).sum(),
+                (gone & self.counted).sum(),
+            ],
+            dtype=float,
+        )
+
+
+def _springs(nodes: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Group the faces around each node by direction: the spring's offsets by node, face offsets by spring, faces."""
+    corner = nodes[faces]
+    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    around: dict[int, list[int]] = {int(node): [] for node in solid}
+    for face, row in enumerate(faces):
+        for node in row:
+            if int(node) in around:
+                around[int(node)].append(face)
+    first, first_face, order = [0], [0], []
+    for node in solid:
+        groups: list[list[int]] = []
+        for face in around[int(node)]:
+            same = next((group for group in groups if normal[group[0]] @ normal[face] > _SMOOTH), None)
+            if same is None:
+                groups.append([face])
+            else:
+                same.append(face)
+        for group in groups:
+            order.extend(group)
+            first_face.append(len(order))
+        first.append(len(first_face) - 1)
+    return tuple(np.array(values, dtype=np.int32) for values in (first, first_face, order))  # type: ignore[return-value]

@@ -1,0 +1,210 @@
+"""Point-face contact of colliding surfaces on one rank: search, forces, and their sums over ranks (Eqs. 16-18)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, add_reactions, find_contacts
+from burst_fenicsx.kernels.exact import rounding_constant
+from burst_fenicsx.kernels.planes import largest_speed
+from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
+
+if TYPE_CHECKING:
+    from burst_fenicsx.contact.surfaces import ContactSurfaces
+    from burst_fenicsx.fields import BurstFields
+
+__all__ = ["CollidingSurfaces"]
+
+_MARGIN = 0.5  # of an edge: how deep a node may lie and still be found
+_LARGEST_LOAD = 2.0**10
+
+
+class CollidingSurfaces:
+    """Contact of every surface with every other, and of a casing with itself.
+
+    Each rank looks for the faces that its own nodes meet. Between two searches, the faces a node may meet are known,
+    and with them the nodes whose places every rank needs and to which it gives forces; these alone are exchanged.
+
+    Parameters
+    ----------
+    surfaces : of the whole mesh.
+    state : this rank's fields.
+    friction_angle : degrees.
+    reach : how far two surfaces may approach each other before the next search (m).
+
+    Attributes
+    ----------
+    state : the kernels' arrays. free : (surface nodes,) int8, not 0 where a bond has let go.
+    searches : how many have been made.
+    """
+
+    def __init__(self, surfaces: ContactSurfaces, fields: BurstFields, friction_angle: float, reach: float) -> None:
+        self.surfaces = surfaces
+        self.searches = 0
+        self._fields = fields
+        self._comm = fields.mesh.comm
+        self._friction = float(np.tan(np.radians(friction_angle)))
+        self._reach = reach
+        self._load_rounding = rounding_constant(_LARGEST_LOAD)
+        count = len(surfaces.node)
+        row = np.full(int(surfaces.node.max(initial=-1)) + 1, -1, dtype=np.int64)
+        row[surfaces.node] = np.arange(count)
+        own = fields.mesh.node[: fields.mesh.owned_nodes]
+        rows = np.where(own < len(row), row[np.minimum(own, len(row) - 1)], -1)
+        self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
+        self._rows = rows[self._local].astype(np.int32)  # ... and their rows
+        self._bodies = Bodies(
+            faces=surfaces.faces,
+            face_body=surfaces.face_body,
+            node_body=surfaces.node_body,
+            face_round=surfaces.face_body // 2,
+            node_round=surfaces.node_body // 2,
+        )
+        self.free = np.zeros(count, dtype=np.int8)
+        self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
+        self._sums = np.zeros((count, 4))
+        self._mass = self._everywhere(fields.mass[:, None])[:, 0]
+        self.searched_at = np.zeros((0, 3))  # places at the last search
+        self._travel = np.inf
+        self.state = self._make_state(np.zeros((count, 3)))
+        self._near = self._near_own = np.zeros(0, dtype=np.int32)
+
+    def _make_state(self, slip: np.ndarray) -> Collisions:
+        count = len(self.surfaces.node)
+        return Collisions(
+            node=np.zeros(0, dtype=np.int32),
+            first=np.zeros(1, dtype=np.int64),
+            candidate=np.zeros(0, dtype=np.int32),
+            faces=self.surfaces.faces,
+            edge=self.surfaces.edge,
+            touching=np.zeros(count, dtype=np.int8),
+            slip=slip,
+            depth=np.zeros(count),
+            held=np.zeros(count),
+            load=np.zeros(count),
+            face=np.zeros(0, dtype=np.int32),
+            weight=np.zeros((0, 4)),
+            push=np.zeros((0, 4)),
+            booked=np.zeros((0, 3)),
+        )
+
+    def _everywhere(self, values: np.ndarray) -> np.ndarray:
+        """Values of the rank's nodes, (nodes, n), as values of all surface nodes on every rank."""
+        result = np.zeros((len(self.surfaces.node), values.shape[1]))
+        result[self._rows] = values[self._local]
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, result)
+        return result
+
+    def search_is_due(self, step: float) -> bool:
+        """Whether surfaces may have come closer than the last search looked; collective, once a step of `step` s."""
+        speed = largest_speed(self._fields.nodes.velocity, self._local)
+        if self._comm.size > 1:
+            speed = self._comm.allreduce(speed, op=MPI.MAX)
+        self._travel += 2.0 * step * speed
+        return self._travel > self._reach
+
+    def search(self, released: np.ndarray | None = None) -> None:
+        """Look for the faces that each node may meet; collective.
+
+        `released` are the surface nodes, known to this rank, whose bonds have let go since the last search.
+        """
+        fresh = np.zeros_like(self.free)
+        if released is not None:
+            fresh[released] = 1
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, fresh, op=MPI.MAX)
+        fresh[self.free != 0] = 0
+        self.free |= fresh
+        self.state.touching[fresh != 0] = 1  # they leave their bond touching
+        self.searched_at = self._everywhere(self._fields.nodes.position)
+        self.search_from(self.searched_at)
+
+    def search_from(self, position: np.ndarray) -> None:
+        """Search with the surface nodes (nodes, 3) at `position` (m)."""
+        self.searched_at = position
+        self.searches += 1
+        self._travel = 0.0
+        surfaces, bodies = self.surfaces, self._bodies
+        boxes = np.empty((len(surfaces.faces), 6))
+        face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)
+        normals = np.empty_like(position)
+        node_normals(position, surfaces.faces, normals)
+        active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
+        cell = float(np.median((boxes[:, 3:] - boxes[:, :3]).max(axis=1)))
+        first, candidate = find_candidates(position, bodies, active, self.free, normals, boxes, cell)
+        some = np.diff(first) > 0
+        self._forget(active[~some])
+        slaves = active[some]
+        count = len(slaves)
+        self.state = self.state._replace(
+            node=slaves,
+            first=np.append(first[:-1][some], first[-1]),
+            candidate=candidate,
+            face=np.full(count, -1, dtype=np.int32),
+            weight=np.zeros((count, 4)),
+            push=np.zeros((count, 4)),
+            booked=np.zeros((count, 3)),
+        )
+        near = np.zeros(len(surfaces.node), dtype=np.int8)
+        near[slaves] = 1
+        near[surfaces.faces[candidate]] = 1
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, near, op=MPI.MAX)
+        self._near = np.flatnonzero(near).astype(np.int32)
+        self._near_own = np.flatnonzero(near[self._rows])
+        self.state.load[near == 0] = 0.0
+
+    def _forget(self, nodes: np.ndarray) -> None:
+        state = self.state
+        state.touching[nodes] = 0
+        state.slip[nodes] = 0.0
+        state.depth[nodes] = 0.0
+        state.held[nodes] = 0.0
+
+    def add_forces(self, budget: float, step: float, force: np.ndarray) -> None:
+        """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
+
+        `budget` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here.
+        """
+        if not len(self._near):
+            return
+        self._exchange_motion()
+        law = CollisionLaw(budget, step, self._friction)
+        find_contacts(law, self.state, self._position, self._velocity, self._mass)
+        self._sums[self._near] = 0.0
+        add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
+        if self._comm.size > 1:
+            reactions = self._sums[self._near]
+            self._comm.Allreduce(MPI.IN_PLACE, reactions)
+            self._sums[self._near] = reactions
+        self.state.load[self._near] = self._sums[self._near, 3]
+        own = self._near_own
+        force[self._local[own]] += self._sums[self._rows[own], :3]
+
+    def _exchange_motion(self) -> None:
+        """Bring places and speeds of the near nodes to every rank."""
+        nodes, own = self._fields.nodes, self._near_own
+        rows, local = self._rows[own], self._local[own]
+        self._position[rows] = nodes.position[local]
+        self._velocity[rows] = nodes.velocity[local]
+        if self._comm.size > 1:
+            motion = np.zeros((len(self._near), 6))
+            at = np.searchsorted(self._near, rows)
+            motion[at, :3], motion[at, 3:] = self._position[rows], self._velocity[rows]
+            self._comm.Allreduce(MPI.IN_PLACE, motion)
+            self._position[self._near], self._velocity[self._near] = motion[:, :3], motion[:, 3:]
+
+    @property
+    def booked(self) -> np.ndarray:
+        """Spring energy now, friction and work of the stiffness in the last step (J), on this rank's nodes."""
+        total: np.ndarray = self.state.booked.sum(axis=0)
+        return total
+
+    @property
+    def deepest(self) -> float:
+        """Largest penetration now (m), of this rank's nodes."""
+        return float(self.state.depth[self.state.node].max(initial=0.0))

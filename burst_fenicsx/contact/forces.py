@@ -1,0 +1,177 @@
+"""All contact of a burst: bonds, colliding surfaces and planes, their forces and what they book (F^c of Eq. 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.contact.bonds import BondedFaces
+from burst_fenicsx.contact.collisions import CollidingSurfaces
+from burst_fenicsx.contact.planes import PlaneContact
+from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
+
+if TYPE_CHECKING:
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.problem import BurstSettings
+
+__all__ = ["ContactForces", "Penetrations"]
+
+_SAFETY = 0.9  # share taken of the stability that the cells leave to contact
+_FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
+_PLANE_SHARE = 0.4  # of the budget, where planes are; the rest is the surfaces'
+_REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
+
+
+@dataclass
+class Penetrations:
+    """Largest penetrations so far (m), on this rank."""
+
+    bond_at_front: float = 0.0
+    bond_after: float = 0.0
+    collision: float = 0.0
+    plane: float = 0.0
+
+    def over(self, comm: MPI.Comm) -> Penetrations:
+        """The largest over all ranks."""
+        own = (self.bond_at_front, self.bond_after, self.collision, self.plane)
+        return Penetrations(*(comm.allreduce(value, op=MPI.MAX) for value in own)) if comm.size > 1 else self
+
+    @property
+    def largest(self) -> float:
+        """The largest of all."""
+        return max(self.bond_at_front, self.bond_after, self.collision, self.plane)
+
+
+class ContactForces:
+    """Contact forces of a burst on one rank.
+
+    The stiffness of every spring is taken from the stable step. With the cells at a fraction c of theirs, their
+    frequencies satisfy (omega dt)^2 <= 4 c^2; the frequencies of cells and springs add up to no more than their sum, so
+    springs may have (omega dt)^2 up to 4 (1 - c^2) without shortening the step.
+
+    Parameters
+    ----------
+    mesh : the whole mesh.
+    fields : this rank's share of it.
+    settings : of the burst.
+
+    Attributes
+    ----------
+    force : (nodes, 3) N, on this rank's nodes.
+    friction, stiffness_work : J so far, on this rank: friction, and what changes of the springs' stiffness gave.
+    penetrations : the largest so far.
+    """
+
+    def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> None:
+        contact = settings.contact
+        step = settings.time_step
+        share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
+        self._budget = _SAFETY * 4.0 * (1.0 - share**2)
+        self._fields = fields
+        self.force = np.zeros_like(fields.nodes.force)
+        self.friction = 0.0
+        self.stiffness_work = 0.0
+        self.penetrations = Penetrations()
+        self._twins = mesh.twins
+        self.surfaces: ContactSurfaces | None = None
+        self.bonds: BondedFaces | None = None
+        self.collisions: CollidingSurfaces | None = None
+        if contact.surfaces or settings.planes:
+            self.surfaces = contact_surfaces(mesh)
+        if len(mesh.twins):
+            self.bonds = BondedFaces(mesh, fields, contact, release=contact.surfaces)
+        if contact.surfaces and self.surfaces is not None:
+            self.collisions = CollidingSurfaces(
+                self.surfaces,
+                fields,
+                contact.surface_friction_angle,
+                _REACH * settings.cell_size,
+            )
+        self.planes: list[PlaneContact] = []
+        if settings.planes and self.surfaces is not None:
+            local = fields.mesh.local_node(self.surfaces.node[self.surfaces.outside])
+            own = local[(local >= 0) & (local < fields.mesh.owned_nodes)]
+            self.planes = [PlaneContact(plane, fields, own) for plane in settings.planes]
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is anything that may touch."""
+        return self.bonds is not None or self.collisions is not None or bool(self.planes)
+
+    def add_forces(self, stable_for: float, step: float, *, front_passes: bool) -> None:
+        """Add the forces on this rank's own nodes to the resultant; collective.
+
+        Parameters
+        ----------
+        stable_for : the step (s) for which the springs must be stable; 0 before the first step: no force.
+        step : the step (s) that led here.
+        front_passes : whether a detonation front still runs, for the record of penetrations.
+        """
+        if not self.exists or stable_for <= 0.0:
+            return
+        self.force[:] = 0.0
+        budget = self._budget / stable_for**2
+        deepest = self.penetrations
+        if self.bonds is not None:
+            self.bonds.add_forces(budget, step, self.force)
+            if front_passes:
+                deepest.bond_at_front = max(deepest.bond_at_front, self.bonds.deepest)
+            else:
+                deepest.bond_after = max(deepest.bond_after, self.bonds.deepest)
+        if self.collisions is not None:
+            if self.collisions.search_is_due(step):
+                self.collisions.search(self._let_go())
+            self.collisions.add_forces(budget * (1.0 - _PLANE_SHARE if self.planes else 1.0), step, self.force)
+            deepest.collision = max(deepest.collision, self.collisions.deepest)
+        for plane in self.planes:
+            plane.add_forces(budget * _PLANE_SHARE, step, self.force)
+            deepest.plane = max(deepest.plane, plane.deepest)
+        for part in self._parts:
+            self.friction += part.booked[1]
+            self.stiffness_work += part.booked[2]
+        self._fields.nodes.force[:] += self.force
+
+    @property
+    def _parts(self) -> list[BondedFaces | CollidingSurfaces | PlaneContact]:
+        return [part for part in (self.bonds, self.collisions, *self.planes) if part is not None]
+
+    def _let_go(self) -> np.ndarray | None:
+        """Surface nodes whose bonds have let go since the last search."""
+        if self.bonds is None or self.surfaces is None:
+            return None
+        nodes = self._twins[self.bonds.release()].ravel()
+        return np.searchsorted(self.surfaces.node, nodes)
+
+    @property
+    def spring_energy(self) -> float:
+        """Energy now in the springs (J), on this rank."""
+        return float(sum(part.booked[0] for part in self._parts))
+
+    @property
+    def energy(self) -> float:
+        """What contact has taken so far (J), on this rank: stored and turned to heat, less the stiffness's work."""
+        return self.spring_energy + self.friction - self.stiffness_work
+
+    def summary(self) -> dict[str, Any]:
+        """Contact's part of the summary; collective."""
+        comm = self._fields.mesh.comm
+        local = np.array([*(self.bonds.counts() if self.bonds else np.zeros(3)), self.spring_energy, self.friction])
+        total = comm.allreduce(local) if comm.size > 1 else local
+        deepest = self.penetrations.over(comm)
+        return {
+            "bonded_pairs": int(total[0]),
+            "broken_pairs": int(total[1]),
+            "released_pairs": int(total[2]),
+            "spring_energy": float(total[3]),
+            "friction_heat": float(total[4]),
+            "max_penetration": deepest.largest if self.exists else None,
+            "max_bond_penetration_at_front": deepest.bond_at_front,
+            "max_bond_penetration": deepest.bond_after,
+            "max_collision_penetration": deepest.collision,
+            "max_plane_penetration": deepest.plane,
+            "searches": self.collisions.searches if self.collisions else 0,
+        }

@@ -1,0 +1,59 @@
+"""Rigid planes: ground, deck, barricade, and the planes of symmetry behind which mirrored rounds stand."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
+
+if TYPE_CHECKING:
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.problem import RigidPlane
+
+__all__ = ["PlaneContact"]
+
+
+class PlaneContact:
+    """One rigid plane against the given nodes of this rank.
+
+    Parameters
+    ----------
+    plane : the plane.
+    fields : this rank's fields.
+    nodes : local nodes of this rank's own that may meet it.
+    """
+
+    def __init__(self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray) -> None:
+        self.plane = plane
+        self._fields = fields
+        normal = np.asarray(plane.normal, dtype=float)
+        self._normal = normal / np.linalg.norm(normal)
+        self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
+        self._friction = 0.0 if plane.symmetry else float(np.tan(np.radians(plane.friction_angle)))
+        count = len(nodes)
+        self.state = PlaneState(
+            node=np.asarray(nodes, dtype=np.int32),
+            slip=np.zeros((count, 3)),
+            depth=np.zeros(count),
+            held=np.zeros(count),
+            booked=np.zeros((count, 3)),
+        )
+
+    def add_forces(self, budget: float, step: float, force: np.ndarray) -> None:
+        """Add the plane's forces to `force` (nodes, 3) in N; `budget` is its stiffness over a node's mass (1/s2)."""
+        law = PlaneLaw(self._normal, self._level, budget, step, self._friction)
+        nodes = self._fields.nodes
+        push_from_plane(law, self.state, self._fields.mass, nodes.position, nodes.velocity, force)
+
+    @property
+    def booked(self) -> np.ndarray:
+        """Spring energy now, friction and work of the stiffness in the last step (J), on this rank's nodes."""
+        total: np.ndarray = self.state.booked.sum(axis=0)
+        return total
+
+    @property
+    def deepest(self) -> float:
+        """Largest penetration now (m), of this rank's nodes."""
+        return float(self.state.depth.max(initial=0.0))

@@ -1,0 +1,253 @@
+"""Point-face contact: nodes of one surface pushed out of the faces of another (Eqs. 16-18).
+
+First every node finds the face that it has entered and the force between them, side by side; then the forces are
+added in order. Both surfaces of a pair take their turn as nodes and as faces.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from burst_fenicsx.kernels.exact import quantise
+from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+
+__all__ = ["CollisionLaw", "Collisions", "add_reactions", "closest_point", "find_contacts"]
+
+_NEWTON_STEPS = 4
+_DEEPEST = 0.5  # of the face's first edge: a node that lies deeper has lost its face
+_ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
+
+
+class CollisionLaw(NamedTuple):
+    """What holds for all contacts in this step."""
+
+    budget: float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
+    step: float  # s
+    friction: float  # tan(phi)
+
+
+class Collisions(NamedTuple):
+    """Nodes that look for faces, and the state of each one's contact; nodes are numbered among the surface nodes."""
+
+    node: np.ndarray  # (slaves,) int32
+    first: np.ndarray  # (slaves + 1,) int64 into `candidate`
+    candidate: np.ndarray  # int32, faces
+    faces: np.ndarray  # (faces, 4) int32
+    edge: np.ndarray  # (faces,) m, first edge: square root of the area
+    touching: np.ndarray  # (nodes,) int8
+    slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
+    depth: np.ndarray  # (nodes,) m
+    held: np.ndarray  # (nodes,) N/m, stiffness of the last step
+    load: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
+    face: np.ndarray  # (slaves,) int32, the face in contact or -1
+    weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
+    push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
+    booked: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
+
+
+@kernel
+def closest_point(x: float, y: float, z: float, corner: np.ndarray, result: np.ndarray) -> None:
+    """Closest point of a bilinear face: xi, eta within [-1, 1], the place (3), the unit normal (3).
+
+    `corner` (4, 3) m in outward order; `result` (8,), overwritten. Gauss-Newton steps from the middle.
+    """
+    xi, eta = 0.0, 0.0
+    for step in range(_NEWTON_STEPS + 1):
+        a, b = 0.25 * (1.0 - xi), 0.25 * (1.0 + xi)
+        w0, w1, w2, w3 = a * (1.0 - eta), b * (1.0 - eta), b * (1.0 + eta), a * (1.0 + eta)
+        px = w0 * corner[0, 0] + w1 * corner[1, 0] + w2 * corner[2, 0] + w3 * corner[3, 0]
+        py = w0 * corner[0, 1] + w1 * corner[1, 1] + w2 * corner[2, 1] + w3 * corner[3, 1]
+        pz = w0 * corner[0, 2] + w1 * corner[1, 2] + w2 * corner[2, 2] + w3 * corner[3, 2]
+        c, d = 0.25 * (1.0 - eta), 0.25 * (1.0 + eta)
+        ux = c * (corner[1, 0] - corner[0, 0]) + d * (corner[2, 0] - corner[3, 0])
+        uy = c * (corner[1, 1] - corner[0, 1]) + d * (corner[2, 1] - corner[3, 1])
+        uz = c * (corner[1, 2] - corner[0, 2]) + d * (corner[2, 2] - corner[3, 2])
+        vx = a * (corner[3, 0] - corner[0, 0]) + b * (corner[2, 0] - corner[1, 0])
+        vy = a * (corner[3, 1] - corner[0, 1]) + b * (corner[2, 1] - corner[1, 1])
+        vz = a * (corner[3, 2] - corner[0, 2]) + b * (corner[2, 2] - corner[1, 2])
+        if step == _NEWTON_STEPS:
+            break
+        rx, ry, rz = x - px, y - py, z - pz
+        uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+        ru, rv = rx * ux + ry * uy + rz * uz, rx * vx + ry * vy + rz * vz
+        determinant = uu * vv - uv * uv
+        if determinant > 1e-12 * uu * vv:
+            xi += (vv * ru - uv * rv) / determinant
+            eta += (uu * rv - uv * ru) / determinant
+        xi, eta = min(max(xi, -1.0), 1.0), min(max(eta, -1.0), 1.0)
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = np.sqrt(nx * nx + ny * ny + nz * nz)
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    result[0], result[1] = xi, eta
+    result[2], result[3], result[4] = px, py, pz
+    result[5], result[6], result[7] = nx * inverse, ny * inverse, nz * inverse
+
+
+@parallel_kernel
+def find_contacts(
+    law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
+) -> None:
+    """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
+    for k in numba.prange(state.node.size):
+        _find_contact(k, law, state, position, velocity, mass)
+
+
+@kernel
+def _find_contact(
+    k: int, law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
+) -> None:
+    node = state.node[k]
+    state.booked[k, :] = 0.0
+    state.push[k, :] = 0.0
+    state.face[k] = -1
+    point = np.empty(8)
+    face = _nearest_face(k, state, position, point)
+    if face >= 0:
+        _weigh(point[0], point[1], state.weight[k])
+        depth = 0.0
+        for i in range(3):
+            depth -= (position[node, i] - point[2 + i]) * point[5 + i]
+        relative = np.empty(3)
+        fastest = 0.0
+        for i in range(3):
+            relative[i] = velocity[node, i]
+            for corner in range(4):
+                relative[i] -= state.weight[k, corner] * velocity[state.faces[face, corner], i]
+            fastest += relative[i] ** 2
+        entered = depth <= _ENTRY * law.step * np.sqrt(fastest) or state.touching[node] != 0
+        if depth > 0.0 and entered and depth < _DEEPEST * state.edge[face]:
+            _push(k, face, depth, point[5:8], relative, law, state, mass)
+            return
+    state.touching[node] = 0
+    state.slip[node, :] = 0.0
+    state.depth[node] = 0.0
+    state.held[node] = 0.0
+
+
+@kernel
+def _nearest_face(k: int, state: Collisions, position: np.ndarray, point: np.ndarray) -> int:
+    """The face whose closest point is nearest, if the node lies behind it; -1 otherwise. `point` as `closest_point`.
+
+    Where an edge or a corner is nearest, it belongs to several faces: the one that the node sees most from the front
+    or the back tells on which side it lies.
+    """
+    node = state.node[k]
+    x, y, z = position[node, 0], position[node, 1], position[node, 2]
+    corner = np.empty((4, 3))
+    trial = np.empty(8)
+    best, best_distance, best_height = -1, np.inf, 0.0
+    for c in range(state.first[k], state.first[k + 1]):
+        face = state.candidate[c]
+        reach = _DEEPEST * state.edge[face]
+        outside = False
+        for i in range(3):
+            low, high = np.inf, -np.inf
+            for n in range(4):
+                corner[n, i] = position[state.faces[face, n], i]
+                low, high = min(low, corner[n, i]), max(high, corner[n, i])
+            outside = outside or position[node, i] < low - reach or position[node, i] > high + reach
+        if outside:
+            continue
+        closest_point(x, y, z, corner, trial)
+        rx, ry, rz = x - trial[2], y - trial[3], z - trial[4]
+        distance = np.sqrt(rx * rx + ry * ry + rz * rz)
+        height = abs(rx * trial[5] + ry * trial[6] + rz * trial[7])
+        # Equal distances to round-off: an edge or corner that faces share.
+        same = abs(distance - best_distance) <= 1e-9 * (distance + best_distance) + 1e-15
+        if (same and height > best_height * (1.0 + 1e-9)) or (not same and distance < best_distance):
+            best, best_distance, best_height = face, distance, height
+            point[:] = trial
+    # Nearest to an edge that it stands well beside: the node is not above or below the face at all.
+    if best >= 0 and best_distance > 1.5 * best_height + 1e-15:
+        return -1
+    return best
+
+
+@kernel
+def _weigh(xi: float, eta: float, weight: np.ndarray) -> None:
+    """Weights of a face's nodes at a point (Eq. 17)."""
+    weight[0] = 0.25 * (1.0 - xi) * (1.0 - eta)
+    weight[1] = 0.25 * (1.0 + xi) * (1.0 - eta)
+    weight[2] = 0.25 * (1.0 + xi) * (1.0 + eta)
+    weight[3] = 0.25 * (1.0 - xi) * (1.0 + eta)
+
+
+@kernel
+def _push(
+    k: int,
+    face: int,
+    depth: float,
+    normal: np.ndarray,
+    relative: np.ndarray,
+    law: CollisionLaw,
+    state: Collisions,
+    mass: np.ndarray,
+) -> None:
+    """Spring and friction of one contact, and what they book."""
+    node = state.node[k]
+    inverse = 1.0 / mass[node]
+    crowd = state.load[node]
+    for corner in range(4):
+        other = state.faces[face, corner]
+        inverse += state.weight[k, corner] ** 2 / mass[other]
+        crowd = max(crowd, state.load[other])
+    reduced = 1.0 / inverse
+    # Where nodes crowd on one face its springs are softened, so that the step stays stable. By Jensen's inequality the
+    # springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
+    stiffness = 0.5 * law.budget * reduced / max(crowd, 1.6)
+    trial = np.empty(3)
+    along = 0.0
+    for i in range(3):
+        trial[i] = state.slip[node, i] + law.step * relative[i]
+        along += trial[i] * normal[i]
+    length = 0.0
+    for i in range(3):
+        trial[i] -= along * normal[i]
+        length += trial[i] ** 2
+    length = np.sqrt(length)
+    old, old_depth = state.held[node], state.depth[node]
+    old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
+    limit = law.friction * stiffness * depth
+    if stiffness * length > limit:
+        kept = limit / stiffness
+        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+        for i in range(3):
+            trial[i] *= kept / length
+        length = kept
+    if old > 0.0:
+        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
+    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
+    for i in range(3):
+        state.push[k, i] = stiffness * (depth * normal[i] - trial[i])
+        state.slip[node, i] = trial[i]
+    state.push[k, 3] = reduced
+    state.depth[node] = depth
+    state.held[node] = stiffness
+    state.touching[node] = 1
+    state.face[k] = face
+
+
+@kernel
+def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rounding: float, sums: np.ndarray) -> None:
+    """Add the contacts' forces and loads to `sums` (nodes, 4), exactly: the order of nodes does not matter.
+
+    Each term is rounded to a multiple of a power of two, so that the sums are exact and those of several ranks agree.
+    """
+    for k in range(state.node.size):
+        face = state.face[k]
+        if face < 0:
+            continue
+        node = state.node[k]
+        for corner in range(4):
+            other = state.faces[face, corner]
+            for i in range(3):
+                # The node gets what the face's nodes give, to the last bit.
+                part = quantise(state.weight[k, corner] * state.push[k, i], rounding)
+                sums[other, i] -= part
+                sums[node, i] += part
+            share = state.weight[k, corner] * state.push[k, 3] / mass[other]
+            sums[other, 3] += quantise(share, load_rounding)
+        sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)

@@ -1,0 +1,96 @@
+"""Rigid planes: nodes pushed back to the side on which the rounds stand, with friction."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+
+__all__ = ["PlaneLaw", "PlaneState", "largest_speed", "push_from_plane"]
+
+
+class PlaneLaw(NamedTuple):
+    """One plane and what holds in this step."""
+
+    normal: np.ndarray  # (3,) unit vector towards the rounds
+    level: float  # m, normal times a point of the plane
+    stiffness: float  # over a node's mass (1/s2)
+    step: float  # s
+    friction: float  # tan(phi)
+
+
+class PlaneState(NamedTuple):
+    """The nodes that may meet the plane, and the state of each one's contact."""
+
+    node: np.ndarray  # (nodes,) int32, local
+    slip: np.ndarray  # (nodes, 3) m
+    depth: np.ndarray  # (nodes,) m
+    held: np.ndarray  # (nodes,) N/m, stiffness of the last step
+    booked: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
+
+
+@parallel_kernel
+def push_from_plane(
+    law: PlaneLaw, state: PlaneState, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, force: np.ndarray
+) -> None:
+    """Add the plane's forces (N) to `force` (nodes, 3)."""
+    for k in numba.prange(state.node.size):
+        _push_node(k, law, state, mass, position, velocity, force)
+
+
+@kernel
+def _push_node(
+    k: int,
+    law: PlaneLaw,
+    state: PlaneState,
+    mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    force: np.ndarray,
+) -> None:
+    node = state.node[k]
+    nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
+    depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
+    state.booked[k, :] = 0.0
+    if depth <= 0.0:
+        state.slip[k, :] = 0.0
+        state.depth[k] = 0.0
+        state.held[k] = 0.0
+        return
+    stiffness = law.stiffness * mass[node]
+    vx, vy, vz = velocity[node, 0], velocity[node, 1], velocity[node, 2]
+    normal_speed = vx * nx + vy * ny + vz * nz
+    sx, sy, sz = state.slip[k, 0], state.slip[k, 1], state.slip[k, 2]
+    old, old_depth, old_slip = state.held[k], state.depth[k], np.sqrt(sx * sx + sy * sy + sz * sz)
+    tx = sx + law.step * (vx - normal_speed * nx)
+    ty = sy + law.step * (vy - normal_speed * ny)
+    tz = sz + law.step * (vz - normal_speed * nz)
+    length = np.sqrt(tx * tx + ty * ty + tz * tz)
+    limit = law.friction * stiffness * depth
+    if stiffness * length > limit:
+        kept = limit / stiffness
+        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+        shrink = kept / length
+        tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
+    if old > 0.0:
+        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
+    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
+    state.slip[k, 0], state.slip[k, 1], state.slip[k, 2] = tx, ty, tz
+    state.depth[k] = depth
+    state.held[k] = stiffness
+    force[node, 0] += stiffness * (depth * nx - tx)
+    force[node, 1] += stiffness * (depth * ny - ty)
+    force[node, 2] += stiffness * (depth * nz - tz)
+
+
+@kernel
+def largest_speed(velocity: np.ndarray, nodes: np.ndarray) -> float:
+    """Largest speed (m/s) among the given nodes."""
+    largest = 0.0
+    for node in nodes:
+        speed = velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2
+        largest = max(largest, speed)
+    return np.sqrt(largest)
