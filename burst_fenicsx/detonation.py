@@ -6,18 +6,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from mpi4py import MPI
 
+from burst_fenicsx.kernels.exact import quantise, rounding_constant
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
     from burst_fenicsx.problem import Leakage, Round
 
 __all__ = ["LeakageParts", "burn_rates", "ignition_times", "largest_faces", "place_ignition"]
 
 _FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
+# Sums of displacements stay exact up to four times this many initial radii.
+_GREATEST_GROWTH = 16.0
 
 
 def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -70,6 +72,7 @@ class LeakageParts:
     initial_radius : (parts,) mean initial radius r0 (m).
     count : (parts,) outermost nodes of the part over all ranks.
     source : (parts,) the part whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
+    rounding : constant (m) of `kernels.exact.quantise` for the sums over nodes, which ranks share.
     factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
     rupture_time : (parts,) time at which r_i first exceeded r_cr (s), infinite before.
     """
@@ -83,6 +86,7 @@ class LeakageParts:
     initial_radius: np.ndarray
     count: np.ndarray
     source: np.ndarray
+    rounding: float
     factor: np.ndarray
     rupture_time: np.ndarray
 
@@ -105,7 +109,9 @@ class LeakageParts:
         node = np.flatnonzero(node_part >= 0).astype(np.int32)
         part = node_part[node].astype(np.int32)
         count = comm.allreduce(np.bincount(part, minlength=parts).astype(float))
-        total = comm.allreduce(np.bincount(part, weights=radius[node], minlength=parts))
+        largest = comm.allreduce(float(radius[node].max(initial=0.0)), op=MPI.MAX) * count.max(initial=0.0)
+        rounding = rounding_constant(_GREATEST_GROWTH * largest or 1.0)
+        total = comm.allreduce(np.bincount(part, weights=quantise(radius[node], rounding), minlength=parts))
         source = _nearest_with_nodes(count, settings.parts)
         return cls(
             settings=settings,
@@ -117,6 +123,7 @@ class LeakageParts:
             initial_radius=(total / np.maximum(count, 1.0))[source],
             count=count,
             source=source,
+            rounding=rounding,
             factor=np.ones(parts + 1),
             rupture_time=np.full(parts, np.inf),
         )
@@ -124,7 +131,7 @@ class LeakageParts:
     def radii(self, position: np.ndarray) -> np.ndarray:
         """Current mean radius of every part, r0 + mean radial displacement (m), Eq. 6."""
         moved = np.zeros(len(self.initial_radius))
-        _sum_displacements(position, self.node, self.part, self.start, self.outward, moved)
+        _sum_displacements(position, self.node, self.part, self.start, self.outward, self.rounding, moved)
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)
         return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
@@ -159,10 +166,13 @@ def _sum_displacements(
     part: np.ndarray,
     start: np.ndarray,
     outward: np.ndarray,
+    rounding: float,
     moved: np.ndarray,
 ) -> None:
-    """Add each outermost node's radial displacement (m) to its part's sum."""
+    """Add each outermost node's radial displacement (m), rounded by `quantise`, to its part's sum."""
     for k in range(node.size):
         n = node[k]
+        along = 0.0
         for i in range(3):
-            moved[part[k]] += (position[n, i] - start[k, i]) * outward[k, i]
+            along += (position[n, i] - start[k, i]) * outward[k, i]
+        moved[part[k]] += quantise(along, rounding)

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dolfinx import fem
+from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.detonation import burn_rates, ignition_times, place_ignition
+from burst_fenicsx.detonation import burn_rates, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.kernels import charge as charge_kernel
 from burst_fenicsx.kernels import solid as solid_kernel
 from burst_fenicsx.kernels.assembly import cell_volumes
+from burst_fenicsx.kernels.exact import quantise, rounding_constant
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.materials.products import JwlProducts, make_products
@@ -123,13 +125,9 @@ def make_fields(
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = _material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    mass_function = fem.Function(vectors)
-    mass = mass_function.x.array.reshape(-1, 3)
-    for corner in range(8):
-        np.add.at(mass[:, 0], mesh.dofmap[:, corner], cell_mass / 8.0)
-    compat.add_to_owners(mass_function)
-    compat.send_to_ghosts(mass_function)
-    nodal_mass = mass[:, 0].copy()
+    nodal_mass = _nodal_masses(mesh, fem.Function(vectors), cell_mass)
+    pressure = max(_largest_pressure(item) for item in rounds)
+    largest_force = 0.5 * pressure * _largest(mesh, largest_faces(position[mesh.dofmap]))
 
     slots, held = blocks.slots
     slot_mass, slot_volume, scale = np.ones(blocks.cells.size), np.ones(blocks.cells.size), np.ones(blocks.cells.size)
@@ -156,7 +154,9 @@ def make_fields(
         inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
         cell_mass=cell_mass,
         products=products,
-        nodes=Nodes(position, velocity.x.array.reshape(-1, 3), force.x.array.reshape(-1, 3)),
+        nodes=Nodes(
+            position, velocity.x.array.reshape(-1, 3), force.x.array.reshape(-1, 3), rounding_constant(largest_force)
+        ),
         grid=Grid(
             mesh.dofmap, blocks.cells, blocks.count, blocks.material, slot_mass, slot_volume, np.zeros_like(slot_volume)
         ),
@@ -181,6 +181,33 @@ def make_fields(
         ),
         blocks=blocks,
     )
+
+
+def _nodal_masses(mesh: DistributedMesh, function: fem.Function, cell_mass: np.ndarray) -> np.ndarray:
+    """Lumped mass (local nodes,) in kg: an eighth of each cell's, summed exactly; `function` is scratch."""
+    share = quantise(cell_mass / 8.0, rounding_constant(_largest(mesh, cell_mass)))
+    mass = function.x.array.reshape(-1, 3)
+    for corner in range(8):
+        np.add.at(mass[:, 0], mesh.dofmap[:, corner], share)
+    compat.add_to_owners(function)
+    compat.send_to_ghosts(function)
+    return mass[:, 0].copy()
+
+
+def _largest_pressure(item: Round) -> float:
+    """Bound on the stresses (Pa) that fix how finely forces are rounded.
+
+    Four times the Chapman-Jouguet pressure of gamma = 3, and a quarter of the casing's modulus of compression in one
+    direction, which two plates of steel reach that meet at about 4 km/s.
+    """
+    nu = item.casing.poisson_ratio
+    plane = item.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    return max(item.explosive.density * item.explosive.detonation_velocity**2, 0.25 * plane)
+
+
+def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
+    """Largest of the values over all ranks."""
+    return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
 
 
 def _pad(values: np.ndarray, blocks: Blocks) -> None:

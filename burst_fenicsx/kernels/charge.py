@@ -300,4 +300,4 @@ def charge_block(
     for lane in range(count):
         energy[2] += power[lane] * step
     force_modes(stress, viscous, amplitude, position, gradient, volume, velocity)
-    add_nodal_forces(count, cells, grid.dofmap, velocity, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, velocity, nodes.rounding, nodes.force)

@@ -243,4 +243,4 @@ def solid_block_full(
             limits[2] = smallest[lane] if smallest[lane] == smallest[lane] else -np.inf
             limits[3] = cells[lane]
         grid.volume[slot + lane] = volume[lane]
-    add_nodal_forces(count, cells, grid.dofmap, forces, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, forces, nodes.rounding, nodes.force)

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import LANES, kernel
 
 __all__ = [
@@ -190,9 +191,14 @@ def largest_gradient(gradient: np.ndarray, volume: np.ndarray, length: np.ndarra
 
 
 @kernel
-def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, modes: np.ndarray, force: np.ndarray) -> None:
-    """Transform the modes of the nodal forces back and add them to the nodes of the first `count` cells."""
-    _transform_back(modes)
+def add_nodal_forces(
+    count: int, cells: np.ndarray, dofmap: np.ndarray, modes: np.ndarray, rounding: float, force: np.ndarray
+) -> None:
+    """Transform the modes of the nodal forces back, round them and add them to the nodes of the first `count` cells.
+
+    `rounding` is the constant of `exact.quantise`: the sums do not depend on the order of the cells.
+    """
+    _transform_back(modes, rounding)
     for lane in range(count):
         cell = cells[lane]
         for n in range(8):
@@ -202,8 +208,8 @@ def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, modes: n
 
 
 @kernel
-def _transform_back(values: np.ndarray) -> None:
-    """Sum of the modes at the nodes: f_n = sum over m of sign(m, n) F_m, in place."""
+def _transform_back(values: np.ndarray, rounding: float) -> None:
+    """Sum of the modes at the nodes: f_n = sum over m of sign(m, n) F_m, in place, rounded by `exact.quantise`."""
     for i in range(3):
         for lane in range(LANES):
             v0 = values[(0 + i) * LANES + lane]
@@ -222,11 +228,11 @@ def _transform_back(values: np.ndarray) -> None:
             b1, b3 = a1 - a3, a1 + a3
             b4, b6 = a4 - a6, a4 + a6
             b5, b7 = a5 - a7, a5 + a7
-            values[(0 + i) * LANES + lane] = b0 - b4
-            values[(3 + i) * LANES + lane] = b1 - b5
-            values[(6 + i) * LANES + lane] = b2 - b6
-            values[(9 + i) * LANES + lane] = b3 - b7
-            values[(12 + i) * LANES + lane] = b0 + b4
-            values[(15 + i) * LANES + lane] = b1 + b5
-            values[(18 + i) * LANES + lane] = b2 + b6
-            values[(21 + i) * LANES + lane] = b3 + b7
+            values[(0 + i) * LANES + lane] = quantise(b0 - b4, rounding)
+            values[(3 + i) * LANES + lane] = quantise(b1 - b5, rounding)
+            values[(6 + i) * LANES + lane] = quantise(b2 - b6, rounding)
+            values[(9 + i) * LANES + lane] = quantise(b3 - b7, rounding)
+            values[(12 + i) * LANES + lane] = quantise(b0 + b4, rounding)
+            values[(15 + i) * LANES + lane] = quantise(b1 + b5, rounding)
+            values[(18 + i) * LANES + lane] = quantise(b2 + b6, rounding)
+            values[(21 + i) * LANES + lane] = quantise(b3 + b7, rounding)

@@ -294,7 +294,7 @@ def solid_block(
             limits[3] = cells[lane]
         grid.volume[slot + lane] = volume[lane]
     force_modes(stress, viscous, amplitude, position, gradient, volume, velocity)
-    add_nodal_forces(count, cells, grid.dofmap, velocity, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, velocity, nodes.rounding, nodes.force)
 
 
 @kernel

@@ -15,11 +15,12 @@ __all__ = ["ChargeState", "Grid", "Nodes", "Schedule", "SolidState", "Totals"]
 
 
 class Nodes(NamedTuple):
-    """Nodal fields, each (nodes, 3)."""
+    """Nodal fields, each (nodes, 3), and how the terms of the forces are rounded."""
 
     position: np.ndarray  # m
     velocity: np.ndarray  # m/s
     force: np.ndarray  # N, set to the element forces by the kernels, then the resultant
+    rounding: float  # N, constant of `exact.quantise` for every term that is added to `force`
 
 
 class Grid(NamedTuple):
