@@ -61,7 +61,7 @@ STAGES: dict[str, Stage] = {
             "burst_snapshot.h5",
             ("checkpoint.h5", "burst.xdmf", "burst.h5", "burst_snapshot.h5"),
             ("burst",),
-            ("burst", "round"),
+            ("burst", "round", "plane"),
         ),
         Stage(
             "break-up",

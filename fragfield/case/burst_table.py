@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fragfield.case.quantities import PositiveLength, Quantity, Time
+from fragfield.case.quantities import FrictionAngle, PositiveLength, Pressure, Quantity, Time
 from fragfield.case.table import Table
 
-__all__ = ["BurstTable", "HourglassTable", "LeakageTable", "OutputTable", "TimeStepTable", "ViscosityTable"]
+__all__ = [
+    "BurstTable",
+    "ContactTable",
+    "HourglassTable",
+    "LeakageTable",
+    "OutputTable",
+    "TimeStepTable",
+    "ViscosityTable",
+]
 
 
 class TimeStepTable(Table):
@@ -56,6 +65,23 @@ class HourglassTable(Table):
     """Stiffness factor in the casing."""
 
 
+class ContactTable(Table):
+    """Contact of charge and casing (face-face, Eqs. 12-15) and of surfaces that meet (point-face, Eqs. 16-18)."""
+
+    charge_casing: Literal["bonded", "shared"] = "bonded"
+    """Charge and casing joined by bonds that break, or by common nodes that never part."""
+    cohesion: Pressure = 5e6
+    """Shear stress at which a bond breaks without pressure on it."""
+    tensile_strength: Pressure = 5e6
+    """Tension at which a bond breaks."""
+    friction_angle: FrictionAngle = math.radians(20.0)
+    """Of the charge on the casing, where their bond is broken."""
+    surfaces: bool = True
+    """Whether surfaces that meet push each other; without it rounds pass through each other."""
+    surface_friction_angle: FrictionAngle = math.radians(20.0)
+    """Of surfaces that meet."""
+
+
 class OutputTable(Table):
     """What is written while the burst runs."""
 
@@ -92,4 +118,5 @@ class BurstTable(Table):
     leakage: LeakageTable = LeakageTable()
     viscosity: ViscosityTable = ViscosityTable()
     hourglass: HourglassTable = HourglassTable()
+    contact: ContactTable = ContactTable()
     output: OutputTable = OutputTable()

@@ -7,8 +7,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fragfield.case.flight_table import CylinderTable
+from fragfield.case.place_checks import check_places, check_planes
 from fragfield.case.quantities import show
 from fragfield.case.round_table import ExplosiveTable
+from fragfield.case.stack import check_stack
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,9 +37,12 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     if case.burst is not None:
         faults += _stop_rules(case.burst)
     faults += _unique("round", [entry.name for entry in case.round])
+    faults += _unique("plane", [plane.name for plane in case.plane])
     faults += _unique("witness", [surface.name for surface in case.witness])
+    faults += check_planes(case)
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)
+    faults += check_stack(case)
     faults += _flight(case.flight)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
@@ -45,15 +50,23 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     return faults
 
 
-def check_charges(case: Case) -> list[str]:
-    """Faults of a resolved case: heat of detonation, product constants, ignition points, rounds in each other."""
+def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
+    """Faults of a resolved case: heat of detonation, product constants, ignition, rounds in each other or in planes.
+
+    `stacked` are the names of the rounds that stand for [stack].
+    """
     faults: list[str] = []
     for number, entry in enumerate(case.round, start=1):
         if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
             faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
         if isinstance(entry.profile, dict):
             faults += _ignition(f"round[{number}]", entry)
-    return faults or [*_overlaps(case.round), *_buried(case)]
+    if case.round and not any(entry.ignition for entry in case.round):
+        faults.append(
+            "round: found no ignition point in any round, so nothing makes the shock that lights them; allowed: at "
+            "least one round with an ignition point"
+        )
+    return faults or list(check_places(case, stacked))
 
 
 def _complete(case: Case) -> Iterator[str]:
@@ -93,10 +106,11 @@ def _round(key: str, entry: RoundTable) -> Iterator[str]:
         yield f"{key}.profile: found {found} profile and mesh; allowed: one of the two"
     if not any(entry.axis):
         yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
-    if entry.ignition is not None and not entry.ignition:
+    if entry.ignition is not None and not entry.ignition and entry.initiation is None:
         yield (
             f"{key}.ignition: found no ignition point, so nothing lights the charge; allowed: at least one point, "
-            'for example ignition = [{ station = "nose" }], or leave the key out for that one'
+            'for example ignition = [{ station = "nose" }], or leave the key out for that one; or '
+            'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock'
         )
 
 
@@ -160,33 +174,6 @@ def _offset(place: str, point: IgnitionTable, radius: float) -> Iterator[str]:
             f"{place}.offset: found {_mm(distance)} from the axis, outside the charge; allowed: at most {_mm(radius)}, "
             f"the charge's radius at station {_mm(float(point.station))}"
         )
-
-
-def _overlaps(rounds: Sequence[RoundTable]) -> Iterator[str]:
-    from fragfield.case.placing import deepest_overlap, placed_body
-
-    bodies = [(number, placed_body(entry)) for number, entry in enumerate(rounds, start=1) if entry.profile is not None]
-    for i, (number, body) in enumerate(bodies):
-        for first, other in bodies[:i]:
-            depth = deepest_overlap(body, other)
-            if depth > 0.0:
-                yield (
-                    f'round[{number}].position: "{rounds[number - 1].name}" reaches {_mm(depth)} into '
-                    f'round[{first}] "{rounds[first - 1].name}"; allowed: rounds that do not overlap'
-                )
-
-
-def _buried(case: Case) -> Iterator[str]:
-    from fragfield.case.placing import placed_body
-
-    ground = case.flight.ground.height
-    for number, entry in enumerate(case.round, start=1):
-        lowest = placed_body(entry).lowest if entry.profile is not None else entry.position[2]
-        if lowest < ground - 1e-9:
-            yield (
-                f"round[{number}].position: the round lies {_mm(ground - lowest)} below the ground, z = {ground:g} m; "
-                "allowed: on or above it (position is the centre of the base)"
-            )
 
 
 def _mm(value: float) -> str:

@@ -10,16 +10,26 @@ from fragfield.case.flight_table import CylinderTable, PanelTable
 from fragfield.case.round_table import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
-    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
+    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, RigidPlane, Round
     from flight import Wind
     from flight.hazard import Criteria
     from flight.targets import Witness
+    from fragfield.case.burst_table import ContactTable
     from fragfield.case.flight_table import PolygonTable, WindTable
+    from fragfield.case.plane_table import PlaneTable
     from fragfield.case.round_table import RoundTable
     from fragfield.case.schema import Case
     from transition import BreakUpSettings
 
-__all__ = ["break_up_settings", "burst_round", "burst_rounds", "burst_settings", "flight_arguments", "hazard_criteria"]
+__all__ = [
+    "break_up_settings",
+    "burst_round",
+    "burst_rounds",
+    "burst_settings",
+    "flight_arguments",
+    "hazard_criteria",
+    "rigid_plane",
+]
 
 
 def burst_settings(case: Case) -> BurstSettings:
@@ -44,7 +54,34 @@ def burst_settings(case: Case) -> BurstSettings:
         leakage=Leakage(**table.leakage.model_dump()),
         viscosity=Viscosity(**table.viscosity.model_dump()),
         hourglass=Hourglass(**table.hourglass.model_dump()),
+        contact=_contact(table.contact),
+        planes=tuple(rigid_plane(entry) for entry in case.plane),
     )
+
+
+def rigid_plane(entry: PlaneTable) -> RigidPlane:
+    """A resolved plane; one of symmetry has no friction."""
+    from burst_fenicsx.problem import RigidPlane
+
+    assert entry.point is not None  # resolved
+    assert entry.normal is not None
+    return RigidPlane(
+        entry.name, entry.point, entry.normal, _degrees(entry.friction_angle or 0.0), entry.kind == "symmetry"
+    )
+
+
+def _contact(table: ContactTable) -> Contact:
+    from burst_fenicsx.problem import Contact
+
+    values: dict[str, Any] = table.model_dump()
+    for key in ("friction_angle", "surface_friction_angle"):
+        values[key] = _degrees(values[key])
+    return Contact(**values)
+
+
+def _degrees(angle: float) -> float:
+    """An angle in degrees, free of what the way over radians adds in the last digits."""
+    return round(math.degrees(angle), 10)
 
 
 def break_up_settings(case: Case) -> BreakUpSettings:
@@ -125,7 +162,7 @@ def burst_rounds(case: Case) -> list[Round]:
 def burst_round(entry: RoundTable, key: str) -> Round:
     """One resolved round; `key` names it in messages."""
     from burst_fenicsx.geometry import profile_from_table
-    from burst_fenicsx.problem import IgnitionPoint, Round
+    from burst_fenicsx.problem import IgnitionPoint, Round, ShockInitiation
 
     assert isinstance(entry.explosive, ExplosiveTable)  # resolved
     assert isinstance(entry.casing, CasingTable)
@@ -141,6 +178,7 @@ def burst_round(entry: RoundTable, key: str) -> Round:
         ignition=tuple(
             IgnitionPoint(float(point.station), point.offset, point.delay) for point in entry.ignition or []
         ),
+        initiation=ShockInitiation(**entry.initiation.model_dump()) if entry.initiation else None,
     )
 
 

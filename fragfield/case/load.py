@@ -12,8 +12,10 @@ from pydantic import ValidationError
 
 from fragfield.case.checks import check_case, check_charges
 from fragfield.case.messages import explain, join_faults
+from fragfield.case.plane_table import resolved_plane
 from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
 from fragfield.case.schema import Case
+from fragfield.case.stack import expanded, stacked_names
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -87,8 +89,9 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     """Check and resolve the tables of a case; as `load_case` for tables that are already read."""
     case = _validated(document, source)
     _raise(source, check_case(case, burst=burst))
+    stacked = stacked_names(case) if case.stack is not None else []
     case = _resolved(case, source, folder)
-    _raise(source, check_charges(case))
+    _raise(source, check_charges(case, stacked))
     _check_flight(case, source)
     return case
 
@@ -121,7 +124,9 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
-    changes: dict[str, Any] = {"round": rounds}
+    rounds = _told(partial(expanded, case.model_copy(update={"round": rounds})), source)
+    planes = [resolved_plane(entry) for entry in case.plane]
+    changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
     if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
         drag = str((folder / case.flight.drag).resolve())
         changes["flight"] = case.flight.model_copy(update={"drag": drag})
@@ -153,7 +158,8 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
     else:
         changes["profile"], profile = _profile(entry.profile, f"{source}: {key}.profile", folder)
         front, end = profile.charge_front, profile.charge_end
-    changes["ignition"] = [_placed(point, front, end) for point in (entry.ignition or [IgnitionTable()])]
+    points = [IgnitionTable()] if entry.ignition is None else entry.ignition
+    changes["ignition"] = [_placed(point, front, end) for point in points]
     for number, point in enumerate(changes["ignition"], start=1):
         if not front - 1e-6 <= point.station <= end + 1e-6:
             raise InputError(

@@ -79,8 +79,9 @@ def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "quantity":
         return fault["msg"]
     if kind == "extra_forbidden":
-        names = sorted(_keys_beside(fault["loc"], model))
-        return f"unknown key{nearest(str(fault['loc'][-1]), names)}; allowed here: {', '.join(names)}"
+        names, key = sorted(_keys_beside(fault["loc"], model)), str(fault["loc"][-1])
+        hint = nearest(key, names) or _belongs(key, model)
+        return f"unknown key{hint}; allowed here: {', '.join(names)}"
     if kind == "missing":
         return f"missing; needed: {_needed(fault['loc'], model)}"
     if kind == "literal_error":
@@ -131,6 +132,21 @@ def _table_of(location: Sequence[int | str], model: type[BaseModel]) -> type[Bas
 
 def _keys_beside(location: Sequence[int | str], model: type[BaseModel]) -> list[str]:
     return list(_table_of(location, model).model_fields)
+
+
+def _belongs(key: str, model: type[BaseModel]) -> str:
+    """Where a key stands that was put into the wrong table; empty for one that is known nowhere."""
+    places = [path for path in _paths(model) if path.rpartition(".")[2] == key]
+    return f" (a key of this name belongs to {' or '.join(places)})" if places else ""
+
+
+def _paths(model: type[BaseModel], above: str = "") -> Iterator[str]:
+    """Key paths of a table and of the tables in it."""
+    for name, field in model.model_fields.items():
+        path = f"{above}.{name}" if above else name
+        yield path
+        for _, table in _tables_in(field.annotation):
+            yield from _paths(table, path)
 
 
 def _needed(location: Sequence[int | str], model: type[BaseModel]) -> str:

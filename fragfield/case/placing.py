@@ -1,77 +1,54 @@
-"""Rounds as bodies of revolution in space, and how deep one reaches into another."""
+"""Rounds and planes of a case in space: the outside of each round, as it is and as it is meshed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from burst_fenicsx.geometry import Profile
+    from burst_fenicsx.geometry.clearance import Body
+    from fragfield.case.plane_table import PlaneTable
     from fragfield.case.round_table import RoundTable
 
-__all__ = ["PlacedBody", "deepest_overlap", "placed_body"]
-
-_STATIONS = 101
-_DIRECTIONS = 72
-_SHELLS = (1.0, 0.75, 0.5, 0.25, 0.0)  # shares of the outer radius at which points lie
-_TOUCHING = 1e-6  # rounds that only touch do not overlap (m)
+__all__ = ["heights", "meshed", "placed"]
 
 
-@dataclass(frozen=True)
-class PlacedBody:
-    """The outside of a round in space: profile, centre of the base (3,) (m), unit vector from base to nose (3,)."""
-
-    profile: Profile
-    base: NDArray[np.float64]
-    axis: NDArray[np.float64]
-
-    @property
-    def lowest(self) -> float:
-        """Height z of the lowest point (m)."""
-        return float(self.points()[:, 2].min())
-
-    def points(self) -> NDArray[np.float64]:
-        """Points of the surface and of the inside down to the axis, shape (n, 3) (m)."""
-        even = np.linspace(0.0, self.profile.length, _STATIONS)
-        station = np.unique(np.concatenate([even, self.profile.outer.stations]))
-        radius = np.outer(_SHELLS, self.profile.section(station).outer_radius).ravel()
-        station = np.tile(station, len(_SHELLS))
-        angle = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)
-        across = np.linalg.svd(self.axis[None, :])[2][1:]
-        circle = np.cos(angle)[:, None] * across[0] + np.sin(angle)[:, None] * across[1]
-        along = self.base + (self.profile.length - station)[:, None] * self.axis
-        return np.asarray((along[:, None, :] + radius[:, None, None] * circle[None]).reshape(-1, 3))
-
-    def depth(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How deep points (n, 3) lie inside, radially or to the nearer end face; not positive outside (m)."""
-        relative = points - self.base
-        height = relative @ self.axis
-        station = self.profile.length - height
-        within = np.minimum(station, height)
-        radius = self.profile.section(np.clip(station, 0.0, self.profile.length)).outer_radius
-        distance = np.linalg.norm(relative - height[:, None] * self.axis, axis=1)
-        return np.asarray(np.minimum(radius - distance, within))
-
-
-def placed_body(entry: RoundTable) -> PlacedBody:
-    """Body of a resolved round that has a profile."""
+def placed(entry: RoundTable) -> Body:
+    """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
     from burst_fenicsx.geometry import profile_from_table
+    from burst_fenicsx.geometry.clearance import Body, placed_body
+    from burst_fenicsx.geometry.solids import Hull
+    from burst_fenicsx.meshing import mesh_round
+    from fragfield.case.convert import burst_round
 
-    assert isinstance(entry.profile, dict)  # resolved
-    axis = np.array(entry.axis, dtype=np.float64)
-    return PlacedBody(
-        profile_from_table(entry.profile, where=entry.name), np.array(entry.position), axis / np.linalg.norm(axis)
-    )
+    if isinstance(entry.profile, dict):
+        return placed_body(profile_from_table(entry.profile, where=entry.name), entry.position, entry.axis)
+    return Body((Hull.of(mesh_round(burst_round(entry, entry.name), 1.0).nodes, entry.axis),))
 
 
-def deepest_overlap(first: PlacedBody, second: PlacedBody) -> float:
-    """Thickness (m) of what two rounds have in common, on a fine net of points; 0 where they are apart or touch."""
-    points = np.concatenate([first.points(), second.points()])
-    in_first, in_second = first.depth(points), second.depth(points)
-    common = (in_first > -_TOUCHING) & (in_second > -_TOUCHING)
-    deepest = float((in_first + in_second)[common].max(initial=0.0))
-    return deepest if deepest > _TOUCHING else 0.0
+def meshed(entry: RoundTable, cell_size: float) -> Body:
+    """Body that the mesh of a resolved round with this cell size (m) touches from within.
+
+    The sections of the mesh are polygons with the area of the contour's circles, so that their corners lie outside.
+    """
+    from burst_fenicsx.geometry import profile_from_table
+    from burst_fenicsx.geometry.clearance import placed_body
+    from burst_fenicsx.meshing.disc import equal_area_factor
+    from burst_fenicsx.meshing.sizing import grid_counts
+
+    if not isinstance(entry.profile, dict):
+        return placed(entry)
+    profile = profile_from_table(entry.profile, where=entry.name)
+    counts = grid_counts(profile, cell_size)
+    factor = equal_area_factor(4 * counts.core)
+    return placed_body(profile, entry.position, entry.axis, stations=counts.stations, enlargement=factor)
+
+
+def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
+    """Least and greatest height (m) of a body over a resolved plane."""
+    assert plane.normal is not None  # resolved
+    assert plane.point is not None
+    low, high = body.reach(plane.normal)
+    foot = float(np.dot(plane.normal, plane.point))
+    return low - foot, high - foot

@@ -26,6 +26,7 @@ __all__ = [
     "Energy",
     "EnergyPerArea",
     "EnergyPerMass",
+    "FrictionAngle",
     "Length",
     "Mass",
     "NumberOrWord",
@@ -337,6 +338,7 @@ EnergyPerMass = Annotated[float, Quantity("J/kg", "4.52 MJ/kg", above=0.0)]
 EnergyPerArea = Annotated[float, Quantity("J/m^2", "14.7e4 J/m^2", above=0.0)]
 ArealDensity = Annotated[float, Quantity("1/m^2", "1 / (55.7 m^2)", above=0.0)]
 Angle = Annotated[float, Quantity("rad", "5 deg")]
+FrictionAngle = Annotated[float, Quantity("rad", "20 deg", least=0.0, most=1.5)]
 Place = Annotated[tuple[float, float, float], Vector(3, Quantity("m", "0 mm"), '["0 mm", "0 mm", "1 m"]')]
 Offset = Annotated[tuple[float, float], Vector(2, Quantity("m", "0 mm"), '["0 mm", "5 mm"]')]
 Velocity = Annotated[tuple[float, float, float], Vector(3, Quantity("m/s", "0 m/s"), '["5 m/s", "0 m/s", "0 m/s"]')]

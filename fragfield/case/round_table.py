@@ -19,7 +19,7 @@ from fragfield.case.quantities import (
 )
 from fragfield.case.table import Table
 
-__all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "JwlTable", "RoundTable"]
+__all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
 
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 SofteningStrain = Annotated[float | str, NumberOrWord(("none",), 0.5)]
@@ -111,6 +111,15 @@ class IgnitionTable(Table):
     """Time at which the point lights."""
 
 
+class InitiationTable(Table):
+    """Initiation of the charge by the shock of a neighbour: every cell that was pressed hard and long enough lights."""
+
+    pressure: Annotated[float, Quantity("Pa", "5 GPa", above=0.0)]
+    """Pressure that a cell must hold."""
+    duration: Annotated[float, Quantity("s", "0.2 us", least=0.0)] = 0.0
+    """Time for which it must hold it without a break."""
+
+
 class RoundTable(Table):
     """One cased charge in space."""
 
@@ -131,4 +140,6 @@ class RoundTable(Table):
     axis: Direction = (0.0, 0.0, 1.0)
     """Direction from the base to the nose; z is up."""
     ignition: list[IgnitionTable] | None = None
-    """Ignition points; left out: one at the nose end of the charge, on the axis."""
+    """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: lit by `initiation` alone."""
+    initiation: InitiationTable | None = None
+    """Initiation by a neighbour's shock, besides the ignition points; left out: by them alone."""

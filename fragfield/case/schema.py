@@ -7,7 +7,9 @@ from pydantic import Field
 from fragfield.case.break_up_table import BreakUpTable
 from fragfield.case.burst_table import BurstTable
 from fragfield.case.flight_table import FlightTable, HazardTable, WitnessTable
+from fragfield.case.plane_table import PlaneTable
 from fragfield.case.round_table import RoundTable
+from fragfield.case.stack_table import StackTable
 from fragfield.case.table import Table
 
 __all__ = ["Case"]
@@ -24,6 +26,10 @@ class Case(Table):
     """Needed by every command except `fly`."""
     round: list[RoundTable] = Field(default_factory=list)
     """The cased charges."""
+    stack: StackTable | None = None
+    """An arrangement of copies of one round; once read, its rounds stand among the others."""
+    plane: list[PlaneTable] = Field(default_factory=list)
+    """Planes that no casing passes: ground, walls, planes of symmetry."""
     break_up: BreakUpTable = BreakUpTable()
     flight: FlightTable = FlightTable()
     witness: list[WitnessTable] = Field(default_factory=list)

@@ -1,0 +1,375 @@
+"""Stacks in the case file: arrangements, contact, planes, initiation by shock, and what is refused of them."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.meshing import mesh_profile, mesh_round
+from burst_fenicsx.problem import Contact, RigidPlane, ShockInitiation
+from fragfield.case import differences, load_case, read_resolved, to_toml
+from fragfield.case.convert import burst_rounds, burst_settings
+from fragfield.case.load import case_from_document
+from fragfield.errors import InputError
+
+ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}
+SHOCK = {"pressure": "5 GPa", "duration": "0.2 us"}
+PAIR = {"arrangement": "row", "count": 2, "gap": "1 mm"}
+WIDTH, LENGTH = 0.155, 0.6039
+
+
+def _case(*, round=None, burst=None, **tables):  # noqa: A002
+    rounds = round if isinstance(round, list) else [{**ROUND, **(round or {})}]
+    document = {"burst": {"cell_size": "10 mm", **(burst or {})}, "round": rounds, **tables}
+    return case_from_document(document, source="my.toml", folder=Path())
+
+
+def _refused(*parts, **tables):
+    with pytest.raises(InputError) as caught:
+        _case(**tables)
+    message = str(caught.value)
+    assert message.startswith("my.toml: ")
+    for part in parts:
+        assert part in message, message
+
+
+def _positions(case):
+    return np.array([entry.position for entry in case.round])
+
+
+# ---- arrangements
+
+
+def test_a_pair_stands_along_x_symmetric_about_the_template():
+    case = _case(round={"position": ["1 m", "2 m", "3 m"]}, stack={"arrangement": "row", "count": 2, "gap": "21.7 mm"})
+    assert [entry.name for entry in case.round] == ["shell_1", "shell_2"]
+    assert _positions(case) == pytest.approx(np.array([[0.91165, 2, 3], [1.08835, 2, 3]]), abs=1e-12)
+    assert case.stack is None, "the rounds stand for themselves once the case is read"
+
+
+def test_a_lying_row_keeps_the_clear_distance_along_x():
+    """Lying along y the diameters face each other along x; lying along x nose and base do."""
+    stack = {"arrangement": "row", "count": 3, "gap": "10 mm"}
+    across = _positions(_case(round={"axis": [0, 1, 0], "position": ["0 m", "0 m", "1 m"]}, stack=stack))
+    assert np.diff(across[:, 0]) == pytest.approx([WIDTH + 0.01] * 2)
+    along = _positions(_case(round={"axis": [1, 0, 0], "position": ["0 m", "0 m", "1 m"]}, stack=stack))
+    assert np.diff(along[:, 0]) == pytest.approx([LENGTH + 0.01] * 2)
+
+
+@pytest.mark.parametrize("axis", [[0, 0, 1], [0, 1, 0]])
+def test_a_triangle_has_equal_gaps(axis):
+    stack = {"arrangement": "triangle", "gap": "15 mm", "base": "0 m"}
+    case = _case(round={"axis": axis}, stack=stack, burst={"cell_size": "6 mm"})
+    places = _positions(case)
+    assert len(places) == 3
+    distances = [np.linalg.norm(a - b) for a, b in combinations(places, 2)]
+    assert distances == pytest.approx([WIDTH + 0.015] * 3)
+    if axis == [0, 1, 0]:
+        assert places[:, 2] == pytest.approx([WIDTH / 2, WIDTH / 2, WIDTH / 2 + 0.75**0.5 * (WIDTH + 0.015)])
+    else:
+        assert not places[:, 2].any()
+
+
+def test_a_pallet_stands_on_its_deck():
+    stack = {"arrangement": "pallet", "counts": [2, 4, 2], "gap": "20 mm", "layer_gap": "50 mm", "base": "0.15 m"}
+    places = _positions(_case(round={"position": ["0 m", "0 m", "3 m"]}, stack=stack))
+    assert len(places) == 16
+    assert np.unique(places[:, 2].round(9)) == pytest.approx([0.15, 0.15 + LENGTH + 0.05])
+    assert np.unique(places[:, 0].round(9)) == pytest.approx([-0.0875, 0.0875])
+    assert np.unique(places[:, 1].round(9)) == pytest.approx(0.175 * np.array([-1.5, -0.5, 0.5, 1.5]))
+    without = _positions(_case(stack={key: value for key, value in stack.items() if key not in ("layer_gap", "base")}))
+    assert np.unique(without[:, 2].round(9)) == pytest.approx([0, LENGTH + 0.02])
+
+
+def test_a_round_turned_upside_down_stands_on_the_base_height_with_its_nose():
+    stack = {"arrangement": "row", "count": 1, "gap": "0 m", "base": "0.2 m"}
+    case = _case(round={"axis": [0, 0, -1]}, stack=stack)
+    assert case.round[0].position[2] == pytest.approx(0.2 + LENGTH)
+
+
+def test_other_rounds_stay_as_they_are_beside_the_stack():
+    other = {**ROUND, "name": "donor", "position": ["0 m", "1 m", "0 m"]}
+    case = _case(round=[other, ROUND], stack={"arrangement": "row", "round": "shell", "count": 2, "gap": "10 mm"})
+    assert [entry.name for entry in case.round] == ["donor", "shell_1", "shell_2"]
+    assert case.round[0].position == (0.0, 1.0, 0.0)
+
+
+def test_delays_are_added_and_the_others_wait_for_the_shock():
+    points = [{"station": "base", "delay": "1 us"}, {"station": "nose"}]
+    case = _case(
+        round={"ignition": points, "initiation": SHOCK},
+        stack={"arrangement": "row", "count": 3, "gap": "10 mm", "delays": ["0 s", "0 s", "5 us"],
+               "initiated": ["shell_1", 3]},
+    )  # fmt: skip
+    assert [[point.delay for point in entry.ignition] for entry in case.round] == [
+        [1e-6, 0.0], [], [pytest.approx(6e-6), 5e-6],
+    ]  # fmt: skip
+    first, second, _ = burst_rounds(case)
+    assert second.ignition == ()
+    assert first.initiation == second.initiation == ShockInitiation(5e9, pytest.approx(0.2e-6))
+
+
+def test_a_resolved_stack_reads_back_as_the_same_case(tmp_path):
+    tables = {
+        "round": {"initiation": SHOCK},
+        "stack": {"arrangement": "pallet", "counts": [2, 2, 1], "gap": "20 mm", "base": "0.1 m", "initiated": [1]},
+        "plane": [{"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "10 cm"], "normal": [0, 0, 7]},
+                  {"name": "earth", "kind": "ground"},
+                  {"name": "middle", "kind": "symmetry", "normal": [0.3, 0.1, 0], "point": ["-1 m", "0 m", "0 m"]}],
+        "burst": {"contact": {"charge_casing": "shared", "surface_friction_angle": "0.3 rad", "cohesion": "4 MPa"}},
+    }  # fmt: skip
+    case = _case(**tables)
+    path = tmp_path / "case.toml"
+    path.write_text(to_toml(case), encoding="utf-8")
+    assert read_resolved(path) == case
+    assert load_case(path) == case
+    assert "stack" not in tomllib.loads(path.read_text())
+    assert differences(case, load_case(path, cell_size="9 mm")) == ['burst.cell_size: stored "0.01 m", now "0.009 m"']
+
+
+@pytest.mark.parametrize(
+    ("stack", "parts"),
+    [
+        ({"arrangement": "rows", "gap": "1 mm"}, ['stack.arrangement: found "rows" (did you mean "row"?)', '"pallet"']),
+        ({"arrangement": "row", "gap": "1 mm"}, ["stack.count: missing", "count = 4"]),
+        ({"arrangement": "row", "count": 2}, ["stack.gap: missing", "Clear distance", "21.7 mm"]),
+        ({"arrangement": "row", "count": 2, "gap": 5}, ["stack.gap: found the bare number 5", "a length"]),
+        ({"arrangement": "row", "count": 2, "gap": "-1 mm"}, ["stack.gap", "at least 0 m"]),
+        ({"arrangement": "row", "count": 0, "gap": "1 mm"}, ["stack.count: found 0", "at least 1"]),
+        ({"arrangement": "pallet", "gap": "1 mm"}, ["stack.counts: missing", "[2, 4, 1]"]),
+        ({"arrangement": "pallet", "counts": [2, 4], "gap": "1 mm"}, ["stack.counts: found [2, 4]", "three whole"]),
+        ({"arrangement": "pallet", "counts": [2, 4, 0], "gap": "1 mm"}, ["stack.counts: found [2, 4, 0]"]),
+        ({"arrangement": "pallet", "counts": [20, 40, 2], "gap": "1 mm"}, ["stack: found 1600 rounds", "1000"]),
+        (
+            {"arrangement": "row", "counts": [2, 4, 1], "count": 2, "gap": "1 mm"},
+            ['stack.counts: found with arrangement = "row", which takes count', 'only with arrangement = "pallet"'],
+        ),
+        ({"arrangement": "triangle", "gap": "1 mm", "layer_gap": "1 mm"}, ["stack.layer_gap: found with"]),
+        ({**PAIR, "round": "shel"}, ['stack.round: found "shel" (did you mean "shell"?)']),
+        ({**PAIR, "delays": ["1 us"]}, ["stack.delays: found 1 values", "2 rounds"]),
+        ({**PAIR, "delays": ["-1 us", "0 s"]}, ["stack.delays[1]", "at least 0 s"]),
+        ({**PAIR, "initiated": [1]}, ["stack.initiated: found 1 of 2", "initiation ="]),
+        ({**PAIR, "initiated": [3]}, ["stack.initiated: found 3; allowed: 1 to 2"]),
+        ({**PAIR, "initiated": ["shel_2"]}, ['found "shel_2" (did you mean "shell_2"?)', '"shell_1" to "shell_2"']),
+        ({**PAIR, "initiated": [1.5]}, ["stack.initiated[1]: found 1.5", "by its name"]),
+        ({**PAIR, "gab": "1 mm"}, ['stack.gab: unknown key (did you mean "gap"?)']),
+    ],
+)  # fmt: skip
+def test_a_faulty_stack_is_refused(stack, parts):
+    _refused(*parts, stack=stack)
+
+
+def test_a_stack_that_nothing_lights_is_refused():
+    stack = {"arrangement": "row", "count": 2, "gap": "30 mm"}
+    _refused("round: found no ignition point in any round", round={"ignition": [], "initiation": SHOCK}, stack=stack)
+    _refused("round[1].ignition: found no ignition point", "initiation = {", round={"ignition": []}, stack=stack)
+    stack["initiated"] = [1]
+    unlit = {"ignition": [], "initiation": SHOCK}
+    _refused('stack.initiated: found, but round "shell" has no', round=unlit, stack=stack)
+    stack["delays"] = ["0 s", "3 us"]
+    _refused("stack.delays: found 3e-06 s for shell_2, which waits", round={"initiation": SHOCK}, stack=stack)
+
+
+def test_names_and_axes_that_no_stack_can_have():
+    stack = {"arrangement": "row", "round": "shell", "count": 2, "gap": "10 mm"}
+    _refused('round[2].name: found "shell_2"', round=[ROUND, {**ROUND, "name": "shell_2"}], stack=stack)
+    _refused("stack.round: missing", '"shell", "b"', round=[ROUND, {**ROUND, "name": "b"}],
+             stack={"arrangement": "row", "count": 2, "gap": "10 mm"})  # fmt: skip
+    _refused("stand upright or lie level", round={"axis": [0, 1, 1]}, stack={"arrangement": "triangle", "gap": "10 mm"})
+
+
+# ---- rounds in each other
+
+
+def test_overlapping_rounds_are_named_with_the_depth():
+    other = {**ROUND, "name": "b", "position": ["150 mm", "0 mm", "0 mm"]}
+    _refused('round[2].position: "b" reaches 5 mm into round[1] "shell"', round=[ROUND, other])
+    stack = {"arrangement": "row", "round": "shell", "count": 2, "gap": "15 mm"}
+    other["position"] = ["0 mm", "0 mm", "0 mm"]
+    _refused('stack: "shell_1" reaches 70 mm into round[1] "b"', 'stack: "shell_2" reaches 70 mm into round[1] "b"',
+             round=[other, ROUND], stack=stack)  # fmt: skip
+
+
+def test_a_crossed_round_is_refused_by_the_depth_between_the_axes():
+    lying = {**ROUND, "name": "b", "position": ["150 mm", "-250 mm", "150 mm"], "axis": [0, 1, 0]}
+    _refused('"b" reaches 5 mm into round[1] "shell"', round=[ROUND, lying])
+
+
+def test_the_least_gap_that_a_refusal_names_is_enough():
+    """Closer than the corners of the mesh reach is refused; at the gap that the message allows the meshes are apart."""
+    stack = {"arrangement": "row", "count": 2, "gap": "0 mm"}
+    with pytest.raises(InputError) as caught:
+        _case(stack=stack)
+    message = str(caught.value)
+    assert 'stack.gap: "shell_1" and "shell_2" stand 0 mm apart' in message
+    least = re.search(r"allowed: at least (\S+ mm) apart", message)[1]
+    case = _case(stack={**stack, "gap": least})
+    settings, rounds = burst_settings(case), burst_rounds(case)
+    left, right = (mesh_round(entry, settings.cell_size) for entry in rounds)
+    assert left.nodes[:, 0].max() < right.nodes[:, 0].min()
+    assert float(least.split()[0]) < 1.0, "far less than a cell of 10 mm"
+    _refused("stack.gap", stack={**stack, "gap": f"{float(least.split()[0]) - 0.01} mm"})
+    assert len(_case(stack=stack, burst={"contact": {"surfaces": False}}).round) == 2
+
+
+def test_a_round_from_a_mesh_file_is_seen_too(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    mesh = mesh_profile(load_profile("tube"), 0.02)
+    meshio.Mesh(
+        mesh.nodes, [("hexahedron", mesh.cells)],
+        field_data={"casing": np.array([1, 3]), "charge": np.array([2, 3])},
+        cell_data={"gmsh:physical": [mesh.part + 1], "gmsh:geometrical": [mesh.part + 1]},
+    ).write(tmp_path / "tube.msh", file_format="gmsh22", binary=False)  # fmt: skip
+    entry = {"name": "a", "mesh": str(tmp_path / "tube.msh"), "explosive": "tnt", "casing": "copper"}
+    _refused(
+        '"b" reaches', 'into round[1] "a"', round=[entry, {**entry, "name": "b", "position": ["15 cm", "0 m", "0 m"]}]
+    )
+    case = _case(round=[entry], stack={"arrangement": "row", "count": 2, "gap": "10 mm"})
+    width = np.ptp(mesh.nodes[:, 0])
+    assert np.diff(_positions(case)[:, 0]) == pytest.approx([width + 0.01])
+
+
+# ---- contact and planes
+
+
+def test_contact_reaches_the_burst_and_its_defaults_are_the_stages():
+    assert burst_settings(_case()).contact == Contact()
+    contact = {"charge_casing": "shared", "cohesion": "4 MPa", "tensile_strength": "0 Pa", "friction_angle": "25 deg",
+               "surfaces": False, "surface_friction_angle": "0 deg"}  # fmt: skip
+    assert burst_settings(_case(burst={"contact": contact})).contact == Contact("shared", 4e6, 0.0, 25.0, False, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("contact", "parts"),
+    [
+        ({"charge_casing": "bond"}, ['burst.contact.charge_casing: found "bond" (did you mean "bonded"?)']),
+        ({"friction_angle": 20}, ["burst.contact.friction_angle", "an angle with its unit", '"20 deg"']),
+        ({"friction_angle": "90 deg"}, ["burst.contact.friction_angle", "at most 1.5 rad"]),
+        ({"cohesion": "-1 Pa"}, ["burst.contact.cohesion", "at least 0 Pa"]),
+        ({"surfaces": 1}, ["burst.contact.surfaces: found 1; allowed: true or false"]),
+        ({"surface_friction": "2 deg"}, ['(did you mean "surface_friction_angle"?)']),
+    ],
+)
+def test_faulty_contact_is_refused(contact, parts):
+    _refused(*parts, burst={"contact": contact})
+
+
+def test_a_key_in_the_wrong_table_is_sent_to_its_own():
+    _refused("contact: unknown key (a key of this name belongs to burst.contact)", contact={"surfaces": True})
+    _refused(
+        "burst.initiation: unknown key (a key of this name belongs to round.initiation)", burst={"initiation": SHOCK}
+    )
+    _refused('planes: unknown key (did you mean "plane"?)', planes=[])
+
+
+def test_planes_reach_the_burst():
+    case = _case(
+        round={"position": ["100 mm", "100 mm", "0.1 m"]},
+        plane=[
+            {"name": "earth", "kind": "ground", "height": "100 mm"},
+            {"name": "left", "kind": "symmetry", "normal": [2, 0, 0]},
+            {"name": "wall", "kind": "wall", "point": ["0 m", "1 m", "0 m"], "normal": [0, -3, 0],
+             "friction_angle": "0 deg"},
+        ],
+    )  # fmt: skip
+    assert burst_settings(case).planes == (
+        RigidPlane("earth", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 20.0, False),
+        RigidPlane("left", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, True),
+        RigidPlane("wall", (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), 0.0, False),
+    )
+    tilted = _case(
+        plane=[{"name": "slope", "kind": "ground", "normal": [-0.1, 0.2, 3], "point": ["0 m", "0 m", "-1 m"]}]
+    )
+    assert math.hypot(*tilted.plane[0].normal) == pytest.approx(1.0, abs=1e-15)
+
+
+SYMMETRY = {"name": "mid", "kind": "symmetry", "normal": [1, 0, 0]}
+
+
+@pytest.mark.parametrize(
+    ("plane", "parts"),
+    [
+        ({"kind": "ground"}, ["plane[1].name: missing"]),
+        ({"name": "a"}, ["plane[1].kind: missing"]),
+        ({"name": "a", "kind": "deck"}, ['plane[1].kind: found "deck"', '"wall"']),
+        ({"name": "a", "kind": "wall", "normal": [1, 0, 0]}, ["plane[1].point: missing"]),
+        ({"name": "a", "kind": "wall", "point": ["0 m", "0 m", "0 m"]}, ["plane[1].normal: missing"]),
+        ({**SYMMETRY, "normal": [0, 0, 0]}, ["plane[1].normal: found [0, 0, 0]"]),
+        ({**SYMMETRY, "friction_angle": "20 deg"}, ['plane[1].friction_angle: found with kind = "symmetry"']),
+        ({**SYMMETRY, "height": "1 m"}, ["plane[1].height: found with kind"]),
+        ({"name": "a", "kind": "ground", "height": "0 m", "point": ["0 m", "0 m", "0 m"]}, ["together with point"]),
+        ({**SYMMETRY, "nromal": [1, 0, 0]}, ['plane[1].nromal: unknown key (did you mean "normal"?)']),
+    ],
+)  # fmt: skip
+def test_a_faulty_plane_is_refused(plane, parts):
+    _refused(*parts, plane=[plane])
+
+
+def test_planes_of_symmetry_stand_at_right_angles():
+    tilted = {"name": "b", "kind": "symmetry", "normal": [1, 1, 0]}
+    _refused('plane[2].normal: "b" stands at 45 degrees to "mid"', "perpendicular", plane=[SYMMETRY, tilted])
+    _refused('"b" stands at 0 degrees to "mid"', plane=[SYMMETRY, {**SYMMETRY, "name": "b"}])
+    four = [{"name": f"s{k}", "kind": "symmetry", "normal": [1, 0, 0]} for k in range(4)]
+    _refused("plane: found 4 planes of symmetry; allowed: at most 3", plane=four)
+    axes = [{"name": f"s{k}", "kind": "symmetry", "normal": np.eye(3)[k].tolist()} for k in range(3)]
+    place = ["0.1 m", "0.1 m", "0.1 m"]
+    assert len(_case(round={"position": place}, plane=axes).plane) == 3
+    _refused('plane[2].name: found "mid", the name of plane[1]', plane=[SYMMETRY, {**SYMMETRY, "normal": [0, 1, 0]}])
+
+
+def test_a_round_cut_by_a_plane_or_behind_it_is_named_with_the_depth():
+    _refused('round[1].position: "shell" reaches 77.5 mm through plane[1] "mid"', plane=[SYMMETRY])
+    behind = {"position": ["-100 mm", "0 mm", "0 mm"]}
+    _refused('plane[1].normal: round "shell" stands behind "mid", 177.5 mm deep', "[-1.0, 0.0, 0.0]",
+             round=behind, plane=[SYMMETRY])  # fmt: skip
+    deck = {"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "20 mm"], "normal": [0, 0, 1]}
+    _refused('stack: "shell_1" reaches 20 mm through plane[1] "deck"', 'stack: "shell_2" reaches 20 mm', plane=[deck],
+             stack={"arrangement": "row", "count": 2, "gap": "10 mm"})  # fmt: skip
+
+
+def test_upright_rounds_stand_on_the_ground_and_lying_ones_just_above_it():
+    ground = {"name": "earth", "kind": "ground"}
+    assert len(_case(plane=[ground]).plane) == 1
+    lying = {"axis": [0, 1, 0], "position": ["0 m", "0 m", "77.5 mm"]}
+    _refused('"shell" stands 0 mm from plane[1] "earth"', "allowed: at least", round=lying, plane=[ground])
+    lying["position"] = ["0 m", "0 m", "78.5 mm"]
+    assert len(_case(round=lying, plane=[ground]).plane) == 1
+
+
+def test_half_a_pair_against_a_plane_stands_where_the_whole_pair_does():
+    """The one round of the mirrored ready case is the right one of the pair, and its plane lies midway."""
+    cases = Path(__file__).parents[2] / "cases"
+    pair, mirrored = load_case(cases / "m107_pair.toml"), load_case(cases / "m107_pair_mirrored.toml")
+    (alone,) = mirrored.round
+    assert alone.position == pytest.approx(pair.round[1].position, abs=1e-9)
+    (plane,) = burst_settings(mirrored).planes
+    assert (plane.symmetry, plane.point, plane.normal) == (True, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    reflected = np.array(alone.position) * [-1, 1, 1]
+    assert reflected == pytest.approx(pair.round[0].position, abs=1e-9)
+
+
+def test_ready_stacks_are_those_they_claim_to_be():
+    cases = Path(__file__).parents[2] / "cases"
+    pair, single, row, pallet, mirrored = (
+        load_case(cases / f"m107_{name}.toml") for name in ("pair", "comp_b", "row4", "pallet_2x4", "pair_mirrored")
+    )
+    assert pair.round[1].position[0] - pair.round[0].position[0] == pytest.approx(WIDTH + 0.0217)
+    assert [len(case.round) for case in (pair, single, row, pallet, mirrored)] == [2, 1, 4, 8, 1]
+    for case in (pair, row, pallet, mirrored):
+        assert case.witness == single.witness, "tables are divided row by row"
+        assert case.flight == single.flight
+        assert case.break_up == single.break_up
+    ring, panels = single.witness
+    assert (ring.radius, ring.bottom, ring.top) == (7.62, None, None)
+    assert (panels.radius, panels.top - panels.bottom) == (7.62, pytest.approx(2.4))
+    assert (row.burst.cell_size, pallet.burst.cell_size) == (0.008, 0.008)
+    (deck,) = burst_settings(pallet).planes
+    assert not deck.symmetry
+    assert {entry.position[2] for entry in pallet.round} == {deck.point[2]}
