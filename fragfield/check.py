@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.flight_table import CylinderTable
 from fragfield.cost import expected_cost
+from fragfield.places import arrangement, arrangement_warnings, with_images
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,33 +38,48 @@ def check_report(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `case`, `rounds`, `mesh`, `expected` and `warnings`; numbers in SI.
+        `case`, `rounds`, `arrangement`, `mesh`, `expected` and `warnings`; numbers in SI.
 
     Raises
     ------
     InputError
         The mesh cannot be made: the contours do not allow it, or a mesh file is at fault.
     """
-    from burst_fenicsx.meshing import merge, mesh_round, quality
+    from burst_fenicsx.meshing import mesh_round, quality
+    from burst_fenicsx.meshing.split import split_charges
 
     settings, rounds = burst_settings(case), burst_rounds(case)
-    meshes = [mesh_round(entry, settings.cell_size, index) for index, entry in enumerate(rounds)]
-    mesh_quality = quality(merge(meshes))
-    described = [_round(entry, settings, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
+    # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
+    first = _first_alike(case)
+    meshed = {index: mesh_round(rounds[index], settings.cell_size) for index in sorted(set(first))}
+    if settings.contact.charge_casing == "bonded":
+        meshed = {index: split_charges(mesh) for index, mesh in meshed.items()}
+    meshes = [meshed[index] for index in first]
+    qualities = {index: quality(mesh) for index, mesh in meshed.items()}
+    descriptions = {index: _round(rounds[index], settings, mesh) for index, mesh in meshed.items()}
+    described = [{**descriptions[index], "name": entry.name} for index, entry in zip(first, rounds, strict=True)]
     expected = expected_cost(settings, rounds, described, meshes)
     return {
         "case": plain(case),
         "rounds": described,
+        "arrangement": arrangement(case),
         "mesh": {
-            "cells": mesh_quality.cells,
-            "nodes": mesh_quality.nodes,
-            "min_scaled_jacobian": mesh_quality.min_scaled_jacobian,
-            "max_aspect_ratio": mesh_quality.max_aspect_ratio,
-            "min_edge": mesh_quality.min_edge,
+            "cells": sum(qualities[index].cells for index in first),
+            "nodes": sum(qualities[index].nodes for index in first),
+            "min_scaled_jacobian": min(one.min_scaled_jacobian for one in qualities.values()),
+            "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
+            "min_edge": min(one.min_edge for one in qualities.values()),
         },
         "expected": expected,
         "warnings": list(_warnings(case, settings, described, expected)),
     }
+
+
+def _first_alike(case: Case) -> list[int]:
+    """For every round the index of the first one of the same shape and materials."""
+    place = ("name", "position", "axis", "ignition", "initiation")
+    keys = [json.dumps(entry.model_dump(mode="json", exclude=set(place)), sort_keys=True) for entry in case.round]
+    return [keys.index(key) for key in keys]
 
 
 def gurney_constant(explosive: Explosive) -> float:
@@ -158,11 +176,7 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
 def _warnings(
     case: Case, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
 ) -> Iterator[str]:
-    if len(described) > 1:
-        yield (
-            f"{len(described)} rounds are computed as if each stood alone: contact between rounds is not modelled, so "
-            "their casings pass through each other and the distances are not those of a stack"
-        )
+    yield from arrangement_warnings(case)
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion: lit progressively, the '
@@ -186,16 +200,15 @@ def _warnings(
             f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
             "and falls while cells are compressed"
         )
-    for number, found in enumerate(described, start=1):
-        yield from _round_warnings(f"round[{number}] ({found['name']})", settings, found)
+    for index, number in Counter(_first_alike(case)).items():
+        others = f" and {number - 1} alike" if number > 1 else ""
+        key = f"round[{index + 1}] ({described[index]['name']}{others})"
+        yield from _round_warnings(key, settings, described[index])
     for number, surface in enumerate(case.witness, start=1):
         if not isinstance(surface, CylinderTable):
             continue
-        reach = max(
-            math.hypot(entry.position[0] - surface.centre[0], entry.position[1] - surface.centre[1])
-            + found["outer_diameter"]
-            for entry, found in zip(case.round, described, strict=True)
-        )
+        reach = max(math.hypot(x - surface.centre[0], y - surface.centre[1]) for x, y, _ in with_images(case))
+        reach += max(found["outer_diameter"] for found in described)
         if surface.radius < 2.0 * reach:
             yield f"witness[{number}].radius = {surface.radius:g} m: so near, casings may reach it before break-up"
 

@@ -67,11 +67,12 @@ def _number(value: object, factor: float) -> str:
 def print_check(found: Mapping[str, Any], case: Case) -> None:
     """Print the resolved case and what `fragfield.check.check_report` found of it."""
     console = _console()
-    console.print(to_toml(case), markup=False)
-    for entry in found["rounds"]:
-        console.print(_round_table(entry))
+    console.print(to_toml(case, brief=True), markup=False)
+    for names, entry in _alike(found["rounds"]):
+        console.print(_round_table(_listed(names), entry))
         if entry.get("segments"):
             console.print(_segment_table(entry["segments"]))
+    _print_arrangement(console, found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
     console.print(
         f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
@@ -80,14 +81,87 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
     )
     console.print(
         f"expected: about {expected['steps']} steps of {expected['mean_time_step'] * 1e9:.3g} ns to "
-        f"{expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB"
+        f"{expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
+        f"{duration(expected['core_seconds'])} on one core"
     )
+    if len(found["rounds"]) > 1:
+        each = expected["per_round"]
+        console.print(
+            f"per round: {each['cells']:.0f} cells, {each['memory_bytes'] / 1e9:.2g} GB, "
+            f"{duration(each['core_seconds'])} on one core"
+        )
     for warning in found["warnings"]:
         console.print(f"warning: {warning}", markup=False)
 
 
-def _round_table(entry: Mapping[str, Any]) -> Table:
-    table = Table(title=f"{entry['name']}", title_justify="left", box=None, show_header=False, pad_edge=False)
+def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
+    """Rounds with the same numbers together: their names, and the numbers."""
+    groups: list[tuple[list[str], Mapping[str, Any]]] = []
+    for entry in rounds:
+        same = next((group for group in groups if {**group[1], "name": entry["name"]} == entry), None)
+        if same is None:
+            groups.append(([entry["name"]], entry))
+        else:
+            same[0].append(entry["name"])
+    return groups
+
+
+def _listed(names: list[str]) -> str:
+    if len(names) <= 3:
+        return ", ".join(names)
+    return f"{names[0]}, {names[1]}, ... {names[-1]} ({len(names)} rounds alike)"
+
+
+def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
+    """Places of the rounds, their nearest pair, planes and contact."""
+    table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
+    for head in ("round", "x mm", "y mm", "z mm", "axis", "lit"):
+        table.add_column(head, justify="right" if head.endswith("mm") else "left")
+    for entry in found["rounds"]:
+        place = (f"{value * 1e3 + 0.0:.2f}" for value in entry["position"])
+        axis = ", ".join(f"{value:g}" for value in entry["axis"])
+        table.add_row(entry["name"], *place, f"({axis})", _lighting(entry))
+    console.print(table)
+    if least := found["least_clearance"]:
+        first, second = least["rounds"]
+        console.print(f"least clear distance: {least['clearance'] * 1e3:.4g} mm, {first} to {second}", markup=False)
+    for plane in found["planes"]:
+        normal = ", ".join(f"{value:.4g}" for value in plane["normal"])
+        friction = plane["friction_angle_deg"]
+        console.print(
+            f"plane {plane['name']}: {plane['kind']}, normal ({normal}), "
+            + ("mirrors the rounds" if friction is None else f"friction {friction:g} degrees")
+            + f", {plane['clearance'] * 1e3:.4g} mm from {plane['nearest_round']}",
+            markup=False,
+        )
+    contact = found["contact"]
+    inner = "charge and casing share their nodes"
+    if contact["charge_casing"] == "bonded":
+        inner = (
+            f"charge bonded to casing, cohesion {contact['cohesion'] / 1e6:.4g} MPa, tensile strength "
+            f"{contact['tensile_strength'] / 1e6:.4g} MPa, friction {contact['friction_angle_deg']:.4g} degrees"
+        )
+    outer = "surfaces pass through each other"
+    if contact["surfaces"]:
+        outer = f"surfaces that meet push each other, friction {contact['surface_friction_angle_deg']:.4g} degrees"
+    console.print(f"contact: {inner}; {outer}", markup=False)
+
+
+def _lighting(entry: Mapping[str, Any]) -> str:
+    """How a round is lit, in words."""
+    words = []
+    if entry["delays"] is not None:
+        first, last = (f"{time * 1e6:.4g}" for time in entry["delays"])
+        points = "" if entry["ignition_points"] == 1 else f" at {entry['ignition_points']} points"
+        words.append(f"at {first} us{points}" if first == last else f"at {first} to {last} us{points}")
+    if entry["initiation"]:
+        pressure, time = entry["initiation"]["pressure"], entry["initiation"]["duration"]
+        words.append(f"by {pressure / 1e9:.4g} GPa held for {time * 1e6:.4g} us")
+    return ", or ".join(words)
+
+
+def _round_table(title: str, entry: Mapping[str, Any]) -> Table:
+    table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
     for label, key, factor, unit in _ROUND_ROWS:
         if key in entry:
             table.add_row(label, _number(entry[key], factor), unit)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plain", "to_toml"]
 
+_COMMENT = "#"  # no key of a case
 _BARE_KEY = re.compile(r"^[A-Za-z0-9_-]+$")
 
 
@@ -22,9 +23,24 @@ def plain(case: Case, *, units: bool = False) -> dict[str, Any]:
     return case.model_dump(mode="json", exclude_none=True, context={"units": units})
 
 
-def to_toml(case: Case) -> str:
-    """A case as the text of a TOML file."""
-    return "\n".join(_table((), plain(case, units=True))).lstrip("\n") + "\n"
+def to_toml(case: Case, *, brief: bool = False) -> str:
+    """A case as the text of a TOML file; with `brief`, for reading, a round that is like another says so."""
+    tables = plain(case, units=True)
+    if brief:
+        tables["round"] = list(_brief(tables["round"]))
+    return "\n".join(_table((), tables)).lstrip("\n") + "\n"
+
+
+def _brief(rounds: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Rounds of which each keeps the keys in which it differs from the first one that differs in few."""
+    long = ("profile", "mesh", "explosive", "casing")
+    for number, entry in enumerate(rounds):
+        like = next((one for one in rounds[:number] if all(one.get(key) == entry.get(key) for key in long)), None)
+        if like is None:
+            yield entry
+        else:
+            words = f"{', '.join(key for key in long if key in entry)} as of {json.dumps(like['name'])}"
+            yield {_COMMENT: words, **{key: value for key, value in entry.items() if key not in long}}
 
 
 def _is_table_list(value: object) -> bool:
@@ -34,7 +50,9 @@ def _is_table_list(value: object) -> bool:
 def _table(path: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[str]:
     # TOML wants a table's own values before its sub-tables.
     for key, value in table.items():
-        if not isinstance(value, dict) and not _is_table_list(value):
+        if key == _COMMENT:
+            yield f"# {value}"
+        elif not isinstance(value, dict) and not _is_table_list(value):
             yield f"{_key(key)} = {_value(value)}"
     for key, value in table.items():
         name = ".".join(_key(step) for step in (*path, key))

@@ -152,17 +152,19 @@ def test_check_derives_masses_speeds_and_costs(path):
     done = _invoke("check", path, "--cell-size", "8 mm", "--json")
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
-    (entry,) = found["rounds"]
+    entry = found["rounds"][0]
+    assert len(found["rounds"]) == {"m107_pair": 2, "m107_row4": 4, "m107_pallet_2x4": 8}.get(path.stem, 1)
+    comp_b = (34.53, 6.863 * 1710 / 1630)
     expected = {
         "grenade_155_tnt": (40.0, 8.0),
         "m107_tnt": (34.53, 6.863),
-        "m107_comp_b": (34.53, 6.863 * 1710 / 1630),
+        **dict.fromkeys((f"m107_{name}" for name in ("comp_b", "pair", "pair_mirrored", "row4", "pallet_2x4")), comp_b),
         "tube": (7800 * 0.3 * 3.14159265 * (0.0775**2 - 0.055**2), 1630 * 0.3 * 3.14159265 * 0.055**2),
     }[path.stem]
     assert (entry["casing_mass"], entry["charge_mass"]) == pytest.approx(expected, rel=2e-3)
     assert all(abs(error) < 0.005 for error in entry["mass_error_of_mesh"].values())
     ratio = expected[1] / expected[0]
-    detonation_velocity = 7990 if "comp_b" in path.stem else 6940
+    detonation_velocity = 7990 if expected is comp_b else 6940
     assert entry["gurney_speed"] == pytest.approx(
         (520 + 0.28 * detonation_velocity) * (ratio / (1 + ratio / 2)) ** 0.5, rel=5e-3
     )

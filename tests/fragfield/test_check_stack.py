@@ -1,0 +1,170 @@
+"""`fragfield check` of stacks: places, clear distances, planes, contact, initiation, and what many rounds cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragfield.case.load import case_from_document
+from fragfield.check import check_report
+from fragfield.places import with_images
+from fragfield.show import print_check
+
+ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}
+SHOCK = {"pressure": "5 GPa", "duration": "0.2 us"}
+WIDTH = 0.155
+
+
+def _case(*, round=None, burst=None, **tables):  # noqa: A002
+    rounds = round if isinstance(round, list) else [{**ROUND, **(round or {})}]
+    document = {"burst": {"cell_size": "12 mm", "end_time": "150 us", **(burst or {})}, "round": rounds, **tables}
+    return case_from_document(document, source="my.toml", folder=Path())
+
+
+def _row(count, gap="21.7 mm", **keys):
+    return {"arrangement": "row", "count": count, "gap": gap, **keys}
+
+
+def test_the_arrangement_is_told_with_its_nearest_pair():
+    other = {**ROUND, "name": "other", "position": ["0 m", "0.5 m", "0 m"]}
+    found = check_report(_case(round=[ROUND, other], stack={**_row(3, "30 mm"), "round": "shell"}))["arrangement"]
+    assert [entry["name"] for entry in found["rounds"]] == ["shell_1", "shell_2", "shell_3", "other"]
+    assert found["rounds"][0]["position"] == pytest.approx([-(WIDTH + 0.03), 0.0, 0.0])
+    assert found["least_clearance"]["rounds"] == ["shell_1", "shell_2"]
+    assert found["least_clearance"]["clearance"] == pytest.approx(0.03)
+    assert found["planes"] == []
+    assert check_report(_case())["arrangement"]["least_clearance"] is None
+
+
+def test_planes_tell_their_nearest_round():
+    planes = [
+        {"name": "mid", "kind": "symmetry", "normal": [1, 0, 0]},
+        {"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "0.2 m"], "normal": [0, 0, 1],
+         "friction_angle": "9 deg"},
+    ]  # fmt: skip
+    case = _case(round={"position": ["0.3 m", "0 m", "0.2 m"]}, stack=_row(2), plane=planes)
+    mid, deck = check_report(case)["arrangement"]["planes"]
+    assert (mid["nearest_round"], mid["friction_angle_deg"]) == ("shell_1", None)
+    assert mid["clearance"] == pytest.approx(0.3 - WIDTH - 0.0217 / 2)
+    assert (deck["clearance"], deck["friction_angle_deg"]) == (pytest.approx(0.0, abs=1e-12), 9.0)
+
+
+def test_images_of_the_rounds_in_two_planes_of_symmetry():
+    planes = [
+        {"name": "x", "kind": "symmetry", "normal": [1, 0, 0]},
+        {"name": "y", "kind": "symmetry", "normal": [0, -1, 0], "point": ["0 m", "1 m", "0 m"]},
+        {"name": "earth", "kind": "ground"},
+    ]
+    images = with_images(_case(round={"position": ["0.3 m", "0.5 m", "0 m"]}, plane=planes))
+    expected = [[0.3, 0.5, 0], [-0.3, 0.5, 0], [0.3, 1.5, 0], [-0.3, 1.5, 0]]
+    assert images == pytest.approx(np.array(expected))
+
+
+def test_mirrored_rounds_count_for_how_near_the_witness_stands():
+    ring = [{"name": "ring", "radius": "1 m"}]
+    far = {"position": ["0.4 m", "0 m", "0 m"]}
+    plane = [{"name": "x", "kind": "symmetry", "normal": [1, 0, 0], "point": ["0.2 m", "0 m", "0 m"]}]
+    centred = {**ring[0], "centre": ["0.4 m", "0 m"]}
+    assert not [line for line in check_report(_case(round=far, witness=[centred]))["warnings"] if "witness" in line]
+    found = check_report(_case(round=far, witness=[centred], plane=plane))["warnings"]
+    assert any("witness[1].radius = 1 m: so near" in line for line in found)
+
+
+def test_rounds_that_pass_through_each_other_are_warned_of_and_others_are_not():
+    apart = {"contact": {"surfaces": False}}
+    warned = [line for line in check_report(_case(stack=_row(2), burst=apart))["warnings"] if "stood alone" in line]
+    assert len(warned) == 1
+    assert warned[0].startswith("burst.contact.surfaces = false: 2 rounds")
+    for case in (_case(stack=_row(2)), _case(burst=apart)):
+        assert not any("stood alone" in line or "pass through" in line for line in check_report(case)["warnings"])
+
+
+def test_a_round_that_no_shock_can_reach_is_warned_of():
+    tables = {"round": {"initiation": SHOCK}, "stack": _row(3, initiated=[2])}
+    found = check_report(_case(**tables, burst={"contact": {"surfaces": False}}))["warnings"]
+    assert any("no shock reaches shell_1 and 1 more" in line for line in found)
+    assert not any("no shock" in line for line in check_report(_case(**tables))["warnings"])
+
+
+def test_two_heights_of_the_ground_are_warned_of():
+    ground = {"name": "earth", "kind": "ground", "height": "-0.5 m"}
+    found = check_report(_case(plane=[ground]))["warnings"]
+    assert any(
+        line.startswith("plane[1] (earth) is ground at z = -0.5 m") and "= 0 m in flight" in line for line in found
+    )
+    agreed = _case(plane=[ground], flight={"ground": {"height": "-0.5 m"}})
+    assert not any("earth" in line for line in check_report(agreed)["warnings"])
+
+
+def test_rounds_that_are_alike_are_warned_of_once():
+    tube = {**ROUND, "name": "tube", "profile": "tube", "position": ["1 m", "0 m", "0 m"]}
+    case = _case(round=[ROUND, tube], stack={**_row(4), "round": "shell"}, burst={"end_time": "20 us"})
+    over = [line for line in check_report(case)["warnings"] if "is over before the front" in line]
+    assert [line.split(":")[0] for line in over] == ["round[1] (shell_1 and 3 alike)", "round[5] (tube)"]
+
+
+def test_the_cost_of_a_stack_is_that_of_its_rounds():
+    one, eight = (check_report(_case(stack=_row(count))) for count in (1, 8))
+    assert eight["mesh"]["cells"] == 8 * one["mesh"]["cells"]
+    assert eight["mesh"]["nodes"] == 8 * one["mesh"]["nodes"]
+    assert eight["mesh"]["min_edge"] == pytest.approx(one["mesh"]["min_edge"])
+    assert eight["expected"]["steps"] == one["expected"]["steps"]
+    assert eight["expected"]["cell_steps"] == 8 * one["expected"]["cell_steps"]
+    assert eight["expected"]["per_round"] == pytest.approx(one["expected"]["per_round"])
+    assert one["expected"]["memory_bytes"] < eight["expected"]["memory_bytes"] < 8 * one["expected"]["memory_bytes"]
+    assert len(eight["rounds"]) == 8
+    assert {key: eight["rounds"][7][key] for key in ("casing_mass", "gurney_speed")} == {
+        key: one["rounds"][0][key] for key in ("casing_mass", "gurney_speed")
+    }
+
+
+def test_bonds_add_the_nodes_at_which_charge_and_casing_meet():
+    bonded, shared = (
+        check_report(_case(burst={"contact": {"charge_casing": kind}}))["mesh"] for kind in ("bonded", "shared")
+    )
+    assert bonded["cells"] == shared["cells"]
+    assert bonded["nodes"] > shared["nodes"]
+
+
+def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
+    """Without an end of its own the burst goes on until the last round of the chain has expanded."""
+    waiting = {"initiation": SHOCK}
+    ends = [
+        check_report(_ended_by_itself(round=waiting, stack=_row(4, **keys)))["expected"]["end_time"]
+        for keys in ({}, {"initiated": [2, 3]}, {"initiated": [1]})
+    ]
+    found = check_report(_ended_by_itself(round=waiting, stack=_row(4)))["rounds"][0]
+    step = 0.5 * found["charge_length"] / found["detonation_velocity"] + 0.0217 / found["gurney_speed"]
+    assert ends[1] - ends[0] == pytest.approx(step)
+    assert ends[2] - ends[0] == pytest.approx(3 * step)
+
+
+def _ended_by_itself(**tables):
+    case = _case(**tables)
+    return case.model_copy(update={"burst": case.burst.model_copy(update={"end_time": None, "stop": "acceleration"})})
+
+
+def test_check_prints_the_stack_for_people(capsys):
+    case = _case(
+        round={"initiation": SHOCK},
+        stack={"arrangement": "pallet", "counts": [2, 2, 1], "gap": "20 mm", "base": "0.15 m", "initiated": [1],
+               "delays": ["2 us", "0 s", "0 s", "0 s"]},
+        plane=[{"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "0.15 m"], "normal": [0, 0, 1]}],
+    )  # fmt: skip
+    print_check(check_report(case), case)
+    text = capsys.readouterr().out
+    for part in (
+        "shell_1, shell_2, ... shell_4 (4 rounds alike)",
+        '# profile, explosive, casing as of "shell_1"',
+        "at 2 us, or by 5 GPa held for 0.2 us",
+        "least clear distance: 20 mm, shell_1 to shell_2",
+        "plane deck: wall, normal (0, 0, 1), friction 20 degrees, 0 mm from shell_1",
+        "contact: charge bonded to casing, cohesion 5 MPa",
+        "surfaces that meet push each other, friction 20 degrees",
+        "per round: ",
+    ):
+        assert part in text, part
+    assert text.count("[round.explosive]") == 1, "rounds that are alike are printed once"
+    assert text.count("Gurney speed, Eq. 23") == 1
