@@ -1,0 +1,68 @@
+"""Case 3.2 in the README: the ratios by half-width beside the paper's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from validation.paper_3_2.check import PANEL, REFERENCE
+from validation.paper_3_2.ratios import Estimate, beyond, number_ratio, sector, speed_ratio
+from validation.rows import markdown_table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from flight.ring_counts import RingCounts
+    from validation.ensembles import RingEnsemble
+
+__all__ = ["ratio_table", "sentences", "versions"]
+
+_Quantity = tuple[str, str, float, "Callable[[RingCounts, RingCounts, NDArray[Any]], Estimate]"]
+
+
+def _largest(ours: RingCounts, base: RingCounts, where: NDArray[Any]) -> Estimate:
+    return speed_ratio(ours, base, where, "largest")
+
+
+def _mean(ours: RingCounts, base: RingCounts, where: NDArray[Any]) -> Estimate:
+    return speed_ratio(ours, base, where, "mean")
+
+
+_QUANTITIES: tuple[_Quantity, ...] = (
+    ("number, every height", "every_height", 1.0, number_ratio),
+    ("number, band of 2.4 m", "band", 1.0, number_ratio),
+    ("largest speed in 1°, every height", "every_height", 1.0, _largest),
+    ("largest speed in 5°, every height", "every_height", PANEL, _largest),
+    ("mean speed, every height", "every_height", 1.0, _mean),
+    ("largest speed in 1°, band of 2.4 m", "band", 1.0, _largest),
+)
+
+
+def ratio_table(pair: RingEnsemble, single: RingEnsemble) -> str:
+    """Pair over single round within every half-width of 90 and 270 degrees, and beyond them, with standard errors."""
+    limit = REFERENCE["undisturbed_beyond"]
+    head = ["pair over single", *(f"±{half_width:g}°" for half_width in REFERENCE["half_widths"])]
+    head += [f"beyond {limit:g}°", "the paper"]
+    body = []
+    for words, surface, width, ratio in _QUANTITIES:
+        ours, base = (getattr(ensemble, surface).in_bins_of(width) for ensemble in (pair, single))
+        sectors = [sector(ours, half_width) for half_width in REFERENCE["half_widths"]]
+        found = [ratio(ours, base, where) for where in (*sectors, beyond(ours, limit))]
+        paper = REFERENCE["number_ratio"] if "number" in words else REFERENCE["speed_ratio"]
+        stated = "1.83 in the focus" if paper < 2.0 else f"{paper:g} in the focus"
+        body.append([words, *(f"{each.value:.2f} ± {each.error:.2f}" for each in found), stated])
+    return markdown_table(head, body)
+
+
+def sentences(found: Sequence[str]) -> str:
+    """What follows from the half-widths, one paragraph."""
+    return " ".join(found)
+
+
+def versions(summary: Mapping[str, Any]) -> str:
+    """What it was computed with."""
+    wanted = ("fragfield", "dolfinx", "numpy", "numba", "python")
+    known = ", ".join(f"{name} {summary['versions'][name]}" for name in wanted if name in summary["versions"])
+    burst = summary["burst"]
+    return f"Computed with {known}; cells of {1e3 * burst['cell_size']:g} mm, products {burst['products']}."

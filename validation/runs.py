@@ -1,0 +1,147 @@
+"""The runs that a study compares: made by the command line of fragfield, as a user would."""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+import sys
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["ROOT", "Runs", "StudyError", "changed_case", "summary_of"]
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+class StudyError(Exception):
+    """A study cannot go on; `code` is the exit code that says why."""
+
+    def __init__(self, message: str, code: int = 2) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Where runs are made, and how.
+
+    Attributes
+    ----------
+    folder : Path
+        Holds one run directory a run.
+    resume : bool
+        Keep finished runs and go on with begun ones, of the same case only. Left out, every run is made anew: what
+        an earlier version left proves nothing of this one.
+    threads : int, optional
+        Threads of a run.
+    ranks : int
+        MPI ranks of a run.
+    """
+
+    folder: Path = ROOT / "runs" / "validation"
+    resume: bool = False
+    threads: int | None = None
+    ranks: int = 1
+
+    def directory(self, name: str, size: str) -> Path:
+        """Directory of the run `name` at a cell size such as "8 mm"."""
+        return self.folder / f"{name}_{size.replace(' ', '_')}"
+
+    def run(self, name: str, case: str, size: str, changes: Mapping[str, Any] | None = None) -> Path:
+        """Run a case of this repository at a cell size and return its directory.
+
+        Parameters
+        ----------
+        name : str
+            Of the run directory.
+        case : str
+            Case file, relative to the repository.
+        size : str
+            Cell size with its unit.
+        changes : mapping, optional
+            New values by dotted key; see `changed_case`.
+
+        Raises
+        ------
+        StudyError
+            The run did not end with exit code 0, which the error carries.
+        """
+        out, path = self.directory(name, size), ROOT / case
+        if not path.is_file():
+            raise StudyError(f"{name}: there is no case {case}")
+        if changes:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            path = out.with_suffix(".toml")
+            path.write_text(changed_case(ROOT / case, changes), encoding="utf-8")
+        command = [sys.executable, "-m", "fragfield", "run", str(path), "--cell-size", size, "--out", str(out)]
+        command += ["--threads", str(self.threads)] if self.threads else []
+        if self.ranks > 1:
+            command = ["mpirun", "-n", str(self.ranks), *command]
+        done = self._call([*command, "--resume"]) if self.resume and out.is_dir() else None
+        if done is None or done == 2:  # not begun, or begun of another case
+            done = self._call([*command, "--overwrite"])
+        if done != 0:
+            raise StudyError(f"{name} at {size} ended with exit code {done}", done)
+        return out
+
+    @staticmethod
+    def _call(command: list[str]) -> int:
+        return subprocess.run(command, cwd=ROOT, check=False, stdout=2).returncode
+
+
+def summary_of(folder: Path) -> dict[str, Any]:
+    """summary.json of a finished run; raises StudyError where there is none."""
+    try:
+        found: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{folder} is not a finished run: {error}") from None
+    return found
+
+
+def changed_case(path: Path, changes: Mapping[str, Any]) -> str:
+    """A case as TOML, resolved, with some of its values replaced.
+
+    Parameters
+    ----------
+    path : Path
+        The case file.
+    changes : mapping from dotted key to value
+        A value with a dimension as a string with its unit. Under a list, `*` stands for every entry and a number for
+        one: "round.*.casing.shear_softening_strain". A callable is given the old value.
+
+    Raises
+    ------
+    StudyError
+        The case has no such key.
+    """
+    from fragfield.case import load_case, to_toml
+    from fragfield.case.load import case_from_document
+
+    document = tomllib.loads(to_toml(load_case(path)))
+    changed = copy.deepcopy(document)
+    for key, value in changes.items():
+        _replace(changed, key.split("."), value, f"{path.name}: {key}")
+    return to_toml(case_from_document(changed, source=f"{path} changed", folder=path.parent))
+
+
+def _replace(node: dict[str, Any] | list[Any], steps: list[str], value: object, where: str) -> None:
+    step, *rest = steps
+    if isinstance(node, list):
+        chosen: list[Any] = [n for n in range(len(node)) if step in ("*", str(n))]
+    else:
+        chosen = [step] if step in node else []
+    if not chosen:
+        raise StudyError(f"{where}: there is no {step!r}")
+    for place in chosen:
+        if not rest:
+            node[place] = value(node[place]) if callable(value) else value
+        elif isinstance(node[place], (dict, list)):
+            _replace(node[place], rest, value, where)
+        else:
+            raise StudyError(f"{where}: {step!r} holds a value, no {rest[0]!r}")
