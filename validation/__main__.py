@@ -13,7 +13,7 @@ from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
 from validation.rows import print_rows
-from validation.runs import Runs, StudyError
+from validation.runs import FOLDER, Runs, StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if unknown:
         print(f"validation: no case is named {unknown[0]!r}; there are {', '.join(CASES)}", file=sys.stderr)
         return 2
-    runs = Runs(resume=options.resume, threads=options.threads, ranks=options.ranks)
+    folder = options.out.resolve() if options.out else FOLDER
+    runs = Runs(folder, resume=options.resume, threads=options.threads, ranks=options.ranks)
     rows: list[Row] = []
     try:
         for name in options.names or CASES:

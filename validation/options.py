@@ -24,6 +24,7 @@ class Options:
     resume: bool = False
     threads: int | None = None
     ranks: int = 1
+    out: Path | None = None
     cell_size: str | None = None
     realisations: int = 200
     run: Path | None = None
@@ -45,6 +46,7 @@ def read_options(arguments: Sequence[str] | None, cases: Iterable[str], descript
     parser.add_argument("--resume", action="store_true", help="keep finished runs of the same case, go on with others")
     parser.add_argument("--threads", type=int, metavar="N", help="threads of each rank of a run")
     parser.add_argument("--ranks", type=int, default=1, metavar="N", help="MPI ranks of a run")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="make the runs here; default runs/validation")
     parser.add_argument("--run", type=Path, metavar="DIR", help="paper_3_1: compare this run instead of making one")
     stack = parser.add_argument_group("paper_3_2")
     stack.add_argument("--single", type=Path, metavar="DIR", help="take this run of the single round")

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["ROOT", "Runs", "StudyError", "changed_case", "summary_of"]
+__all__ = ["FOLDER", "ROOT", "Runs", "StudyError", "changed_case", "summary_of"]
 
 ROOT = Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "runs" / "validation"
 
 
 class StudyError(Exception):
@@ -44,7 +45,7 @@ class Runs:
         MPI ranks of a run.
     """
 
-    folder: Path = ROOT / "runs" / "validation"
+    folder: Path = FOLDER
     resume: bool = False
     threads: int | None = None
     ranks: int = 1
