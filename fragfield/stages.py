@@ -139,7 +139,7 @@ def fly(job: Job, stage: Stage) -> None:
 
 
 def _above(fragments: Fragments, ground: float) -> Fragments:
-    """Fragments on or above the ground: the burst knows no ground, and may have driven a casing into it."""
+    """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
     import numpy as np
 
     below = fragments.position[:, 2] < ground

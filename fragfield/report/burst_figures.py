@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["casing_over_time", "energy_ledger", "speed_along_round"]
 
+_FEW_ROUNDS = 3  # of which the largest speed is drawn as well
 _LEDGER = {
     "kinetic": "kinetic",
     "plastic": "plastic work",
@@ -27,17 +28,22 @@ _LEDGER = {
 
 
 def speed_along_round(run: RunFiles, narrow: bool) -> Figure | None:
-    """Mean and largest casing speed against the fraction of the length, all rounds."""
+    """Mean and largest casing speed against the fraction of the length, all rounds; of many the mean alone."""
     if not run.rounds:
         return None
     figure, (axis,) = new_figure(narrow=narrow, height=3.5, narrow_height=3.6)
-    several = len(run.rounds) > 1
+    several, many = len(run.rounds) > 1, len(run.rounds) > _FEW_ROUNDS
     for index, item in enumerate(run.rounds):
         style = LINES[index % len(LINES)]
+        dashes = style["linestyle"] if many else "-"
         present = item.along["casing_mass"] > 0
         place = item.along["station"][present] / float(item.attributes["length"])
         label = f"{item.name}, " if several else ""
-        axis.plot(place, item.along["mean_speed"][present], color=style["color"], label=f"{label}mean")
+        axis.plot(
+            place, item.along["mean_speed"][present], color=style["color"], linestyle=dashes, label=f"{label}mean"
+        )
+        if many:
+            continue
         axis.plot(
             place, item.along["max_speed"][present], color=style["color"], linestyle=(0, (4, 1.6)), linewidth=1.1,
             marker=".", markersize=3.5, label=f"{label}largest cell",
@@ -45,7 +51,8 @@ def speed_along_round(run: RunFiles, narrow: bool) -> Figure | None:
     _mark_segments(axis, run, narrow)
     axis.set(xlim=(0, 1), xlabel="Station from the nose / length", ylabel="Casing speed (m/s)")
     axis.set_ylim(bottom=0)
-    axis.legend(ncols=1 if narrow else 2, loc="upper center", bbox_to_anchor=(0.5, -0.17))
+    columns = (2, 4) if many else (1, 2)
+    axis.legend(ncols=columns[not narrow], loc="upper center", bbox_to_anchor=(0.5, -0.17))
     return figure
 
 

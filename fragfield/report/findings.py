@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -21,6 +21,7 @@ Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
 _PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
 _DRAG_WARNING = re.compile(r"^drag .* above Mach")
+_ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
 _LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
 
 
@@ -43,7 +44,7 @@ def findings(run: RunFiles) -> list[Finding]:
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 
-def _value(part: dict[str, object], name: str) -> float | None:
+def _value(part: dict[str, Any], name: str) -> float | None:
     found = part.get(name)
     return float(found) if isinstance(found, (int, float)) and not isinstance(found, bool) else None
 
@@ -120,12 +121,7 @@ def _burst(run: RunFiles) -> list[Finding]:
                     "casing is coarse: repeat with smaller cells and compare.",
                 )
             )
-    penetration = _value(part, "max_penetration")
-    if penetration is not None and size > 0 and penetration > 0.05 * size:
-        share = 100 * penetration / size
-        found.append(
-            Finding("warning", f"Surfaces in contact overlap by up to {share:.1f} % of a cell; 5 % is the aim.")
-        )
+    found += [*_contact(run, size), *_unlit(run)]
     if "acceleration_complete" in part and part["acceleration_complete"] is None:
         growth = _value(part, "kinetic_energy_growth")
         how = (
@@ -133,6 +129,65 @@ def _burst(run: RunFiles) -> list[Finding]:
         )
         found.append(Finding("warning", f"The casing still accelerates at the end of the burst{how}: speeds are low."))
     return found
+
+
+# Overlaps in contact: key of the summary, what overlaps, and the aim in parts of a cell.
+_OVERLAPS = (
+    ("max_bond_penetration_at_front", "Charge and casing overlap while a front passes", 0.05),
+    ("max_bond_penetration", "Charge and casing overlap after the front has passed", 0.01),
+    ("max_collision_penetration", "Colliding surfaces overlap", 0.05),
+    ("max_plane_penetration", "Casings reach through a plane", 0.05),
+)
+
+
+def _contact(run: RunFiles, size: float) -> list[Finding]:
+    """How far surfaces in contact overlap, and whether rounds are in contact at all."""
+    part = run.part("burst")
+    found: list[Finding] = []
+    settings = run.case.get("burst", {}).get("contact", {})
+    if len(run.case.get("round") or []) > 1 and settings.get("surfaces") is False:
+        found.append(
+            Finding(
+                "warning",
+                "Contact of surfaces is switched off: every round is computed as if it stood alone, casings pass "
+                "through each other, and the distances are not those of a stack.",
+            )
+        )
+    contact = part.get("contact")
+    overlaps = [
+        (words, value, aim)
+        for key, words, aim in _OVERLAPS
+        if isinstance(contact, dict) and (value := _value(contact, key)) is not None
+    ]
+    if not overlaps:
+        told = part.get("max_penetration")
+        values = [_value(told, key) for key in told] if isinstance(told, dict) else [_value(part, "max_penetration")]
+        overlaps = [("Surfaces in contact overlap", value, 0.05) for value in values if value is not None]
+    if not overlaps or not size > 0:
+        return found
+    deep = [(words, value / size, aim) for words, value, aim in overlaps if value > aim * size]
+    found += [
+        Finding("warning", f"{words} by up to {100 * share:.1f} % of a cell; {100 * aim:g} % is the aim.")
+        for words, share, aim in deep
+    ]
+    largest = max(value for _, value, _ in overlaps) / size
+    if not deep and largest > 0:
+        found.append(Finding("good", f"Surfaces in contact overlap by at most {100 * largest:.2g} % of a cell."))
+    return found
+
+
+def _unlit(run: RunFiles) -> list[Finding]:
+    """Rounds whose products gave less than half of their charge's heat: not lit, or late."""
+    shares = [(str(one.get("name")), _value(one, "products_balance")) for one in run.part("burst").get("rounds") or []]
+    return [
+        Finding(
+            "warning",
+            f"Round “{name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was lit late, in "
+            "part, or not at all, and its casing is not that of a detonated round.",
+        )
+        for name, share in shares
+        if share is not None and share < 0.5
+    ]
 
 
 def _folded_casing_cells(run: RunFiles) -> int:
@@ -228,7 +283,7 @@ def _log(run: RunFiles) -> list[Finding]:
         match = _LOG_WARNING.match(line)
         if match:
             text = _PYTHON_WARNING.sub("", match[2].strip())
-            if not text or _DRAG_WARNING.search(text):
-                continue  # told above, from summary.json
+            if not text or _DRAG_WARNING.search(text) or _ALONE_WARNING.search(text):
+                continue  # told above, from summary.json and the case
             texts.setdefault(text[0].upper() + text[1:], "warning")
     return [Finding(weight, f"{text} (from run.log)") for text, weight in texts.items()]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.report.blocks import Rows
 from fragfield.report.quantities import Row, from_case
+from fragfield.report.round_tables import PLACE_KEYS, alike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,10 +24,21 @@ def input_tables(run: RunFiles) -> Iterator[Rows]:
     for key, value in run.case.items():
         if isinstance(value, dict):
             yield Rows(_words(key).capitalize(), tuple(_flat("", value)))
+        elif key == "round" and len(value) > 1:
+            yield from _rounds(value)
         elif _is_table(value):
             for index, entry in enumerate(value, start=1):
                 name = f"“{entry['name']}”" if entry.get("name") else str(index)
                 yield Rows(f"{_words(key).capitalize()} {name}", tuple(_flat("", entry)))
+
+
+def _rounds(rounds: list[dict[str, Any]]) -> Iterator[Rows]:
+    """Rounds of one kind once; what tells them apart stands in the table of the arrangement."""
+    for group in alike(rounds):
+        names = [f"“{entry.get('name', '')}”" for entry in group]
+        listed = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}, {len(names)} alike"
+        kind = {key: value for key, value in group[0].items() if key not in PLACE_KEYS}
+        yield Rows(f"Round {listed}" if len(names) == 1 else f"Rounds {listed}", tuple(_flat("", kind)))
 
 
 def _flat(prefix: str, table: dict[str, Any]) -> Iterator[Row]:

@@ -20,6 +20,13 @@ from fragfield.report.findings import findings
 from fragfield.report.inputs import input_tables
 from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings, worst_sector
 from fragfield.report.quantities import number
+from fragfield.report.round_tables import (
+    arrangement_table,
+    broken_rounds_table,
+    contact_rows,
+    round_table,
+    segment_table,
+)
 from fragfield.report.tables import (
     azimuth_tables,
     break_up_rows,
@@ -29,9 +36,7 @@ from fragfield.report.tables import (
     ledger_table,
     mesh_rows,
     provenance_rows,
-    round_table,
     sector_table,
-    segment_table,
 )
 
 if TYPE_CHECKING:
@@ -63,7 +68,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
     return [
         _summary(run),
         Section("warnings", "Warnings and checks", [Findings(tuple(findings(run)))]),
-        Section("inputs", "Inputs as resolved", [*input_tables(run)]),
+        Section("inputs", "Inputs as resolved", [*arrangement_table(run), *input_tables(run)]),
         Section("mesh", "Mesh and its quality", _stage(run, "burst", lambda: [mesh_rows(run)])),
         _ledger(run, draw),
         _burst(run, draw, picture),
@@ -123,13 +128,23 @@ def _distance(label: str, value: object, note: str) -> Card:
 
 
 def _sentence(run: RunFiles) -> str:
-    what = [f"{item.name} ({number(float(item.attributes['charge_mass']), 3)} kg {item.attributes['explosive']} in "
-            f"{number(float(item.attributes['casing_mass']), 3)} kg of casing)" for item in run.rounds]  # fmt: skip
-    if not what:
+    kinds: dict[str, list[str]] = {}
+    for item in run.rounds:
+        casing, charge = (number(float(item.attributes[f"{part}_mass"]), 3) for part in ("casing", "charge"))
+        what = f"{charge} kg {item.attributes['explosive']} in {casing} kg of casing"
+        kinds.setdefault(what, []).append(item.name)
+    if not kinds:
         return "The rounds are described under inputs; the burst itself is not part of this directory."
-    many = "one round" if len(what) == 1 else f"{len(what)} rounds"
-    listed = "; ".join(what[:4]) + (f"; and {len(what) - 4} more" if len(what) > 4 else "")
-    return f"Computed for {many}: {listed}."
+    many = "one round" if len(run.rounds) == 1 else f"{len(run.rounds)} rounds"
+    listed = "; ".join(f"{_names(names)} ({what}{' each' if len(names) > 1 else ''})" for what, names in kinds.items())
+    images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
+    behind = f" With {number(images)} more behind planes of symmetry." if images else ""
+    return f"Computed for {many}: {listed}.{behind}"
+
+
+def _names(names: list[str]) -> str:
+    """Names of rounds, the middle ones of many left out."""
+    return ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]} ({len(names)} rounds)"
 
 
 def _ledger(run: RunFiles, draw: Draw) -> Section:
@@ -163,6 +178,7 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             "A dotted upright marks the time at which acceleration is complete.",
             burst_figures.casing_over_time,
         ),
+        *contact_rows(run),
         *round_table(run),
     ]  # fmt: skip
     return Section("burst", "Burst", _stage(run, "burst", blocks))
@@ -171,6 +187,7 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
 def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *break_up_rows(run),
+        *broken_rounds_table(run),
         *draw(
             "number_by_mass", "Number of fragments by mass",
             "Number of fragments heavier than m against the root of m (upper figures; lower figures: m): "

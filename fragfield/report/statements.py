@@ -18,7 +18,14 @@ LIMITS = (
         "Fragments of the casings only: no blast, heat or ground shock, no debris of buildings, vehicles or soil, no "
         "secondary fragments."
     ),
-    "Every round is assumed to detonate as the case says; whether and when neighbours are initiated is an input.",
+    (
+        "Every round is assumed to detonate as the case says; whether and when neighbours are initiated is an input, "
+        "or follows from the threshold of pressure and time that the case gives."
+    ),
+    (
+        "Casings of neighbouring rounds can meet only while the burst is computed; from then on fragments fly without "
+        "meeting each other."
+    ),
     (
         "Detonation is a prescribed burn; burning, deflagration and partial reactions throw fewer, heavier pieces "
         "and are not covered."

@@ -10,7 +10,6 @@ import numpy as np
 
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.landings import hazard_density, hazard_energy, landings
-from fragfield.report.laws import segment_laws
 from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.report.quantities import UNKNOWN, Row, from_case, number, row
 
@@ -28,9 +27,7 @@ __all__ = [
     "ledger_table",
     "mesh_rows",
     "provenance_rows",
-    "round_table",
     "sector_table",
-    "segment_table",
 ]
 
 # What summary.json holds: key -> (words, SI unit). Keys of the contract come first, others are shown under their name.
@@ -120,62 +117,14 @@ def burst_rows(run: RunFiles) -> Iterator[Rows]:
     """The burst in numbers."""
     part = run.part("burst")
     if part:
-        rows = [row(words, part.get(key), "" if unit == "1" else unit) for key, (words, unit) in _BURST.items()]
-        yield Rows("Burst", tuple(one for one, key in zip(rows, _BURST, strict=True) if _worth(key, part.get(key))))
+        shown = [(key, part.get(key)) for key in _BURST if _worth(key, part.get(key))]
+        units = {key: "" if unit == "1" else unit for key, (_, unit) in _BURST.items()}
+        yield Rows("Burst", tuple(row(_BURST[key][0], value, units[key]) for key, value in shown))
 
 
 def _worth(key: str, value: object) -> bool:
-    """Whether there is something to show; no overlap means that nothing was in contact."""
-    return value is not None and not (key == "max_penetration" and value == 0)
-
-
-def round_table(run: RunFiles) -> Iterator[Table]:
-    """Rounds one by one, and the segments of each."""
-    reported = {str(item.get("name")): item for item in run.part("burst").get("rounds") or []}
-    lines = []
-    for item in run.rounds:
-        casing, charge = float(item.attributes["casing_mass"]), float(item.attributes["charge_mass"])
-        along = item.along[item.along["casing_mass"] > 0]
-        mean = float(np.average(along["mean_speed"], weights=along["casing_mass"])) if len(along) else np.nan
-        fastest = along["station"][along["mean_speed"].argmax()] / float(item.attributes["length"]) if len(along) else 0
-        summary = reported.get(item.name, {})
-        lines.append(
-            (
-                item.name,
-                str(item.attributes["explosive"]),
-                number(casing, 4),
-                number(charge, 4),
-                number(charge / casing, 3) if casing else "–",
-                number(round(summary.get("mean_initial_speed") or mean)),
-                number(round(float(summary.get("max_initial_speed") or along["max_speed"].max(initial=0)))),
-                number(round(1e3 * float(summary.get("outer_diameter") or along["outer_diameter"].max(initial=0)))),
-                number(100 * float(fastest), 3),
-            )
-        )
-    head = (
-        "Round", "Fill", "Casing (kg)", "Charge (kg)", "Charge / casing", "Mean speed (m/s)", "Largest speed (m/s)",
-        "Diameter (mm)", "Fastest at (% of length)",
-    )  # fmt: skip
-    if lines:
-        yield Table("Rounds at the end of the burst", head, _cells(lines))
-    for item in run.rounds[:4]:
-        yield Table(
-            f"Segments of {item.name}",
-            ("Segment", "From (mm)", "To (mm)", "Wall (mm)", "Casing (kg)", "Charge (kg)", "Speed (m/s)"),
-            _cells(
-                (
-                    str(line["name"]),
-                    number(1e3 * float(line["start"]), 4),
-                    number(1e3 * float(line["end"]), 4),
-                    number(1e3 * float(line["wall_thickness"]), 3),
-                    number(float(line["casing_mass"]), 4),
-                    number(float(line["charge_mass"]), 4),
-                    number(round(float(line["speed"]))) if np.isfinite(line["speed"]) else "–",
-                )
-                for line in item.segments
-            ),
-            note="Stations from the nose; wall before the burst; speed at its end, by mass.",
-        )
+    """Whether there is something to show; no overlap means that nothing was in contact, and several are told apart."""
+    return value is not None and not (key == "max_penetration" and (value == 0 or isinstance(value, dict)))
 
 
 def break_up_rows(run: RunFiles) -> Iterator[Rows]:
@@ -196,36 +145,6 @@ def break_up_rows(run: RunFiles) -> Iterator[Rows]:
             row("Kinetic energy against the burst", part.get("energy_error"), "%", "error handed over", digits=2),
         ),
     )  # fmt: skip
-
-
-def segment_table(run: RunFiles) -> Iterator[Table]:
-    """Law and sample of each segment."""
-    lines = []
-    several = len(run.rounds) > 1
-    for law in segment_laws(run)[:60]:
-        chosen = (run.fragments["round"] == law.round_index) & (run.fragments["segment"] == law.segment_index)
-        masses = run.fragments["mass"][chosen]
-        name = run.rounds[law.round_index].name if law.round_index < len(run.rounds) else str(law.round_index)
-        mean = law.line.get("mean_mass")
-        lines.append(
-            (
-                f"{name}, {law.name}" if several else law.name,
-                number(1e3 * float(mean), 4) if mean is not None else "–",
-                " + ".join(number(1e3 * mu, 4) for _, mu, _ in law.terms),
-                " + ".join(number(float(round(n0)), 4) for n0, _, _ in law.terms),
-                number(len(masses)),
-                number(float(masses.sum()), 4),
-                number(1e3 * float(masses.max(initial=0.0)), 4),
-            )
-        )
-    head = ("Segment", "Mean mass (g)", "μ (g)", "N₀", "Sampled", "Mass (kg)", "Heaviest (g)")
-    if lines:
-        yield Table(
-            "Law and sample by segment",
-            head,
-            _cells(lines),
-            note="Number heavier than m: N₀ exp(−(m/μ)^λ), λ = 1/2 or 1/3 (Eq. 19); two terms for a mixture.",
-        )
 
 
 def flight_rows(run: RunFiles) -> Iterator[Rows]:

@@ -155,7 +155,7 @@ def test_title_is_shown_as_text(html, page):
 
 
 def test_inputs_and_their_units_are_shown(page):
-    for text in ("cell size", "12 mm", "0.012 m", "4.52 MJ/kg", "120 µs", "Round “round B”"):
+    for text in ("cell size", "12 mm", "0.012 m", "4.52 MJ/kg", "120 µs", "Rounds “round A”, “round B”"):
         assert text in page.text, text
 
 

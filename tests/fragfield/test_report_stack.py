@@ -1,0 +1,211 @@
+"""The report of stacks: arrangement, contact, rounds one by one, images behind planes of symmetry, and warnings."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from fragfield.report.blocks import Findings, Rows, Table
+from fragfield.report.burst_figures import speed_along_round
+from fragfield.report.drawing import drawing_style
+from fragfield.report.findings import findings
+from fragfield.report.inputs import input_tables
+from fragfield.report.run_files import RunFiles, read_run
+from fragfield.report.sections import sections
+from tests.fragfield.synthetic_run import write_run
+
+
+CONTACT = {
+    "bonded_pairs": 0, "broken_pairs": 812, "released_pairs": 5120, "max_bond_penetration_at_front": 4.2e-4,
+    "max_bond_penetration": 2.4e-5, "max_collision_penetration": 3.6e-4, "max_plane_penetration": 0.0,
+    "spring_energy": 12.5, "friction_heat": 8.4e4, "max_penetration": 4.2e-4, "searches": 17, "unknown_thing": 3,
+}  # fmt: skip
+
+
+def changed(folder, change):
+    """Change summary.json of a run by a function."""
+    path = folder / "summary.json"
+    summary = json.loads(path.read_text(encoding="utf-8"))
+    change(summary)
+    path.write_text(json.dumps(summary), encoding="utf-8")
+    return folder
+
+
+def blocks(folder):
+    """All blocks of the report by the key of their section, without figures."""
+    parts = sections(read_run(folder), lambda *_: [], lambda *_: [])
+    return {part.key: part.blocks for part in parts}
+
+
+def table(found, title):
+    return next(block for block in found if isinstance(block, (Rows, Table)) and block.title == title)
+
+
+@pytest.fixture(scope="module")
+def pallet(tmp_path_factory):
+    def change(summary):
+        burst = summary["burst"]
+        burst["contact"], burst["max_penetration"] = CONTACT, CONTACT["max_penetration"]
+        for index, one in enumerate(burst["rounds"]):
+            one["products_balance"] = 0.99 if index else 0.12
+            one["mean_initial_speed"] = 1085.0 + 10.0 * index
+        for index, one in enumerate(summary["break_up"]["rounds"]):
+            one["mirror_of"] = f"round {chr(65 + index - 4)}" if index >= 4 else None
+
+    return changed(write_run(tmp_path_factory.mktemp("stack") / "run", rounds=8), change)
+
+
+def plain(text):
+    return text.replace("\u00a0", " ").replace("\u202f", " ").replace("\u2212", "-")
+
+
+def test_the_arrangement_names_every_place(pallet):
+    found = table(blocks(pallet)["inputs"], "Arrangement")
+    assert [line[0] for line in found.lines] == [f"round {letter}" for letter in "ABCDEFGH"]
+    x = [float(plain(line[1])) for line in found.lines]
+    assert x == pytest.approx([190.0 * (k - 3.5) for k in range(8)])
+    assert {line[-1] for line in found.lines} == {"at 0 µs"}
+
+
+def test_ignition_and_initiation_are_told_in_words():
+    rounds = [
+        {"name": "a", "position": ["0.1 m", "0.0 m", "1.0 m"], "axis": [0.0, 0.0, 1.0],
+         "ignition": [{"station": "0.1 m", "delay": "3e-06 s"}, {"station": "0.2 m", "delay": "0.0 s"}]},
+        {"name": "b", "position": ["0.1 m", "0.0 m", "1.0 m"], "axis": [0.0, 0.0, 1.0], "ignition": [],
+         "initiation": {"pressure": "5e9 Pa", "duration": "2e-07 s"}},
+    ]  # fmt: skip
+    run = RunFiles(None, case={"round": rounds})
+    from fragfield.report.round_tables import arrangement_table
+
+    (found,) = arrangement_table(run)
+    assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]
+    assert found.lines[0][1:5] == ("100", "0", "1,000", "0, 0, 1")
+    assert not list(arrangement_table(RunFiles(None, case={"round": rounds[:1]}))), "one round stands in its own table"
+
+
+def test_rounds_of_one_kind_are_written_once(pallet):
+    titles = [block.title for block in input_tables(read_run(pallet))]
+    assert [title for title in titles if title.startswith("Round")] == ["Rounds “round A” … “round H”, 8 alike"]
+    rounds = [{"name": "a", "explosive": "x"}, {"name": "b", "explosive": "y"}, {"name": "c", "explosive": "x"}]
+    titles = [block.title for block in input_tables(RunFiles(None, case={"round": rounds}))]
+    assert titles == ["Rounds “a”, “c”", "Round “b”"]
+
+
+def test_every_round_has_its_line_with_the_products_balance(pallet):
+    found = table(blocks(pallet)["burst"], "Rounds at the end of the burst")
+    assert len(found.lines) == 8
+    assert all(len(line) == len(found.head) for line in found.lines)
+    assert found.head[-1] == "Products (%)"
+    assert [line[-1] for line in found.lines] == ["12", *["99"] * 7]
+    assert [plain(line[5]) for line in found.lines[:3]] == ["1,085", "1,095", "1,105"]
+
+
+def test_no_column_is_shown_for_a_balance_that_is_not_known(tmp_path):
+    found = table(blocks(write_run(tmp_path / "run", rounds=2))["burst"], "Rounds at the end of the burst")
+    assert found.head[-1] == "Fastest at (% of length)"
+    assert all(len(line) == len(found.head) for line in found.lines)
+
+
+def test_contact_is_told_with_its_overlaps_in_millimetres_and_cells(pallet):
+    rows = {row.name: row for row in table(blocks(pallet)["burst"], "Contact").rows}
+    front = rows["Largest overlap of charge and casing, while a front passes"]
+    assert plain(front.value) == "420.0 µm"
+    assert plain(front.note) == "3.5 % of a cell"
+    assert rows["Nodes at which charge and casing are bonded"].value == "0"
+    assert rows["– bond broken, parted"].value == "5,120"
+    assert plain(rows["Heat of friction"].value) == "84 kJ"
+    assert rows["Unknown thing"].value == "3"
+    assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
+
+
+def test_overlaps_may_come_as_one_number_or_as_several(tmp_path):
+    folder = write_run(tmp_path / "run", rounds=2)
+    assert not [block for block in blocks(folder)["burst"] if getattr(block, "title", "") == "Contact"]
+    burst = {row.name: row for row in table(blocks(folder)["burst"], "Burst").rows}
+    assert plain(burst["Largest overlap in contact"].value) == "110.0 µm"
+    changed(folder, lambda summary: summary["burst"].update(max_penetration={"bonds": 2e-3, "collisions": 1e-4}))
+    found = blocks(folder)
+    rows = {row.name: plain(row.value) for row in table(found["burst"], "Contact").rows}
+    assert rows == {"Max penetration bonds": "2 mm", "Max penetration collisions": "100.0 µm"}
+    assert "Largest overlap in contact" not in {row.name for row in table(found["burst"], "Burst").rows}
+    (told,) = (block for block in found["warnings"] if isinstance(block, Findings))
+    assert any("overlap by up to 16.7 % of a cell" in item.text for item in told.items)
+
+
+def test_images_are_named_with_their_rounds(pallet):
+    found = table(blocks(pallet)["break-up"], "Fragments by round")
+    assert found.head[1] == "Image of"
+    assert [line[1] for line in found.lines] == ["–"] * 4 + ["round A", "round B", "round C", "round D"]
+    run = read_run(pallet)
+    for index, line in enumerate(found.lines):
+        masses = run.fragments["mass"][run.fragments["round"] == index]
+        assert line[2] == f"{len(masses):,}"
+        assert float(line[4]) == pytest.approx(1e3 * masses.max(), rel=1e-3)
+    assert "With 4 more behind planes of symmetry." in str(blocks(pallet)["summary"][0].text)
+
+
+def test_long_stacks_stay_short(pallet):
+    found = blocks(pallet)
+    assert "round A … round H (8 rounds)" in found["summary"][0].text
+    segments = [block for block in found["burst"] if getattr(block, "title", "").startswith("Segments of")]
+    assert len(segments) == 4
+    assert segments[0].note.endswith("The first 4 of 8 rounds are shown.")
+    assert len(table(found["break-up"], "Law and sample by segment").lines) == 4 * 3
+    with drawing_style():
+        figure = speed_along_round(read_run(pallet), narrow=False)
+        assert len(figure.axes[0].get_legend().get_texts()) == 8, "the means alone, no pair of lines for each"
+
+
+def told(case=None, log="", **burst):
+    run = RunFiles(None, case={"burst": {"cell_size": "0.01 m"}, **(case or {})}, summary={"burst": burst}, log=log)
+    return [(item.weight, item.text) for item in findings(run)]
+
+
+@pytest.mark.parametrize(
+    ("contact", "weight", "words"),
+    [
+        ({"max_bond_penetration_at_front": 6e-4}, "warning", "while a front passes by up to 6.0 % of a cell; 5 % is"),
+        ({"max_bond_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
+        ({"max_bond_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
+        ({"max_collision_penetration": 7e-4}, "warning", "Colliding surfaces overlap by up to 7.0 %"),
+        ({"max_plane_penetration": 7e-4}, "warning", "Casings reach through a plane by up to 7.0 %"),
+    ],
+)
+def test_findings_follow_contact(contact, weight, words):
+    found = told(contact=contact, max_penetration=max(contact.values()))
+    assert any(one == weight and words in text for one, text in found), found
+    assert len([text for _, text in found if "of a cell" in text]) == 1
+
+
+def test_nothing_is_said_of_contact_where_nothing_touched():
+    for burst in ({"max_penetration": None}, {"max_penetration": 0.0}, {}, {"contact": dict.fromkeys(CONTACT, 0)}):
+        assert not any("of a cell" in text for _, text in told(**burst))
+
+
+def test_rounds_without_contact_are_told_once():
+    case = {"round": [{"name": "a"}, {"name": "b"}], "burst": {"cell_size": "0.01 m", "contact": {"surfaces": False}}}
+    log = (
+        "2026-01-01 10:00:00,000 WARNING burst_fenicsx.simulation: 2 rounds are computed as if each stood alone: "
+        "contact of surfaces is switched off\n"
+    )
+    alone = [text for _, text in told(case, log) if "alone" in text]
+    assert len(alone) == 1
+    assert alone[0].startswith("Contact of surfaces is switched off")
+    case["burst"]["contact"]["surfaces"] = True
+    assert not [text for _, text in told(case) if "alone" in text]
+
+
+def test_a_round_that_did_not_detonate_is_named():
+    rounds = [{"name": "donor", "products_balance": 0.98}, {"name": "waiting", "products_balance": 0.0}]
+    found = [text for weight, text in told(rounds=rounds) if weight == "warning" and "Round “" in text]
+    assert len(found) == 1
+    assert found[0].startswith("Round “waiting” gave 0 % of its charge's heat")
+    assert not any("Round “" in text for _, text in told(rounds=[{"name": "a"}, {"name": "b"}]))
+
+
+def test_speeds_in_the_table_are_numbers(pallet):
+    for block in blocks(pallet)["burst"]:
+        if isinstance(block, Table):
+            assert all(np.isfinite(float(plain(cell).replace(",", ""))) for line in block.lines for cell in line[2:])
