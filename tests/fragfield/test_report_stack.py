@@ -16,7 +16,6 @@ from fragfield.report.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
 from tests.fragfield.synthetic_run import write_run
 
-
 CONTACT = {
     "bonded_pairs": 0, "broken_pairs": 812, "released_pairs": 5120, "max_bond_penetration_at_front": 4.2e-4,
     "max_bond_penetration": 2.4e-5, "max_collision_penetration": 3.6e-4, "max_plane_penetration": 0.0,
