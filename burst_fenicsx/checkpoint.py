@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
+from burst_fenicsx.contact.restart import contact_arrays, restore_contact
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.ledger import Entry
@@ -67,10 +68,18 @@ def write_checkpoint(
         )
     }
     sums = mesh.comm.allreduce(np.append(solver.ledger.sums, solver.ledger.external_work))
+    contact = contact_arrays(solver.contact) if solver.contact is not None else {}
     if mesh.comm.rank != 0:
         return
     try:
-        _write(path, solver, provenance, mesh_key, sums, {"cells": cells, "nodes": nodes, "records": records or {}})
+        _write(
+            path,
+            solver,
+            provenance,
+            mesh_key,
+            sums,
+            {"cells": cells, "nodes": nodes, "contact": contact, "records": records or {}},
+        )
     except OSError as error:
         raise InputError(f"cannot write {path}: {error}; name a folder with room that is writable") from error
 
@@ -152,6 +161,10 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
         .transpose(0, 2, 1)
         .reshape(len(state.blocks.cells), -1)
     )
+    if solver.contact is not None:
+        kept: dict[str, np.ndarray] = {}
+        file["contact"].visititems(lambda name, item: kept.update({name: item[()]} if hasattr(item, "shape") else {}))
+        restore_contact(solver.contact, kept)
     leakage: LeakageParts = solver.leakage
     leakage.factor[:] = file["leakage/factor"][()]
     leakage.rupture_time[:] = file["leakage/rupture_time"][()]

@@ -27,6 +27,8 @@ __all__ = ["BurstSolver", "Hold"]
 
 # While a charge burns, a step lets no cell burn by more than this fraction, so that coarse cells are resolved too.
 _BURN_PER_STEP = 0.25
+# After the last cell has burnt out, the front is thrown back from the casing for about this long (s).
+_REFLECTION = 10e-6
 # The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
 _STEP_GROWTH = 1.05
 
@@ -181,7 +183,7 @@ class BurstSolver:
         if comm.size > 1:
             compat.add_to_owners(state.force)
         if self.contact is not None:
-            self.contact.add_forces(self.free_step, step, front_passes=self.time < self._burnt_out)
+            self.contact.add_forces(self.free_step, step, front_near=self.time < self._burnt_out + _REFLECTION)
         if comm.size > 1:
             compat.send_to_ghosts(state.force)
         if self._external_force is not None and self.external is not None:

@@ -38,7 +38,8 @@ class CollidingSurfaces:
     Attributes
     ----------
     state : the kernels' arrays. free : (surface nodes,) int8, not 0 where a bond has let go.
-    searches : how many have been made.
+    searches : how many have been made. searched_at : (surface nodes, 3) m, places at the last one.
+    travel : how far surfaces may have approached each other since (m).
     """
 
     def __init__(self, surfaces: ContactSurfaces, fields: BurstFields, friction_angle: float, reach: float) -> None:
@@ -67,8 +68,8 @@ class CollidingSurfaces:
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
         self._mass = self._everywhere(fields.mass[:, None])[:, 0]
-        self.searched_at = np.zeros((0, 3))  # places at the last search
-        self._travel = np.inf
+        self.searched_at = np.zeros((0, 3))
+        self.travel = np.inf
         self.state = self._make_state(np.zeros((count, 3)))
         self._near = self._near_own = np.zeros(0, dtype=np.int32)
 
@@ -79,8 +80,10 @@ class CollidingSurfaces:
             first=np.zeros(1, dtype=np.int64),
             candidate=np.zeros(0, dtype=np.int32),
             faces=self.surfaces.faces,
+            face_body=self.surfaces.face_body,
             edge=self.surfaces.edge,
             touching=np.zeros(count, dtype=np.int8),
+            normal=np.zeros((count, 3)),
             slip=slip,
             depth=np.zeros(count),
             held=np.zeros(count),
@@ -93,8 +96,14 @@ class CollidingSurfaces:
 
     def _everywhere(self, values: np.ndarray) -> np.ndarray:
         """Values of the rank's nodes, (nodes, n), as values of all surface nodes on every rank."""
-        result = np.zeros((len(self.surfaces.node), values.shape[1]))
-        result[self._rows] = values[self._local]
+        rows = np.zeros((len(self.surfaces.node), values.shape[1]))
+        rows[self._rows] = values[self._local]
+        return self.own_everywhere(rows)
+
+    def own_everywhere(self, values: np.ndarray) -> np.ndarray:
+        """Values (surface nodes, n), of which this rank knows those of its own nodes, on every rank; collective."""
+        result = np.zeros_like(values)
+        result[self._rows] = values[self._rows]
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, result)
         return result
@@ -104,8 +113,8 @@ class CollidingSurfaces:
         speed = largest_speed(self._fields.nodes.velocity, self._local)
         if self._comm.size > 1:
             speed = self._comm.allreduce(speed, op=MPI.MAX)
-        self._travel += 2.0 * step * speed
-        return self._travel > self._reach
+        self.travel += 2.0 * step * speed
+        return self.travel > self._reach
 
     def search(self, released: np.ndarray | None = None) -> None:
         """Look for the faces that each node may meet; collective.
@@ -120,6 +129,7 @@ class CollidingSurfaces:
         fresh[self.free != 0] = 0
         self.free |= fresh
         self.state.touching[fresh != 0] = 1  # they leave their bond touching
+        self.state.normal[fresh != 0] = 0.0
         self.searched_at = self._everywhere(self._fields.nodes.position)
         self.search_from(self.searched_at)
 
@@ -127,7 +137,7 @@ class CollidingSurfaces:
         """Search with the surface nodes (nodes, 3) at `position` (m)."""
         self.searched_at = position
         self.searches += 1
-        self._travel = 0.0
+        self.travel = 0.0
         surfaces, bodies = self.surfaces, self._bodies
         boxes = np.empty((len(surfaces.faces), 6))
         face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)

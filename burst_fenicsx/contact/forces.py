@@ -72,6 +72,7 @@ class ContactForces:
         share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
         self._budget = _SAFETY * 4.0 * (1.0 - share**2)
         self._fields = fields
+        self.comm = fields.mesh.comm
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
         self.stiffness_work = 0.0
@@ -94,22 +95,22 @@ class ContactForces:
         self.planes: list[PlaneContact] = []
         if settings.planes and self.surfaces is not None:
             local = fields.mesh.local_node(self.surfaces.node[self.surfaces.outside])
-            own = local[(local >= 0) & (local < fields.mesh.owned_nodes)]
-            self.planes = [PlaneContact(plane, fields, own) for plane in settings.planes]
+            rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
+            self.planes = [PlaneContact(plane, fields, local[rows], rows) for plane in settings.planes]
 
     @property
     def exists(self) -> bool:
         """Whether there is anything that may touch."""
         return self.bonds is not None or self.collisions is not None or bool(self.planes)
 
-    def add_forces(self, stable_for: float, step: float, *, front_passes: bool) -> None:
+    def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant; collective.
 
         Parameters
         ----------
         stable_for : the step (s) for which the springs must be stable; 0 before the first step: no force.
         step : the step (s) that led here.
-        front_passes : whether a detonation front still runs, for the record of penetrations.
+        front_near : whether a detonation front runs or is being thrown back, for the record of penetrations.
         """
         if not self.exists or stable_for <= 0.0:
             return
@@ -118,7 +119,7 @@ class ContactForces:
         deepest = self.penetrations
         if self.bonds is not None:
             self.bonds.add_forces(budget, step, self.force)
-            if front_passes:
+            if front_near:
                 deepest.bond_at_front = max(deepest.bond_at_front, self.bonds.deepest)
             else:
                 deepest.bond_after = max(deepest.bond_after, self.bonds.deepest)
@@ -158,7 +159,7 @@ class ContactForces:
 
     def summary(self) -> dict[str, Any]:
         """Contact's part of the summary; collective."""
-        comm = self._fields.mesh.comm
+        comm = self.comm
         local = np.array([*(self.bonds.counts() if self.bonds else np.zeros(3)), self.spring_energy, self.friction])
         total = comm.allreduce(local) if comm.size > 1 else local
         deepest = self.penetrations.over(comm)

@@ -22,11 +22,12 @@ class PlaneContact:
     ----------
     plane : the plane.
     fields : this rank's fields.
-    nodes : local nodes of this rank's own that may meet it.
+    nodes : local nodes of this rank's own that may meet it. rows : their numbers among all that may.
     """
 
-    def __init__(self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray) -> None:
+    def __init__(self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray) -> None:
         self.plane = plane
+        self.rows = rows
         self._fields = fields
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)

@@ -162,10 +162,10 @@ def _join_pair(
 @kernel
 def _holds(pair: int, bonds: Bonds) -> bool:
     """Whether some spring of a pair still is bonded."""
+    held = False
     for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-        if bonds.bonded[spring]:
-            return True
-    return False
+        held = held or bonds.bonded[spring] != 0
+    return held
 
 
 @kernel

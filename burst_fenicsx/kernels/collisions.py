@@ -19,6 +19,8 @@ __all__ = ["CollisionLaw", "Collisions", "add_reactions", "closest_point", "find
 _NEWTON_STEPS = 4
 _DEEPEST = 0.5  # of the face's first edge: a node that lies deeper has lost its face
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
+_BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
+_LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
 
 
 class CollisionLaw(NamedTuple):
@@ -36,8 +38,10 @@ class Collisions(NamedTuple):
     first: np.ndarray  # (slaves + 1,) int64 into `candidate`
     candidate: np.ndarray  # int32, faces
     faces: np.ndarray  # (faces, 4) int32
+    face_body: np.ndarray  # (faces,) int32
     edge: np.ndarray  # (faces,) m, first edge: square root of the area
     touching: np.ndarray  # (nodes,) int8
+    normal: np.ndarray  # (nodes, 3) of the face touched; zero: not known
     slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
     depth: np.ndarray  # (nodes,) m
     held: np.ndarray  # (nodes,) N/m, stiffness of the last step
@@ -103,24 +107,31 @@ def _find_contact(
     state.booked[k, :] = 0.0
     state.push[k, :] = 0.0
     state.face[k] = -1
-    point = np.empty(8)
-    face = _nearest_face(k, state, position, point)
-    if face >= 0:
+    corner, trial = np.empty((4, 3)), np.empty(8)
+    weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
+    best, nearest = -1, np.inf
+    for c in range(state.first[k], state.first[k + 1]):
+        face = state.candidate[c]
+        if not _gather(node, state.faces[face], _DEEPEST * state.edge[face], position, corner):
+            continue
+        distance, height = _locate(node, position, corner, trial)
+        # Off the face's rim by more than it lies behind it: not under this face at all.
+        depth = -height
+        if depth <= 0.0 or depth > _DEEPEST * state.edge[face] or distance > 1.5 * depth or distance >= nearest:
+            continue
+        _weigh(trial[0], trial[1], weight)
+        _relative_velocity(node, state.faces[face], weight, velocity, relative)
+        if _may_have_come(node, depth, trial, relative, law, state):
+            best, nearest = face, distance
+            point[:] = trial
+    if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
         _weigh(point[0], point[1], state.weight[k])
+        _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
         depth = 0.0
         for i in range(3):
             depth -= (position[node, i] - point[2 + i]) * point[5 + i]
-        relative = np.empty(3)
-        fastest = 0.0
-        for i in range(3):
-            relative[i] = velocity[node, i]
-            for corner in range(4):
-                relative[i] -= state.weight[k, corner] * velocity[state.faces[face, corner], i]
-            fastest += relative[i] ** 2
-        entered = depth <= _ENTRY * law.step * np.sqrt(fastest) or state.touching[node] != 0
-        if depth > 0.0 and entered and depth < _DEEPEST * state.edge[face]:
-            _push(k, face, depth, point[5:8], relative, law, state, mass)
-            return
+        _push(k, best, depth, point[5:8], relative, law, state, mass)
+        return
     state.touching[node] = 0
     state.slip[node, :] = 0.0
     state.depth[node] = 0.0
@@ -128,42 +139,86 @@ def _find_contact(
 
 
 @kernel
-def _nearest_face(k: int, state: Collisions, position: np.ndarray, point: np.ndarray) -> int:
-    """The face whose closest point is nearest, if the node lies behind it; -1 otherwise. `point` as `closest_point`.
+def _gather(node: int, nodes: np.ndarray, reach: float, position: np.ndarray, corner: np.ndarray) -> bool:
+    """Corners (4, 3) of a face; whether the node lies within `reach` of their box."""
+    near = True
+    for i in range(3):
+        low, high = np.inf, -np.inf
+        for n in range(4):
+            corner[n, i] = position[nodes[n], i]
+            low, high = min(low, corner[n, i]), max(high, corner[n, i])
+        near = near and low - reach <= position[node, i] <= high + reach
+    return near
 
-    Where an edge or a corner is nearest, it belongs to several faces: the one that the node sees most from the front
-    or the back tells on which side it lies.
+
+@kernel
+def _locate(node: int, position: np.ndarray, corner: np.ndarray, point: np.ndarray) -> tuple[float, float]:
+    """Distance from a face and height above it (m); `point` as from `closest_point`."""
+    closest_point(position[node, 0], position[node, 1], position[node, 2], corner, point)
+    square, height = 0.0, 0.0
+    for i in range(3):
+        away = position[node, i] - point[2 + i]
+        square += away * away
+        height += away * point[5 + i]
+    return np.sqrt(square), height
+
+
+@kernel
+def _relative_velocity(
+    node: int, nodes: np.ndarray, weight: np.ndarray, velocity: np.ndarray, relative: np.ndarray
+) -> None:
+    """Velocity of a node relative to the point of a face (m/s)."""
+    for i in range(3):
+        relative[i] = velocity[node, i]
+        for n in range(4):
+            relative[i] -= weight[n] * velocity[nodes[n], i]
+
+
+@kernel
+def _may_have_come(
+    node: int, depth: float, point: np.ndarray, relative: np.ndarray, law: CollisionLaw, state: Collisions
+) -> bool:
+    """Whether a node behind a face has come in through it.
+
+    A node in contact stays with faces that look like the one it touched. Another must have been in front of the face
+    a step ago: otherwise it entered elsewhere, or stands on the far side of a thin wall.
     """
-    node = state.node[k]
-    x, y, z = position[node, 0], position[node, 1], position[node, 2]
-    corner = np.empty((4, 3))
-    trial = np.empty(8)
-    best, best_distance, best_height = -1, np.inf, 0.0
+    if state.touching[node] != 0:
+        along, known = 0.0, 0.0
+        for i in range(3):
+            along += state.normal[node, i] * point[5 + i]
+            known += abs(state.normal[node, i])
+        return known == 0.0 or along > _LIKE
+    approach = 0.0
+    for i in range(3):
+        approach -= relative[i] * point[5 + i]
+    return depth <= _ENTRY * law.step * approach
+
+
+@kernel
+def _outside_beside(
+    k: int,
+    best: int,
+    nearest: float,
+    state: Collisions,
+    position: np.ndarray,
+    corner: np.ndarray,
+    trial: np.ndarray,
+    point: np.ndarray,
+) -> bool:
+    """Whether a node that lies behind a face but off its rim stands in front of a nearer face of the same body."""
+    if abs(point[0]) < 1.0 and abs(point[1]) < 1.0:
+        return False
     for c in range(state.first[k], state.first[k + 1]):
         face = state.candidate[c]
-        reach = _DEEPEST * state.edge[face]
-        outside = False
-        for i in range(3):
-            low, high = np.inf, -np.inf
-            for n in range(4):
-                corner[n, i] = position[state.faces[face, n], i]
-                low, high = min(low, corner[n, i]), max(high, corner[n, i])
-            outside = outside or position[node, i] < low - reach or position[node, i] > high + reach
-        if outside:
+        if state.face_body[face] != state.face_body[best]:
             continue
-        closest_point(x, y, z, corner, trial)
-        rx, ry, rz = x - trial[2], y - trial[3], z - trial[4]
-        distance = np.sqrt(rx * rx + ry * ry + rz * rz)
-        height = abs(rx * trial[5] + ry * trial[6] + rz * trial[7])
-        # Equal distances to round-off: an edge or corner that faces share.
-        same = abs(distance - best_distance) <= 1e-9 * (distance + best_distance) + 1e-15
-        if (same and height > best_height * (1.0 + 1e-9)) or (not same and distance < best_distance):
-            best, best_distance, best_height = face, distance, height
-            point[:] = trial
-    # Nearest to an edge that it stands well beside: the node is not above or below the face at all.
-    if best >= 0 and best_distance > 1.5 * best_height + 1e-15:
-        return -1
-    return best
+        if not _gather(state.node[k], state.faces[face], nearest, position, corner):
+            continue
+        distance, height = _locate(state.node[k], position, corner, trial)
+        if height > _BESIDE * nearest and distance < nearest:
+            return True
+    return False
 
 
 @kernel
@@ -223,6 +278,7 @@ def _push(
     for i in range(3):
         state.push[k, i] = stiffness * (depth * normal[i] - trial[i])
         state.slip[node, i] = trial[i]
+        state.normal[node, i] = normal[i]
     state.push[k, 3] = reduced
     state.depth[node] = depth
     state.held[node] = stiffness

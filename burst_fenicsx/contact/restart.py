@@ -1,0 +1,114 @@
+"""The state of all contact in arrays that do not depend on ranks or threads, for the checkpoint."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.contact.forces import Penetrations
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from mpi4py import MPI
+
+    from burst_fenicsx.contact.bonds import BondedFaces
+    from burst_fenicsx.contact.collisions import CollidingSurfaces
+    from burst_fenicsx.contact.forces import ContactForces
+    from burst_fenicsx.contact.planes import PlaneContact
+
+__all__ = ["contact_arrays", "restore_contact"]
+
+
+def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
+    """Everything that contact remembers, by name; whole on rank 0, to be ignored elsewhere. Collective."""
+    comm = contact.comm
+    booked = np.array([contact.friction, contact.stiffness_work])
+    deepest = contact.penetrations.over(comm)
+    arrays = {
+        "booked": comm.allreduce(booked) if comm.size > 1 else booked,
+        "penetrations": np.array([deepest.bond_at_front, deepest.bond_after, deepest.collision, deepest.plane]),
+    }
+    if contact.bonds is not None:
+        arrays |= {f"bonds/{name}": values for name, values in _of_bonds(comm, contact.bonds).items()}
+    if contact.collisions is not None:
+        arrays |= {f"collisions/{name}": values for name, values in _of_collisions(contact.collisions).items()}
+    for number, plane in enumerate(contact.planes):
+        arrays |= {f"planes/{number}/{name}": values for name, values in _of_plane(comm, plane).items()}
+    return arrays
+
+
+def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
+    """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
+    share = 1.0 if contact.comm.rank == 0 else 0.0  # sums of all ranks: one goes on from them, the others from nothing
+    contact.friction, contact.stiffness_work = (share * float(value) for value in arrays["booked"])
+    contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
+    if contact.bonds is not None:
+        bonds = contact.bonds.bonds
+        pairs = contact.bonds.node_pairs
+        # Springs lie in the order of the pairs, as they do here.
+        chosen = np.flatnonzero(np.isin(arrays["bonds/pair"], pairs))
+        for name in ("bonded", "slip", "gap", "held"):
+            getattr(bonds, name)[:] = arrays[f"bonds/{name}"][chosen]
+        bonds.released[:] = arrays["bonds/released"][pairs]
+        bonds.booked[:, 0] = arrays["bonds/stored"][pairs]
+    if contact.collisions is not None:
+        collisions = contact.collisions
+        collisions.free[:] = arrays["collisions/free"]
+        for name in ("touching", "normal", "slip", "depth", "held", "load"):
+            getattr(collisions.state, name)[:] = arrays[f"collisions/{name}"]
+        if len(arrays["collisions/searched_at"]):
+            collisions.search_from(arrays["collisions/searched_at"])
+            collisions.travel = float(arrays["collisions/travel"])
+        collisions.searches = int(arrays["collisions/searches"])
+    for number, plane in enumerate(contact.planes):
+        for name in ("slip", "depth", "held"):
+            getattr(plane.state, name)[:] = arrays[f"planes/{number}/{name}"][plane.rows]
+
+
+def _of_bonds(comm: MPI.Comm, bonded: BondedFaces) -> dict[str, np.ndarray]:
+    bonds, counted = bonded.bonds, bonded.counted
+    springs = np.repeat(counted, np.diff(bonds.first))
+    pair = np.repeat(bonded.node_pairs, np.diff(bonds.first))[springs]
+    by_spring = (pair, *(getattr(bonds, name)[springs] for name in ("bonded", "slip", "gap", "held")))
+    by_pair = (bonded.node_pairs[counted], bonds.released[counted], bonds.booked[counted, 0])
+    all_springs, all_pairs = comm.gather(by_spring), comm.gather(by_pair)
+    if all_springs is None or all_pairs is None:
+        return {}
+    springs_in_order = [np.concatenate(column) for column in zip(*all_springs, strict=True)]
+    order = np.argsort(springs_in_order[0], kind="stable")
+    names = ("pair", "bonded", "slip", "gap", "held")
+    arrays = {name: values[order] for name, values in zip(names, springs_in_order, strict=True)}
+    row, released, stored = (np.concatenate(column) for column in zip(*all_pairs, strict=True))
+    order = np.argsort(row)
+    return {**arrays, "released": released[order], "stored": stored[order]}
+
+
+def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
+    state = collisions.state
+    kept = collisions.own_everywhere(
+        np.column_stack([state.touching.astype(float), state.slip, state.normal, state.depth, state.held])
+    )
+    return {
+        "touching": kept[:, 0].astype(np.int8),
+        "slip": kept[:, 1:4],
+        "normal": kept[:, 4:7],
+        "depth": kept[:, 7],
+        "held": kept[:, 8],
+        "load": state.load,
+        "free": collisions.free,
+        "searched_at": collisions.searched_at,
+        "travel": np.array(collisions.travel),
+        "searches": np.array(collisions.searches),
+    }
+
+
+def _of_plane(comm: MPI.Comm, plane: PlaneContact) -> dict[str, np.ndarray]:
+    state = plane.state
+    pieces = comm.gather((plane.rows, state.slip, state.depth, state.held))
+    if pieces is None:
+        return {}
+    rows, slip, depth, held = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    order = np.argsort(rows)
+    return {"slip": slip[order], "depth": depth[order], "held": held[order]}
