@@ -13,6 +13,7 @@ from validation.paper_3_2.figure import by_azimuth_table, draw
 from validation.paper_3_2.ratios import (
     Estimate,
     beyond,
+    fastest_ratio,
     half_width_of,
     integral_above_one,
     number_by_half_width,
@@ -69,24 +70,32 @@ def test_standard_error_is_that_of_repeated_ensembles(single):
     assert 0.7 < spread / stated < 1.4
 
 
+def mean_largest(mean):
+    """Largest of n uniform numbers on 0.9 to 1.1: 0.9 + 0.2 n/(n + 1); n is Poisson, given one or more."""
+    number = np.arange(1, 2000)
+    weight = np.exp(number * np.log(mean) - mean - np.cumsum(np.log(number)))
+    return (weight * (0.9 + 0.2 * number / (number + 1))).sum() / weight.sum()
+
+
 def test_speed_ratios_of_known_lobes(pair, single):
     ours, base = pair.every_height, single.every_height
     inside, outside = sector(ours, 15.0), beyond(ours, 35.0)
     assert speed_ratio(ours, base, inside, "mean").value == pytest.approx(1.8, abs=0.002)
     assert speed_ratio(ours, base, outside, "mean").value == pytest.approx(1.0, abs=0.002)
     assert speed_ratio(ours, base, inside, "mean", "speed").value == pytest.approx(1.8, abs=0.002)
-    # Largest of n uniform on 0.9 to 1.1: 0.9 + 0.2 n/(n + 1), n Poisson given one hit or more.
-    number = np.arange(1, 80)
-
-    def largest(mean):
-        weight = np.exp(number * np.log(mean) - mean - np.cumsum(np.log(number)))
-        return (weight * (0.9 + 0.2 * number / (number + 1))).sum() / weight.sum()
-
-    expected = 1.8 * largest(2.0 * SHARE * 2000 / 360) / largest(2000 / 360)
+    expected = 1.8 * mean_largest(2.0 * SHARE * 2000 / 360) / mean_largest(2000 / 360)
     found = speed_ratio(ours, base, inside, "largest")
     assert abs(found.value - expected) < 4.0 * found.error < 0.01
     wide, wide_base = ours.in_bins_of(5.0), base.in_bins_of(5.0)
     assert speed_ratio(wide, wide_base, sector(wide, 15.0), "largest").value == pytest.approx(1.8, rel=0.01)
+
+
+@pytest.mark.parametrize("half_width", [1.0, 5.0, 15.0])
+def test_the_fastest_of_a_sector_is_held_against_a_sector_as_wide(pair, single, half_width):
+    found = fastest_ratio(pair.every_height, single.every_height, half_width)
+    hits = 2.0 * half_width * 2000 / 360
+    expected = 1.8 * mean_largest(2.0 * SHARE * hits) / mean_largest(hits)
+    assert abs(found.value - expected) < 4.0 * found.error < 0.04
 
 
 def test_bins_without_a_hit_say_nothing_of_speed(single):

@@ -11,6 +11,7 @@ from validation.paper_3_2.ratios import (
     FOCUS,
     Estimate,
     beyond,
+    fastest_ratio,
     half_width_of,
     integral_above_one,
     number_by_half_width,
@@ -110,6 +111,8 @@ def _sector_rows(ours: RingCounts, base: RingCounts, words: str) -> list[Row]:
         mean = speed_ratio(ours, base, where, "mean")
         rows.append(_row(f"{words}: ratio of largest initial speeds in 1 deg, {place}", largest, reference, None))
         rows.append(_row(f"{words}: ratio of largest initial speeds in 5 deg, {place}", panel, reference, None))
+        fastest = fastest_ratio(ours, base, half_width)
+        rows.append(_row(f"{words}: ratio of largest initial speeds in the sector, {place}", fastest, reference, None))
         rows.append(_row(f"{words}: ratio of mean initial speeds, {place}", mean, reference, None))
     return rows
 

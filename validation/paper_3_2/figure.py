@@ -50,7 +50,7 @@ def draw(pair: RingEnsemble, single: RingEnsemble, path: Path) -> Path:
         axes.spines[["top", "right"]].set_visible(False)
     speed.set(ylabel=f"largest initial speed in {PANEL:g} degrees (m/s)", title="(a) speed")
     number.set(ylabel=f"fragments in {PANEL:g} degrees", title="(b) number")
-    number.legend(frameon=False, loc="upper right")
+    speed.legend(frameon=False, loc="lower center", ncols=2)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=150)
     plt.close(figure)

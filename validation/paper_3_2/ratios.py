@@ -23,6 +23,7 @@ __all__ = [
     "FOCUS",
     "Estimate",
     "beyond",
+    "fastest_ratio",
     "half_width_of",
     "integral_above_one",
     "number_by_half_width",
@@ -110,6 +111,25 @@ def _speeds(counts: RingCounts, where: NDArray[np.bool_], which: str, at: str) -
     else:
         total, number = getattr(counts, at)[:, where].sum(axis=1), hits.sum(axis=1)
     return np.asarray(total[number > 0] / number[number > 0])
+
+
+def fastest_ratio(pair: RingCounts, single: RingCounts, half_width: float) -> Estimate:
+    """Largest initial speed in a whole sector about the focus, over that in a sector as wide of the single round.
+
+    Parameters
+    ----------
+    pair, single : RingCounts
+        Ensembles.
+    half_width : float
+        Of the sector (degrees), a whole number of bins. The pair's value is the mean of both sectors, the single
+        round's the mean over all places of the sector.
+    """
+    both = [pair.largest_initial_speed[:, sector(pair, half_width, (centre,))].max(axis=1) for centre in FOCUS]
+    largest = single.largest_initial_speed
+    around = largest
+    for shift in range(1, round(2.0 * half_width / single.width)):
+        around = np.maximum(around, np.roll(largest, -shift, axis=1))
+    return _estimate(np.mean(both, axis=0)).over(_estimate(around.mean(axis=1)))
 
 
 def number_by_half_width(pair: RingCounts, single: RingCounts) -> tuple[NDArray[np.float64], list[Estimate]]:

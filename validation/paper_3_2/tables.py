@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from validation.paper_3_2.check import PANEL, REFERENCE
-from validation.paper_3_2.ratios import Estimate, beyond, number_ratio, sector, speed_ratio
+from validation.paper_3_2.ratios import Estimate, beyond, fastest_ratio, number_ratio, sector, speed_ratio
 from validation.rows import markdown_table
 
 if TYPE_CHECKING:
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ratio_table", "sentences", "versions"]
 
-_Quantity = tuple[str, str, float, "Callable[[RingCounts, RingCounts, NDArray[Any]], Estimate]"]
+# words, surface, width of the bins, and the ratio in given bins; None where it is that of a whole sector
+_Quantity = tuple[str, str, float, "Callable[[RingCounts, RingCounts, NDArray[Any]], Estimate] | None"]
 
 
 def _largest(ours: RingCounts, base: RingCounts, where: NDArray[Any]) -> Estimate:
@@ -34,6 +35,7 @@ _QUANTITIES: tuple[_Quantity, ...] = (
     ("number, band of 2.4 m", "band", 1.0, number_ratio),
     ("largest speed in 1°, every height", "every_height", 1.0, _largest),
     ("largest speed in 5°, every height", "every_height", PANEL, _largest),
+    ("largest speed in the sector, every height", "every_height", 1.0, None),
     ("mean speed, every height", "every_height", 1.0, _mean),
     ("largest speed in 1°, band of 2.4 m", "band", 1.0, _largest),
 )
@@ -47,12 +49,20 @@ def ratio_table(pair: RingEnsemble, single: RingEnsemble) -> str:
     body = []
     for words, surface, width, ratio in _QUANTITIES:
         ours, base = (getattr(ensemble, surface).in_bins_of(width) for ensemble in (pair, single))
-        sectors = [sector(ours, half_width) for half_width in REFERENCE["half_widths"]]
-        found = [ratio(ours, base, where) for where in (*sectors, beyond(ours, limit))]
+        half_widths = REFERENCE["half_widths"]
+        if ratio is None:
+            found = [_shown(fastest_ratio(ours, base, half_width)) for half_width in half_widths] + ["-"]
+        else:
+            sectors = [sector(ours, half_width) for half_width in half_widths]
+            found = [_shown(ratio(ours, base, where)) for where in (*sectors, beyond(ours, limit))]
         paper = REFERENCE["number_ratio"] if "number" in words else REFERENCE["speed_ratio"]
         stated = "1.83 in the focus" if paper < 2.0 else f"{paper:g} in the focus"
-        body.append([words, *(f"{each.value:.2f} ± {each.error:.2f}" for each in found), stated])
+        body.append([words, *found, stated])
     return markdown_table(head, body)
+
+
+def _shown(ratio: Estimate) -> str:
+    return f"{ratio.value:.2f} ± {ratio.error:.2f}"
 
 
 def sentences(found: Sequence[str]) -> str:
