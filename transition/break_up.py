@@ -15,7 +15,7 @@ from transition.errors import InputError
 from transition.laws import SegmentLaw, segment_law
 from transition.ledger import CasingSums, Ledger, casing_sums, ledger
 from transition.mirroring import Image, images
-from transition.placing import Patches, cell_sides, join, patch_means, place, point_positions
+from transition.placing import Patches, cell_middles, cell_sides, join, patch_means, place, point_positions
 from transition.samplers import Draw, Graded, Quantile, Sampler
 from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
@@ -143,6 +143,7 @@ class BreakUp:
         self.rounds = tuple(_rounds(self.snapshot, self._images))
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
+        self._middles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # of velocity and place
         self._field: VelocityField | None = None
 
     def _local_neighbours(self) -> list[NDArray[np.int64]]:
@@ -214,8 +215,10 @@ class BreakUp:
             velocity = self._field.at(patches.seed, patches.point)
             position = point_positions(patches, self._corners)
         else:
-            velocity = patch_means(patches, self._node_velocity)
-            position = patch_means(patches, self._corners)
+            if self._middles is None:
+                self._middles = cell_middles(self._node_velocity), cell_middles(self._corners)
+            velocity = patch_means(patches, self._node_velocity, self._middles[0])
+            position = patch_means(patches, self._corners, self._middles[1])
         counts = [result.fragments for result in results]
         of_round = np.repeat([r.round for r in results], counts).astype(np.int32)
         of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)

@@ -26,7 +26,7 @@ from transition.kernels.parting import part
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Patches", "cell_sides", "join", "patch_means", "place", "point_positions", "trilinear"]
+__all__ = ["Patches", "cell_middles", "cell_sides", "join", "patch_means", "place", "point_positions", "trilinear"]
 
 _EDGES = np.array(
     [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [2, 6], [3, 7]]]
@@ -162,7 +162,14 @@ def trilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArr
     return np.asarray(np.einsum("ki,kij->kj", weights, corners))
 
 
-def patch_means(patches: Patches, corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def cell_middles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values (m, 3) in the middles of the cells; `corners` (m, 8, 3) are those at their nodes."""
+    return trilinear(corners, np.full((len(corners), 3), 0.5))
+
+
+def patch_means(
+    patches: Patches, corners: NDArray[np.float64], middles: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
     """Mass-weighted means (n, 3) over what the fragments cover.
 
     Parameters
@@ -172,8 +179,15 @@ def patch_means(patches: Patches, corners: NDArray[np.float64]) -> NDArray[np.fl
     corners : (m, 8, 3) float64
         Values at the cells' nodes: of their velocities (m/s), or of their places (m) for the centres of mass. The
         sum over fragments of mass times mean is the sum over cells of mass times the mean of the nodes.
+    middles : (m, 3) float64 or None
+        `cell_middles(corners)`, where they are at hand: most pieces are whole cells.
     """
-    values = trilinear(corners[patches.cell], patches.centre)
+    if middles is None:
+        values = trilinear(corners[patches.cell], patches.centre)
+    else:
+        values = middles[patches.cell]
+        cut = np.flatnonzero((patches.centre != 0.5).any(axis=1))
+        values[cut] = trilinear(corners[patches.cell[cut]], patches.centre[cut])
     return np.asarray(np.add.reduceat(patches.piece[:, None] * values, patches.offset[:-1]) / patches.mass[:, None])
 
 
