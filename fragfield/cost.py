@@ -17,15 +17,17 @@ if TYPE_CHECKING:
 
 __all__ = ["expected_cost"]
 
-# Fitted to six bursts: tube with 6 and 9 mm cells and grenade with 10 mm to 120 us, M107 with 8 and 10 mm far out and
-# until it gained less than 1 % in 10 us. The estimate was 0.84 to 1.5 times their steps. In the front a step falls to
-# this share of the first one, then with one over the casing's expansion, since walls thin; acceleration is complete at
-# about this expansion.
-_STEP_IN_FRONT = 0.55
+# Fitted to ten bursts: tube with 9 mm cells and grenade with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8, 10, 12 and
+# 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the cells, the
+# thinner the thinnest becomes: against the first stable step the mean one falls with the cell's size over the round's
+# radius, times this factor, and with one over the casing's expansion; acceleration is complete at about this expansion.
+_THINNING = 8.5
 _EXPANSION_AT_END = 2.9
 _BYTES_PER_CELL = 1_300.0  # of one process, by the same bursts
 _BYTES_AT_START = 255e6
-_SECONDS_PER_CELL_STEP = 0.24e-6  # on one core
+# Time of a core, within a factor of two from machine to machine; what contact adds is that of a M107 with 8 mm cells.
+_SECONDS_PER_CELL_STEP = 0.3e-6
+_BONDS, _SURFACES = 0.1, 0.7  # shares that bonds and the search for surfaces that meet add
 
 
 @dataclass(frozen=True)
@@ -78,18 +80,21 @@ def expected_cost(
     """
     lit = _times_lit(rounds, described)
     shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, lit, strict=True)]
-    stable = [_stable_steps(entry, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
+    stable = [_stable_step(entry, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
+    fine = [_mean_edge(mesh) / (0.5 * found["outer_diameter"]) for mesh, found in zip(meshes, described, strict=True)]
     end = settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
-    moving = min(
-        _STEP_IN_FRONT * step * end / shell.stretched(end) for (step, _), shell in zip(stable, shells, strict=True)
+    stepping = min(
+        step * min(_THINNING * edge * end / shell.stretched(end), 1.0)
+        for step, edge, shell in zip(stable, fine, shells, strict=True)
     )
-    resting = min(step for _, step in stable)
-    step = settings.time_step.fixed or settings.time_step.cfl * min(moving, resting)
+    step = settings.time_step.fixed or settings.time_step.cfl * stepping
     cells, steps = sum(len(mesh.cells) for mesh in meshes), math.ceil(end / step)
     memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
-    seconds = _SECONDS_PER_CELL_STEP * steps * cells
+    contact = settings.contact
+    share = 1.0 + _BONDS * (contact.charge_casing == "bonded") + _SURFACES * contact.surfaces
+    seconds = _SECONDS_PER_CELL_STEP * share * steps * cells
     return {
-        "stable_time_step": min(min(pair) for pair in stable),
+        "stable_time_step": min(stable),
         "mean_time_step": step,
         "end_time": end,
         "steps": steps,
@@ -129,17 +134,19 @@ def _times_lit(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> 
     return lit
 
 
-def _stable_steps(entry: Round, mesh: HexahedralMesh) -> tuple[float, float]:
-    """Stable steps (s) before the burst: of charge and walls, which deform, and of solid ends, which hardly do."""
-    import numpy as np
-
+def _stable_step(entry: Round, mesh: HexahedralMesh) -> float:
+    """Stable step (s) before the burst: the shortest edge over the fastest of the waves."""
     from burst_fenicsx.meshing import edge_lengths
 
     shortest, _ = edge_lengths(mesh)
-    ends = [index for index, segment in enumerate(mesh.segments[0]) if segment.kind != "wall"]
-    solid = np.isin(mesh.segment, ends)
-    speed = max(_sound_speed(entry), entry.explosive.detonation_velocity)
-    return float(shortest[~solid].min()) / speed, float(shortest[solid].min(initial=np.inf)) / speed
+    return float(shortest.min()) / max(_sound_speed(entry), entry.explosive.detonation_velocity)
+
+
+def _mean_edge(mesh: HexahedralMesh) -> float:
+    """Edge of the mean cell (m)."""
+    from burst_fenicsx.meshing import cell_volumes
+
+    return float(cell_volumes(mesh).mean() ** (1.0 / 3.0))
 
 
 def _sound_speed(entry: Round) -> float:

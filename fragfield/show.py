@@ -82,7 +82,7 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
     console.print(
         f"expected: about {expected['steps']} steps of {expected['mean_time_step'] * 1e9:.3g} ns to "
         f"{expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
-        f"{duration(expected['core_seconds'])} on one core"
+        f"about {duration(expected['core_seconds'])} on one core"
     )
     if len(found["rounds"]) > 1:
         each = expected["per_round"]

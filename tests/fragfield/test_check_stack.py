@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield.case.load import case_from_document
+from fragfield.case.load import case_from_document, load_case
 from fragfield.check import check_report
 from fragfield.places import with_images
 from fragfield.show import print_check
@@ -168,3 +168,21 @@ def test_check_prints_the_stack_for_people(capsys):
         assert part in text, part
     assert text.count("[round.explosive]") == 1, "rounds that are alike are printed once"
     assert text.count("Gurney speed, Eq. 23") == 1
+
+
+def test_contact_costs_time():
+    seconds = [
+        check_report(_case(burst={"contact": contact}))["expected"]["core_seconds"]
+        for contact in ({"charge_casing": "shared", "surfaces": False}, {"surfaces": False}, {})
+    ]
+    assert seconds[0] < seconds[1] < seconds[2]
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "steps"),
+    [("tube", 9, 404), ("grenade_155_tnt", 8, 697), ("m107_comp_b", 8, 1050), ("m107_comp_b", 14, 482)],
+)
+def test_the_expected_steps_are_those_of_bursts_that_were_run(name, size, steps):
+    path = Path(__file__).parents[2] / "cases" / f"{name}.toml"
+    expected = check_report(load_case(path, cell_size=f"{size} mm"))["expected"]["steps"]
+    assert 0.55 * steps < expected < 1.3 * steps
