@@ -180,19 +180,19 @@ def _may_have_come(
 ) -> bool:
     """Whether a node behind a face has come in through it.
 
-    A node in contact stays with faces that look like the one it touched. Another must have been in front of the face
-    a step ago: otherwise it entered elsewhere, or stands on the far side of a thin wall.
+    A node in contact stays with faces that look like the one it touched, no deeper than it can have sunk in a step.
+    Another must have been in front of the face a step ago: otherwise it entered elsewhere, or stands on the far side
+    of a thin wall.
     """
-    if state.touching[node] != 0:
-        along, known = 0.0, 0.0
-        for i in range(3):
-            along += state.normal[node, i] * point[5 + i]
-            known += abs(state.normal[node, i])
-        return known == 0.0 or along > _LIKE
-    approach = 0.0
+    approach, speed, along, known = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         approach -= relative[i] * point[5 + i]
-    return depth <= _ENTRY * law.step * approach
+        speed += relative[i] * relative[i]
+        along += state.normal[node, i] * point[5 + i]
+        known += abs(state.normal[node, i])
+    if state.touching[node] == 0:
+        return depth <= _ENTRY * law.step * approach
+    return known == 0.0 or (along > _LIKE and depth <= state.depth[node] + _ENTRY * law.step * np.sqrt(speed))
 
 
 @kernel
