@@ -9,7 +9,7 @@ import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -54,7 +54,15 @@ class Runs:
         """Directory of the run `name` at a cell size such as "8 mm"."""
         return self.folder / f"{name}_{size.replace(' ', '_')}"
 
-    def run(self, name: str, case: str, size: str, changes: Mapping[str, Any] | None = None) -> Path:
+    def run(
+        self,
+        name: str,
+        case: str,
+        size: str,
+        changes: Mapping[str, Any] | None = None,
+        *,
+        stage: Literal["run", "burst"] = "run",
+    ) -> Path:
         """Run a case of this repository at a cell size and return its directory.
 
         Parameters
@@ -67,6 +75,8 @@ class Runs:
             Cell size with its unit.
         changes : mapping, optional
             New values by dotted key; see `changed_case`.
+        stage : "run" or "burst"
+            The whole chain to the report, or the burst alone.
 
         Raises
         ------
@@ -80,7 +90,9 @@ class Runs:
             self.folder.mkdir(parents=True, exist_ok=True)
             path = out.with_suffix(".toml")
             path.write_text(changed_case(ROOT / case, changes), encoding="utf-8")
-        command = [sys.executable, "-m", "fragfield", "run", str(path), "--cell-size", size, "--out", str(out)]
+        if self.resume and _finished(out, path, size, stage):
+            return out
+        command = [sys.executable, "-m", "fragfield", stage, str(path), "--cell-size", size, "--out", str(out)]
         command += ["--threads", str(self.threads)] if self.threads else []
         if self.ranks > 1:
             command = ["mpirun", "-n", str(self.ranks), *command]
@@ -94,6 +106,18 @@ class Runs:
     @staticmethod
     def _call(command: list[str]) -> int:
         return subprocess.run(command, cwd=ROOT, check=False, stdout=2).returncode
+
+
+def _finished(out: Path, case: Path, size: str, stage: str) -> bool:
+    """Whether a directory holds this very case, computed to the end."""
+    from fragfield.case import differences, load_case
+    from fragfield.run_directory import STAGES, RunDirectory
+
+    directory = RunDirectory(out)
+    if not directory.exists or differences(directory.stored_case(), load_case(case, cell_size=size)):
+        return False
+    wanted = STAGES.values() if stage == "run" else [STAGES["burst"]]
+    return all(directory.complete(one) for one in wanted)
 
 
 def summary_of(folder: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from fragfield.case import load_case, to_toml
 from tests.validation.rings import ring
 from validation.__main__ import main
 from validation.paper_3_2 import scaling, sensitivities
@@ -102,6 +103,26 @@ def test_runs_are_made_anew_or_gone_on_with(tmp_path, calls):
     assert made[-1][-1] == "--resume"  # a numerical stop is not tried again
 
 
+def test_a_finished_run_of_the_same_case_is_kept(tmp_path, calls):
+    made, _ = calls
+    runs = Runs(tmp_path, resume=True)
+    folder = runs.directory("pair", "8 mm")
+    folder.mkdir()
+    case = load_case(ROOT / REFERENCE["pair"], cell_size="8 mm")
+    (folder / "case.toml").write_text(to_toml(case), encoding="utf-8")
+    (folder / "summary.json").write_text('{"burst": {}}', encoding="utf-8")
+    (folder / "burst_snapshot.h5").touch()
+    assert runs.run("pair", REFERENCE["pair"], "8 mm", stage="burst") == folder
+    assert not made
+    runs.run("pair", REFERENCE["pair"], "8 mm")  # the later stages are missing
+    assert (made[-1][3], made[-1][-1]) == ("run", "--resume")
+    other = {"burst.leakage.radius_ratio": 2.1}
+    runs.run("pair", REFERENCE["pair"], "8 mm", other, stage="burst")  # of another case
+    assert len(made) == 2
+    Runs(tmp_path).run("pair", REFERENCE["pair"], "8 mm", stage="burst")
+    assert made[-1][-1] == "--overwrite"
+
+
 def test_a_failed_run_ends_the_validation_with_its_code(tmp_path, calls, capsys, monkeypatch):
     calls[1].append(3)
     monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: Runs(tmp_path))
@@ -115,9 +136,11 @@ class FakeRuns:
     def __init__(self, folder):
         self.folder, self.made = folder, []
 
-    def run(self, name, case, size, changes=None):
+    def run(self, name, case, size, changes=None, *, stage="run"):
         """Remember what is asked for."""
         self.made.append((name, case, size, dict(changes or {})))
+        if name == "paper_3_2_mirrored_friction_40":
+            raise StudyError("stopped", 3)
         return Path(name)
 
 
@@ -153,10 +176,12 @@ def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monke
     assert leaking["reference"] == pytest.approx(4.0, rel=0.03)
     assert code == 1  # one ledger is open: void, not compared
     assert [row["quantity"] for row in rows if row["passed"] is False] == [
-        "friction of casings 0 degrees: energy error, or 0 lost cells"
+        "friction of casings 0 degrees: energy error, or 0 lost cells",
+        "friction of casings 40 degrees: bursts that stopped",
     ]
     table = (tmp_path / "paper_3_2_sensitivities.md").read_text(encoding="utf-8")
     assert "friction of casings 0 degrees (ledger open, void)" in table
+    assert "| friction of casings 40 degrees (the burst stopped) | - | - | - | - |" in table
     assert len(table.splitlines()) == 2 + len(sensitivities.VARIATIONS)
     stored = json.loads((tmp_path / "paper_3_2_sensitivities.json").read_text(encoding="utf-8"))
     assert stored[1]["variation"] == "leakage_1_6"

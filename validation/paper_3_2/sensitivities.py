@@ -26,6 +26,7 @@ __all__ = ["BASE_SIZE", "HALF_WIDTHS", "VARIATIONS", "Outcome", "Variation", "co
 BASE_SIZE = "6 mm"
 HALF_WIDTHS = (10.0, 25.0)
 GAP = 0.0217  # m
+STOPPED = 3  # exit code of a burst that stops on its numbers
 
 
 @dataclass(frozen=True)
@@ -86,18 +87,24 @@ VARIATIONS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """Ratios of one variation: (number, largest speed) by half-width, with the sizes of ledger errors and losses."""
+    """Ratios of one variation, numbers and largest speeds by half-width; none where its burst stopped."""
 
     variation: Variation
     number: dict[float, Estimate]
     speed: dict[float, Estimate]
-    energy_error: float
-    lost_cells: int
+    energy_error: float = 0.0
+    lost_cells: int = 0
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a burst ended before its time."""
+        return not self.number
 
     @property
     def sound(self) -> bool:
         """Whether its runs may be compared."""
-        return self.energy_error <= REFERENCE["allowed"]["energy_error"] and self.lost_cells == 0
+        closed = self.energy_error <= REFERENCE["allowed"]["energy_error"]
+        return closed and self.lost_cells == 0 and not self.stopped
 
     def as_dict(self) -> dict[str, Any]:
         """For the machine-readable output."""
@@ -128,22 +135,29 @@ def compute(
     Raises
     ------
     StudyError
-        A run failed. What was finished stays; with `runs.resume` it is kept.
+        The base, or any input, is at fault. What was finished stays; with `runs.resume` it is kept. A variation
+        whose burst stops is an outcome without ratios.
     """
     singles: dict[str, tuple[RingEnsemble, dict[str, Any]]] = {}
-    outcomes = []
+    outcomes: list[Outcome] = []
     for variation in variations:
         size = base_size if base_size and variation.size == BASE_SIZE else variation.size
         twin = variation.name if variation.of_the_round else variations[0].name
-        if twin not in singles:
-            changes = variation.changes if variation.of_the_round else {}
-            folder = runs.run(f"{NAME}_single_{twin}", REFERENCE["single"], size, changes)
-            singles[twin] = ring_ensemble_of_run(folder, seed=2, realisations=realisations), summary_of(folder)
-        folder = runs.run(f"{NAME}_mirrored_{variation.name}", REFERENCE["mirrored"], size, variation.changes)
+        try:
+            if twin not in singles:
+                changes = variation.changes if variation.of_the_round else {}
+                folder = runs.run(f"{NAME}_single_{twin}", REFERENCE["single"], size, changes, stage="burst")
+                singles[twin] = ring_ensemble_of_run(folder, seed=2, realisations=realisations), summary_of(folder)
+            folder = runs.run(
+                f"{NAME}_mirrored_{variation.name}", REFERENCE["mirrored"], size, variation.changes, stage="burst"
+            )
+        except StudyError as error:
+            if error.code != STOPPED or not outcomes:
+                raise
+            outcomes.append(Outcome(variation, {}, {}))
+            continue
         pair = ring_ensemble_of_run(folder, seed=1, realisations=realisations)
         outcomes.append(_outcome(variation, pair, singles[twin][0], [summary_of(folder), singles[twin][1]]))
-    if not outcomes:
-        raise StudyError(f"{NAME}: no sensitivity is asked for")
     return outcomes
 
 
@@ -170,7 +184,11 @@ def table(outcomes: Sequence[Outcome]) -> str:
         head += [f"number ratio within {half_width:g}°", f"speed ratio within {half_width:g}°"]
     body = []
     for outcome in outcomes:
-        line = [outcome.variation.words if outcome.sound else f"{outcome.variation.words} (ledger open, void)"]
+        words = outcome.variation.words
+        if outcome.stopped:
+            body.append([f"{words} (the burst stopped)", *("-" for _ in head[1:])])
+            continue
+        line = [words if outcome.sound else f"{words} (ledger open, void)"]
         for half_width in HALF_WIDTHS:
             for kind in ("number", "speed"):
                 ratio, of_base = getattr(outcome, kind)[half_width], getattr(base, kind)[half_width]

@@ -11,7 +11,7 @@ from validation.paper_3_2.check import NAME, REFERENCE, compare_with_mirrored, c
 from validation.paper_3_2.figure import by_azimuth_table, draw
 from validation.paper_3_2.tables import ratio_table, sentences, versions
 from validation.readme import PICTURES, insert_tables
-from validation.rows import Row, compare
+from validation.rows import Row, compare, within
 from validation.runs import StudyError, summary_of
 
 if TYPE_CHECKING:
@@ -70,7 +70,10 @@ def _folders(options: Options, runs: Runs) -> dict[str, Path]:
                 raise StudyError(f"{NAME}: --{name} is missing; a comparison needs --single and --pair")
         return taken
     size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    return {name: runs.run(f"{NAME}_{name}", REFERENCE[name], size) for name in given}
+    return {
+        name: runs.run(f"{NAME}_{name}", REFERENCE[name], size, stage="burst" if name == "mirrored" else "run")
+        for name in given
+    }
 
 
 def _sensitivities(options: Options, runs: Runs) -> list[Row]:
@@ -97,6 +100,8 @@ def _sensitivities(options: Options, runs: Runs) -> list[Row]:
 
 
 def _void(outcome: sensitivities.Outcome) -> Row:
+    if outcome.stopped:
+        return within(NAME, f"{outcome.variation.words}: bursts that stopped", 1.0, 0.0, 0.0, "own bound")
     quantity = f"{outcome.variation.words}: energy error, or {outcome.lost_cells} lost cells"
     allowed = REFERENCE["allowed"]["energy_error"]
     return Row(NAME, quantity, outcome.energy_error, allowed, None, 0.0, False, "own bound")
