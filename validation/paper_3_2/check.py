@@ -86,7 +86,7 @@ def compare_with_paper(pair: RingEnsemble, single: RingEnsemble, surface: str) -
     met = half_width_of(half_widths, ratios, REFERENCE["number_ratio"])
     rows += _at_the_meeting(ours, base, met, ratios, words)
     rows += _undisturbed(ours, base, words)
-    rows.append(_conservation(pair, single, surface, words))
+    rows += _conservation(pair, single, surface, words)
     return Finding(rows, met, _sentence(met, ratios, words))
 
 
@@ -150,10 +150,11 @@ def _undisturbed(ours: RingCounts, base: RingCounts, words: str) -> list[Row]:
     return [_row(f"{words}: {name} beyond {limit:g} deg", value, 1.0, allowed) for name, value in found.items()]
 
 
-def _conservation(pair: RingEnsemble, single: RingEnsemble, surface: str, words: str) -> Row:
+def _conservation(pair: RingEnsemble, single: RingEnsemble, surface: str, words: str) -> list[Row]:
     """Integral of the number ratio less one against a count that knows no azimuth.
 
-    Two rounds give twice the fragments: 360 degrees, less what misses and plus what the pair breaks finer.
+    Two rounds give twice the fragments, an integral of 360 degrees, less what misses and less what a slower casing
+    breaks coarser (Eq. 21).
     """
     caught = [float((ring.fragments - ring.missed[surface]).mean()) for ring in (pair, single)]
     expected = 360.0 * (caught[0] / caught[1] - 1.0)
@@ -161,7 +162,11 @@ def _conservation(pair: RingEnsemble, single: RingEnsemble, surface: str, words:
     quantity = f"{words}: integral of the number ratio less 1 (all caught and as fine: 360)"
     flown = [float(ring.fragments.mean()) for ring in (pair, single)]
     source = f"hits: {caught[0]:.0f} of the pair's {flown[0]:.0f}, {caught[1]:.0f} of {flown[1]:.0f}"
-    return compare(NAME, quantity, integral, expected, REFERENCE["allowed"]["conservation"], source, "deg")
+    finer = 0.5 * flown[0] / flown[1]
+    return [
+        compare(NAME, quantity, integral, expected, REFERENCE["allowed"]["conservation"], source, "deg"),
+        compare(NAME, f"{words}: fragments of the pair over those of two single rounds", finer, 1.0, None, "the law"),
+    ]
 
 
 def _sentence(met: Estimate | None, ratios: list[Estimate], words: str) -> str:
