@@ -67,7 +67,9 @@ def write_checkpoint(
             ("force", state.nodes.force),
         )
     }
-    sums = mesh.comm.allreduce(np.append(solver.ledger.sums, solver.ledger.external_work))
+    sums = mesh.comm.allreduce(
+        np.concatenate([solver.ledger.given.ravel(), solver.ledger.sums, [solver.ledger.external_work]])
+    )
     contact = contact_arrays(solver.contact) if solver.contact is not None else {}
     if mesh.comm.rank != 0:
         return
@@ -100,7 +102,8 @@ def _write(
             file.attrs[key] = text
         for name in ("time", "time_step", "steps", "stable_step", "free_step"):
             file.attrs[name] = getattr(solver, name)
-        file["ledger/sums"] = sums[:-1]
+        file["ledger/given"] = sums[:-6].reshape(-1, 2)
+        file["ledger/sums"] = sums[-6:-1]
         file["ledger/external_work"] = sums[-1]
         file["ledger/damping"] = solver.ledger.damping
         for name, column in solver.ledger.columns().items():
@@ -175,6 +178,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     solver.free_step = float(file.attrs["free_step"])
     # The sums are those of all ranks: one goes on from them, the others from nothing.
     share = 1.0 if mesh.comm.rank == 0 else 0.0
+    solver.ledger.given[:] = share * file["ledger/given"][()]
     solver.ledger.sums[:] = share * file["ledger/sums"][()]
     solver.ledger.external_work = share * float(file["ledger/external_work"][()])
     solver.ledger.damping = float(file["ledger/damping"][()])

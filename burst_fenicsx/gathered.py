@@ -19,8 +19,11 @@ __all__ = ["output_fields", "snapshot_fields"]
 _Arrays = dict[str, np.ndarray]
 
 
-def output_fields(state: BurstFields) -> tuple[_Arrays, _Arrays]:
-    """Fields of nodes and of cells for the eye; empty on ranks other than 0. Collective."""
+def output_fields(state: BurstFields, contact_force: np.ndarray | None = None) -> tuple[_Arrays, _Arrays]:
+    """Fields of nodes and of cells for the eye; empty on ranks other than 0. Collective.
+
+    `contact_force` (nodes, 3) N where there is contact.
+    """
     mesh = state.mesh
     count = mesh.cells
     stress = state.solid.stress[:count].mean(axis=1)
@@ -36,6 +39,8 @@ def output_fields(state: BurstFields) -> tuple[_Arrays, _Arrays]:
         "velocity": state.nodes.velocity,
         "displacement": state.nodes.position - state.start,
     }
+    if contact_force is not None:
+        points["contact_force"] = contact_force
     cells = {
         "pressure": pressure,
         "stress": stress,

@@ -15,6 +15,7 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.fields import BurstFields
 
 __all__ = ["LEAST_WORK", "Entry", "Ledger"]
@@ -61,20 +62,28 @@ class Ledger:
     energy_tolerance : an error above this stops the run.
     least_work : J, `LEAST_WORK` of the chemical energy.
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
+    given : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
+    chemical_energies : (rounds,) J, of each round's charge.
     """
 
     energy_tolerance: float
     least_work: float
-    chemical_energy: float
+    chemical_energies: np.ndarray
     comm: MPI.Comm
     sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
+    given: np.ndarray = field(init=False)
     external_work: float = 0.0
     damping: float = 0.0
     entries: list[Entry] = field(default_factory=list)
 
-    def add(self, chunk_energies: np.ndarray) -> None:
-        """Add the sums of one step, chunk after chunk."""
+    def __post_init__(self) -> None:
+        """Start every round's sums at nothing."""
+        self.given = np.zeros((len(self.chemical_energies), 2))
+
+    def add(self, chunk_energies: np.ndarray, chunk_given: np.ndarray) -> None:
+        """Add the sums of one step, chunk after chunk: (chunks, 5) and (chunks, rounds, 2) in J."""
         self.sums += chunk_energies.sum(axis=0)
+        self.given += chunk_given.sum(axis=0)
 
     def record(
         self,
@@ -83,7 +92,7 @@ class Ledger:
         step: float,
         force: np.ndarray,
         diameter: float,
-        contact: float = 0.0,
+        contact: ContactForces | None = None,
     ) -> Entry:
         """Take the balance at `time` (s).
 
@@ -91,7 +100,7 @@ class Ledger:
         ----------
         fields_now : the state; `step` (s) the last step; `force` (nodes, 3) the resultant (N).
         diameter : outer diameter (m), written along.
-        contact : energy that contact has taken so far (J), on this rank.
+        contact : what takes energy, and momentum where there are planes.
 
         Raises
         ------
@@ -118,18 +127,18 @@ class Ledger:
                 strain,
                 *self.sums,
                 self.external_work,
-                _energy_left(fields_now),
+                _energies_left(fields_now).sum(),
                 casing_mass.sum(),
                 (casing_mass * speeds[casing]).sum(),
-                *momentum.sum(axis=0),
+                *(momentum.sum(axis=0) - (contact.plane_impulse if contact is not None else 0.0)),
                 np.linalg.norm(momentum, axis=1).sum(),
-                contact,
+                contact.energy if contact is not None else 0.0,
             ]
         )
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
         kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, external, left = total[:10]
-        mass, weighted, size, contact = total[10], total[11], total[15], float(total[16])
-        stored = kinetic + strain + plastic + viscous + hourglass + contact + self.damping
+        mass, weighted, size, in_contact = total[10], total[11], total[15], float(total[16])
+        stored = kinetic + strain + plastic + viscous + hourglass + in_contact + self.damping
         given = work + external
         entry = Entry(
             time=time,
@@ -140,7 +149,7 @@ class Ledger:
             plastic=float(plastic),
             viscous=float(viscous),
             hourglass=float(hourglass),
-            contact=contact,
+            contact=in_contact,
             damping=self.damping,
             external_work=float(external),
             products_work=float(work),
@@ -161,25 +170,27 @@ class Ledger:
             )
         return entry
 
-    @property
-    def products_balance(self) -> float:
-        """Work given by the products and work left in the gas, over the chemical energy (1 closes it).
+    def products_balances(self, fields_now: BurstFields) -> np.ndarray:
+        """Work given by each round's products and work left in its gas, over its chemical energy (rounds,); collective.
+
+        1 closes it; a charge that was never lit gives a little less, the work done on it.
 
         What their own artificial viscosity turns to heat is not given away: at the front it does the part of the
         compression that the pressure, which lies below the Rayleigh line there, does not.
         """
-        last = self.entries[-1]
-        return (last.products_work - last.products_viscous + last.products_energy_left) / self.chemical_energy
+        local = self.given[:, 0] - self.given[:, 1] + _energies_left(fields_now)
+        total = self.comm.allreduce(local) if self.comm.size > 1 else local
+        return np.divide(total, self.chemical_energies, where=self.chemical_energies > 0.0, out=np.zeros_like(total))
 
     def columns(self) -> dict[str, np.ndarray]:
         """The entries as arrays of equal length, by name."""
         return {item.name: np.array([getattr(entry, item.name) for entry in self.entries]) for item in fields(Entry)}
 
 
-def _energy_left(state: BurstFields) -> float:
-    """Work that the lit gas could still do (J), on this rank; chemical energy of the unlit charge included."""
+def _energies_left(state: BurstFields) -> np.ndarray:
+    """Work that each round's gas could still do (rounds,) in J, on this rank; chemical energy of the unlit included."""
     mesh = state.mesh
-    total = 0.0
+    total = np.zeros(len(state.products))
     volume = np.empty(mesh.cells)
     slots, held = state.blocks.slots
     volume[held] = state.grid.volume[slots]
@@ -191,7 +202,6 @@ def _energy_left(state: BurstFields) -> float:
             left = state.charge.energy[own]
         else:
             left = products.remaining_work(volume[own] / start)
-        total += float(
-            (start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)).sum()
-        )
+        energies = np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
+        total[index] = (start * energies).sum()
     return total

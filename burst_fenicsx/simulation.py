@@ -41,6 +41,7 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
+_PLANE_SLACK = 0.02  # of the cell size: the outline of the cells bulges a little over the circle
 _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
 
 
@@ -138,6 +139,7 @@ class Simulation:
             )
 
         self.mesh, self.quality = self._make_mesh()
+        _check_planes(self.rounds, settings, self.mesh)
         mesh = self.mesh
         bins = int(np.clip(max(mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
         surfaces = radial_surfaces(mesh, self.rounds, settings.leakage.parts, bins)
@@ -186,12 +188,12 @@ class Simulation:
 
     def _make_ledger(self) -> Ledger:
         state = self.fields
-        chemical = 0.0
+        chemical = np.zeros(len(state.products))
         for index, products in enumerate(state.products):
             own = (state.mesh.round == index) & (state.mesh.part == Part.CHARGE)
-            chemical += float(state.cell_mass[own].sum()) / products.density * products.energy
+            chemical[index] = state.cell_mass[own].sum() / products.density * products.energy
         chemical = self.comm.allreduce(chemical)
-        return Ledger(self.settings.energy_tolerance, LEAST_WORK * chemical, chemical, self.comm)
+        return Ledger(self.settings.energy_tolerance, LEAST_WORK * float(chemical.sum()), chemical, self.comm)
 
     @property
     def key(self) -> str:
@@ -256,7 +258,7 @@ class Simulation:
             self.solver.time_step,
             self.solver.resultant,
             self.measures.outer_diameter(),
-            self.contact.energy,
+            self.contact,
         )
         self.radii.append((entry.time, self.measures.outer_radii(), self.leakage.radii(self.fields.nodes.position)))
 
@@ -284,7 +286,7 @@ class Simulation:
             )
 
     def _write_output(self) -> None:
-        points, cells = output_fields(self.fields)
+        points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
         if self._series is not None:
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
@@ -345,6 +347,7 @@ class Simulation:
                 along,
                 history,
                 self.provenance,
+                [plane for plane in self.settings.planes if plane.symmetry],
             )
         return BurstResult(summary, along, history)
 
@@ -361,5 +364,27 @@ def _check(rounds: Sequence[Round], settings: BurstSettings) -> None:
     if not settings.cell_size > 0.0:
         raise InputError(f"cell_size = {settings.cell_size} m; it must be positive")
     for item in rounds:
-        if not item.ignition:
-            raise InputError(f"round '{item.name}' has no ignition point; give at least one")
+        if not item.ignition and item.initiation is None:
+            raise InputError(
+                f"round '{item.name}' has no ignition point; give at least one, or let it be initiated by shock"
+            )
+    if not any(item.ignition for item in rounds):
+        raise InputError("no round has an ignition point: nothing would burst")
+    for plane in settings.planes:
+        if not np.linalg.norm(plane.normal) > 0.0:
+            raise InputError(f"plane '{plane.name}' has the normal {plane.normal}; it must not be zero")
+
+
+def _check_planes(rounds: Sequence[Round], settings: BurstSettings, mesh: HexahedralMesh) -> None:
+    """Refuse rounds that a plane cuts or that stand behind it."""
+    slack = _PLANE_SLACK * settings.cell_size
+    for plane in settings.planes:
+        normal = np.asarray(plane.normal) / np.linalg.norm(plane.normal)
+        height = (mesh.nodes - np.asarray(plane.point)) @ normal
+        for index, item in enumerate(rounds):
+            deepest = -float(height[mesh.cells[mesh.round == index]].min())
+            if deepest > slack:
+                raise InputError(
+                    f"round '{item.name}' lies {1e3 * deepest:.3g} mm behind the plane '{plane.name}'; "
+                    "every round must stand wholly on the side to which the plane's normal points"
+                )

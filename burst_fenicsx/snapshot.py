@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.measures import RoundMeasures
+    from burst_fenicsx.problem import RigidPlane
 
 __all__ = ["FORMAT", "RoundRecord", "SegmentRecord", "write_snapshot"]
 
@@ -99,8 +100,11 @@ def write_snapshot(
     along: Sequence[RoundMeasures],
     history: Mapping[str, np.ndarray],
     provenance: Mapping[str, str],
+    symmetry: Sequence[RigidPlane] = (),
 ) -> None:
     """Write the snapshot; an older one of the same name is replaced only when the new one is whole.
+
+    `symmetry` are the planes behind which mirrored rounds stand, for the break-up to add.
 
     Raises
     ------
@@ -123,6 +127,10 @@ def write_snapshot(
                 file[f"history/{name}"] = values
             for index, (record, measure) in enumerate(zip(rounds, along, strict=True)):
                 _write_round(file.create_group(f"rounds/{index}"), record, measure)
+            for index, plane in enumerate(symmetry):
+                group = file.create_group(f"planes/{index}")
+                for name in ("name", "point", "normal"):
+                    group.attrs[name] = getattr(plane, name)
         draft.replace(path)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error}; name a folder that exists and is writable") from error

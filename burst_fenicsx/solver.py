@@ -94,6 +94,7 @@ class BurstSolver:
         chunks = fields.blocks.schedule.chunk.size
         self._totals = Totals(
             np.zeros((chunks, 5)),
+            np.zeros((chunks, len(fields.products), 2)),
             np.zeros(chunks),
             np.zeros(chunks, dtype=np.int32),
             np.zeros(chunks),
@@ -124,7 +125,7 @@ class BurstSolver:
         self.move_nodes(step)
         self.leakage.update(self.fields.nodes.position, self.time)
         self.add_forces(step)
-        self.ledger.add(self._totals.energy)
+        self.ledger.add(self._totals.energy, self._totals.given)
         self.check_cells()
 
     def choose_step(self, until: float) -> float:

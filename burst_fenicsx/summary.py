@@ -47,6 +47,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
     growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
     contact = run.contact.summary()
+    balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
     return {
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
@@ -72,7 +73,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "momentum_error": last.momentum_error,
         "max_penetration": contact["max_penetration"],
         "contact": contact,
-        "products_balance": run.ledger.products_balance,
+        "products_balance": float(balances @ energies / energies.sum()),
         "acceleration_complete": run.acceleration_complete,
         "kinetic_energy_growth": growth,
         "products": run.settings.products,
@@ -91,6 +92,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                 "outer_diameter": float(np.nanmax(measure.outer_diameter)),
                 "fastest_station": measure.fastest,
                 "length": run.mesh.lengths[index],
+                "products_balance": float(balances[index]),
             }
             for index, (item, measure, charge) in enumerate(zip(run.rounds, along, charge_masses, strict=True))
         ],

@@ -63,6 +63,7 @@ class ContactForces:
     ----------
     force : (nodes, 3) N, on this rank's nodes.
     friction, stiffness_work : J so far, on this rank: friction, and what changes of the springs' stiffness gave.
+    plane_impulse, plane_force : (3,) N s so far and N now, given by the planes to this rank's nodes.
     penetrations : the largest so far.
     """
 
@@ -76,6 +77,8 @@ class ContactForces:
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
         self.stiffness_work = 0.0
+        self.plane_impulse = np.zeros(3)
+        self.plane_force = np.zeros(3)
         self.penetrations = Penetrations()
         self._twins = mesh.twins
         self.surfaces: ContactSurfaces | None = None
@@ -128,9 +131,14 @@ class ContactForces:
                 self.collisions.search(self._let_go())
             self.collisions.add_forces(budget * (1.0 - _PLANE_SHARE if self.planes else 1.0), step, self.force)
             deepest.collision = max(deepest.collision, self.collisions.deepest)
-        for plane in self.planes:
-            plane.add_forces(budget * _PLANE_SHARE, step, self.force)
-            deepest.plane = max(deepest.plane, plane.deepest)
+        if self.planes:
+            before = self.force.sum(axis=0)
+            for plane in self.planes:
+                plane.add_forces(budget * _PLANE_SHARE, step, self.force)
+                deepest.plane = max(deepest.plane, plane.deepest)
+            pushed = self.force.sum(axis=0) - before
+            self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
+            self.plane_force = pushed
         for part in self._parts:
             self.friction += part.booked[1]
             self.stiffness_work += part.booked[2]

@@ -24,7 +24,7 @@ __all__ = ["contact_arrays", "restore_contact"]
 def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     """Everything that contact remembers, by name; whole on rank 0, to be ignored elsewhere. Collective."""
     comm = contact.comm
-    booked = np.array([contact.friction, contact.stiffness_work])
+    booked = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
     deepest = contact.penetrations.over(comm)
     arrays = {
         "booked": comm.allreduce(booked) if comm.size > 1 else booked,
@@ -42,7 +42,9 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
 def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
     """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
     share = 1.0 if contact.comm.rank == 0 else 0.0  # sums of all ranks: one goes on from them, the others from nothing
-    contact.friction, contact.stiffness_work = (share * float(value) for value in arrays["booked"])
+    booked = share * arrays["booked"]
+    contact.friction, contact.stiffness_work = float(booked[0]), float(booked[1])
+    contact.plane_impulse, contact.plane_force = booked[2:5].copy(), booked[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
     if contact.bonds is not None:
         bonds = contact.bonds.bonds

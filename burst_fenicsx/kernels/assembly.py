@@ -15,6 +15,7 @@ from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
 from burst_fenicsx.kernels.solid import SCRATCH_ROWS, solid_block
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, Schedule, SolidState, Totals
+from burst_fenicsx.problem import Part
 
 __all__ = [
     "add_element_forces",
@@ -25,6 +26,9 @@ __all__ = [
     "move_nodes",
     "strain_energies",
 ]
+
+
+_PARTS = len(Part)  # rows of material parameters that each round has
 
 
 def make_scratch(threads: int) -> np.ndarray:
@@ -116,8 +120,13 @@ def _run_chunk(
             solid_block_full(block, step, nodes, grid, solid, work, energy, limits)
         else:
             solid_block(block, step, nodes, grid, solid, work, energy, limits)
+    totals.given[chunk] = 0.0
     for block in range(middle, last):
+        work_before, heat_before = energy[3], energy[4]
         charge_block(block, step, time, nodes, grid, charge, work, energy, limits)
+        owner = grid.material[block] // _PARTS
+        totals.given[chunk, owner, 0] += energy[3] - work_before
+        totals.given[chunk, owner, 1] += energy[4] - heat_before
     for i in range(5):
         totals.energy[chunk, i] = energy[i]
     totals.stable_step[chunk] = limits[0]

@@ -83,7 +83,7 @@ def bodies(
         leakage=leakage.factor,
         lengths=mesh.lengths,
     )
-    ledger = Ledger(settings.energy_tolerance, 1.0, 0.0, comm)
+    ledger = Ledger(settings.energy_tolerance, 1.0, np.zeros(len(rounds)), comm)
     contact = ContactForces(mesh, fields, settings)
     solver = BurstSolver(fields, settings, leakage, ledger, contact=contact, **options)
     owner = np.zeros(len(mesh.nodes), dtype=int)
@@ -120,4 +120,4 @@ def replace_entry(solver: BurstSolver):
     ledger = solver.ledger
     ledger.energy_tolerance = np.inf
     assert solver.contact is not None
-    return ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0, solver.contact.energy)
+    return ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0, solver.contact)

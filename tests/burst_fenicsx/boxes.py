@@ -169,7 +169,7 @@ def burst(
     chemical = 0.0
     if (mesh.part == Part.CHARGE).any():
         chemical = float(fields.cell_mass.sum()) / explosive.density * fields.products[0].energy
-    ledger = Ledger(settings.energy_tolerance, least_work, chemical, comm)
+    ledger = Ledger(settings.energy_tolerance, least_work, np.array([chemical]), comm)
     return BurstSolver(fields, settings, leakage, ledger, **options)
 
 

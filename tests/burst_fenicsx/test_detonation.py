@@ -62,7 +62,8 @@ def front(cells: int, products: str, burn: str) -> Front:
     passed = (station > 0.2 * LENGTH) & (station < 0.8 * LENGTH)
     speed = np.polyfit(arrival[passed], station[passed], 1)[0]
     entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0)
-    return Front(speed / D, least, peak / P_CJ, entry.energy_error, solver.ledger.products_balance)
+    balance = float(solver.ledger.products_balances(solver.fields)[0])
+    return Front(speed / D, least, peak / P_CJ, entry.energy_error, balance)
 
 
 @pytest.mark.parametrize("burn", ["time", "time_or_compression"])
