@@ -1,0 +1,114 @@
+"""The search for colliding surfaces against brute force, and the closest point of a face against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from burst_fenicsx.kernels.collisions import closest_point
+from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
+
+
+def sheets(count, seed, bodies=4):
+    """Crumpled square sheets of count x count faces at random places, each a body and every two of them a round."""
+    rng = np.random.default_rng(seed)
+    nodes, faces, node_body, face_body = [], [], [], []
+    number = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    for body in range(bodies):
+        u, v = np.meshgrid(np.linspace(0, 1, count + 1), np.linspace(0, 1, count + 1), indexing="ij")
+        flat = np.stack([u, v, 0.15 * np.sin(7 * u + body) * np.cos(5 * v)], axis=-1).reshape(-1, 3)
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        faces.append(quads + body * len(flat))
+        nodes.append(flat @ turn + rng.uniform(-0.3, 0.3, 3) + rng.normal(0, 0.05 / count, flat.shape))
+        node_body.append(np.full(len(flat), body))
+        face_body.append(np.full(len(quads), body))
+    of_node, of_face = (np.concatenate(parts).astype(np.int32) for parts in (node_body, face_body))
+    surfaces = Bodies(np.concatenate(faces).astype(np.int32), of_face, of_node, of_face // 2, of_node // 2)
+    return np.concatenate(nodes), surfaces
+
+
+def found_by_hash(nodes, bodies, free, reach, cell):
+    boxes, normals = np.empty((len(bodies.faces), 6)), np.empty_like(nodes)
+    face_boxes(nodes, bodies.faces, np.full(len(bodies.faces), reach), boxes)
+    node_normals(nodes, bodies.faces, normals)
+    active = np.arange(len(nodes), dtype=np.int32)
+    first, faces = find_candidates(nodes, bodies, active, free, normals, boxes, cell)
+    return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)
+
+
+def found_by_hand(nodes, bodies, free, reach):
+    """Every node with every face, in plain numpy."""
+    corners = nodes[bodies.faces]
+    low, high = corners.min(axis=1) - reach, corners.max(axis=1) + reach
+    area = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal = np.zeros_like(nodes)
+    for corner in range(4):
+        np.add.at(normal, bodies.faces[:, corner], area)
+    cosine = (normal @ area.T) / np.outer(np.linalg.norm(normal, axis=1), np.linalg.norm(area, axis=1))
+    within = ((nodes[:, None] >= low) & (nodes[:, None] <= high)).all(axis=2)
+    own_round = bodies.node_round[:, None] == bodies.face_round
+    own_body = bodies.node_body[:, None] == bodies.face_body
+    part_of = (np.arange(len(nodes))[:, None, None] == bodies.faces).any(axis=2)
+    may = ~own_round | (own_round & ~own_body & (free != 0)[:, None]) | (own_body & ~part_of & (cosine < -0.2))
+    return set(zip(*np.nonzero(within & may), strict=True))
+
+
+@pytest.mark.parametrize("cell", [0.03, 0.11, 0.9])
+def test_the_hash_finds_what_brute_force_finds(cell):
+    """Whatever the edge of the grid: the same pairs, each once; nodes of freed bonds meet their own round."""
+    nodes, bodies = sheets(14, 3)
+    free = (np.random.default_rng(5).random(len(nodes)) < 0.3).astype(np.int8)
+    found, entries = found_by_hash(nodes, bodies, free, 0.02, cell)
+    expected = found_by_hand(nodes, bodies, free, 0.02)
+    assert found == expected
+    assert len(expected) > 200
+    assert entries == len(expected)
+
+
+def test_pairs_grow_with_the_surface_and_not_with_its_square():
+    """Four times the nodes at half the edge: four times the pairs, for a reach that shrinks with the edge."""
+    counts = []
+    for count in (20, 40):
+        nodes, surfaces = sheets(count, 3, bodies=12)
+        free = np.zeros(len(nodes), dtype=np.int8)
+        counts.append(found_by_hash(nodes, surfaces, free, 1.0 / count, 2.0 / count)[1])
+    assert 3.0 < counts[1] / counts[0] < 5.5
+
+
+def point_of(place, corner):
+    result = np.empty(8)
+    closest_point(*place, corner, result)
+    return result[:2], result[2:5], result[5:]
+
+
+def test_closest_point_of_a_flat_face():
+    """Foot of the perpendicular within, clamped without; the normal looks outward."""
+    corner = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
+    local, place, normal = point_of((1.5, 0.25, -0.3), corner)
+    assert local == pytest.approx([0.5, -0.5])
+    assert place == pytest.approx([1.5, 0.25, 0.0])
+    assert normal == pytest.approx([0, 0, 1])
+    assert point_of((5.0, -2.0, 0.1), corner)[1] == pytest.approx([2, 0, 0])
+
+
+def test_closest_point_of_a_twisted_face_is_the_nearest():
+    """Against a minimiser, on warped faces and points near them."""
+    rng = np.random.default_rng(11)
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    for _ in range(30):
+        corner = square + rng.uniform(-0.15, 0.15, (4, 3))
+        local = rng.uniform(-0.95, 0.95, 2)
+
+        def at(uv, corner=corner):
+            x, y = uv
+            weight = 0.25 * np.array([(1 - x) * (1 - y), (1 + x) * (1 - y), (1 + x) * (1 + y), (1 - x) * (1 + y)])
+            return weight @ corner
+
+        target = at(local) + rng.normal(0, 0.02, 3)
+        best = minimize(
+            lambda uv, target=target, at=at: np.sum((at(uv) - target) ** 2), local, bounds=[(-1, 1)] * 2, tol=1e-14
+        )
+        _, place, _ = point_of(target, corner)
+        assert np.linalg.norm(place - target) == pytest.approx(np.sqrt(best.fun), rel=1e-3, abs=1e-6)
