@@ -51,18 +51,19 @@ def ratio_table(pair: RingEnsemble, single: RingEnsemble) -> str:
         ours, base = (getattr(ensemble, surface).in_bins_of(width) for ensemble in (pair, single))
         half_widths = REFERENCE["half_widths"]
         if ratio is None:
-            found = [_shown(fastest_ratio(ours, base, half_width)) for half_width in half_widths] + ["-"]
+            found = [_shown(fastest_ratio(ours, base, half_width), 3) for half_width in half_widths] + ["-"]
         else:
             sectors = [sector(ours, half_width) for half_width in half_widths]
-            found = [_shown(ratio(ours, base, where)) for where in (*sectors, beyond(ours, limit))]
+            digits = 2 if ratio is number_ratio else 3
+            found = [_shown(ratio(ours, base, where), digits) for where in (*sectors, beyond(ours, limit))]
         paper = REFERENCE["number_ratio"] if "number" in words else REFERENCE["speed_ratio"]
         stated = "1.83 in the focus" if paper < 2.0 else f"{paper:g} in the focus"
         body.append([words, *found, stated])
     return markdown_table(head, body)
 
 
-def _shown(ratio: Estimate) -> str:
-    return f"{ratio.value:.2f} ± {ratio.error:.2f}"
+def _shown(ratio: Estimate, digits: int) -> str:
+    return f"{ratio.value:.{digits}f} ± {ratio.error:.{digits}f}"
 
 
 def sentences(found: Sequence[str]) -> str:
