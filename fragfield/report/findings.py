@@ -19,6 +19,7 @@ __all__ = ["Finding", "findings"]
 
 Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
+_MOST_HOURGLASS = 0.1
 _PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
 _DRAG_WARNING = re.compile(r"^drag .* above Mach")
 _ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
@@ -84,10 +85,28 @@ def _ledger(run: RunFiles) -> list[Finding]:
             )
         else:
             found.append(Finding("good", f"{text} of detonation."))
+    found += _hourglass(run)
     momentum = _value(part, "momentum_error")
     if momentum is not None and abs(momentum) > 1e-9:
         found.append(Finding("warning", f"Total momentum drifts by {momentum:.1e} of the momentum summed."))
     return found
+
+
+def _hourglass(run: RunFiles) -> list[Finding]:
+    """Whether the control of hourglass modes, which is no physics, took a share of the work that shows in the speeds."""
+    taken, work = (run.history.get(name) for name in ("hourglass", "products_work"))
+    if taken is None or work is None or not len(work) or not work[-1] > 0.0:
+        return []
+    share = float(taken[-1] / work[-1])
+    if not share > _MOST_HOURGLASS:
+        return []
+    return [
+        Finding(
+            "warning",
+            f"Hourglass control took {number(100 * share, 2)} % of the products' work; above 10 % cells fold where "
+            "casings meet, and speeds are on the low side: repeat with smaller cells or quadrature = “full”.",
+        )
+    ]
 
 
 def _burst(run: RunFiles) -> list[Finding]:

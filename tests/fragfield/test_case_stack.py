@@ -366,6 +366,7 @@ def test_ready_stacks_are_those_they_claim_to_be():
         assert case.witness == single.witness, "tables are divided row by row"
         assert case.flight == single.flight
         assert case.break_up == single.break_up
+        assert (case.burst.stop, case.burst.end_time) == (single.burst.stop, single.burst.end_time)
     ring, panels = single.witness
     assert (ring.radius, ring.bottom, ring.top) == (7.62, None, None)
     assert (panels.radius, panels.top - panels.bottom) == (7.62, pytest.approx(2.4))

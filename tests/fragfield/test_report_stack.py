@@ -208,3 +208,13 @@ def test_speeds_in_the_table_are_numbers(pallet):
     for block in blocks(pallet)["burst"]:
         if isinstance(block, Table):
             assert all(np.isfinite(float(plain(cell).replace(",", ""))) for line in block.lines for cell in line[2:])
+
+
+def test_hourglass_control_that_shows_in_the_speeds_is_told():
+    work = np.array([0.0, 1e6, 2e6])
+    for share, told_of in ((0.37, True), (0.08, False)):
+        run = RunFiles(None, summary={"burst": {}}, history={"products_work": work, "hourglass": share * work})
+        texts = [item.text for item in findings(run) if "Hourglass" in item.text]
+        assert len(texts) == told_of
+        assert not told_of or texts[0].startswith("Hourglass control took 37 % of the products' work")
+    assert not [item for item in findings(RunFiles(None)) if "Hourglass" in item.text]
