@@ -93,7 +93,7 @@ def _ledger(run: RunFiles) -> list[Finding]:
 
 
 def _hourglass(run: RunFiles) -> list[Finding]:
-    """Whether the control of hourglass modes, which is no physics, took a share of the work that shows in the speeds."""
+    """Whether the control of hourglass modes, no physics, took a share of the work that shows in the speeds."""
     taken, work = (run.history.get(name) for name in ("hourglass", "products_work"))
     if taken is None or work is None or not len(work) or not work[-1] > 0.0:
         return []
