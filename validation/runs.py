@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["FOLDER", "ROOT", "Runs", "StudyError", "changed_case", "summary_of"]
+__all__ = ["FOLDER", "ROOT", "STOPPED", "Runs", "StudyError", "changed_case", "summary_of"]
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "runs" / "validation"
+STOPPED = 3
+"""Exit code of fragfield for a burst that stops on its numbers."""
 
 
 class StudyError(Exception):

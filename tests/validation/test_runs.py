@@ -199,10 +199,10 @@ def _stack(rounds, seconds, memory):
 
 def test_scaling_misses_what_grows_beyond_fifteen_per_cent():
     summaries = {
-        "single": _stack(1, 10.0, 5e8),
-        "pair": _stack(2, 22.0, 6e8),
-        "row": _stack(4, 47.0, 8e8),
-        "pallet": _stack(8, 80.0, 40e8),
+        "single": _stack(1, 10.0, 3.0e8),
+        "pair": _stack(2, 22.0, 3.2e8),
+        "row": _stack(4, 47.0, 3.6e8),
+        "pallet": _stack(8, 80.0, 5.2e8),
     }
     rows = {row.quantity: row for row in scaling.rows(summaries)}
     row = rows["row of 4: wall time a round over the single round's"]
@@ -210,5 +210,25 @@ def test_scaling_misses_what_grows_beyond_fifteen_per_cent():
     assert row.passed is False
     assert rows["row of 4: core time a cell and step over the single round's"].ours == pytest.approx(1.175)
     assert rows["pair of 2: wall time a round over the single round's"].passed is True
-    assert rows["pallet of 8: peak memory a round over the single round's"].ours == pytest.approx(1.0)
-    assert "| pallet | 8 | 1000 | 500 | 10.0 s (1.00) | 40.00 us (1.00) | 500 MB (1.00) |" in scaling.table(summaries)
+    assert rows["pallet of 8: peak memory a round over the single round's"].ours == pytest.approx(5.2 / 8 / 3.0)
+    further = "memory of a further round over that of the pair's second"
+    assert rows[f"row: {further}"].ours == pytest.approx(1.0)
+    assert rows[f"row: {further}"].passed is True
+    assert rows[f"pallet: {further}"].ours == pytest.approx(2.0)
+    assert rows[f"pallet: {further}"].passed is False
+    line = "| pallet | 8 | 1000 | 500 | 10.0 s (1.00) | 40.00 us (1.00) | 65 MB (0.22) | 40.0 MB |"
+    assert line in scaling.table(summaries)
+
+
+def test_scaling_compiles_before_it_measures(tmp_path, monkeypatch, capsys):
+    fake = FakeRuns(tmp_path)
+    rounds = {"single": 1, "pair": 2, "row": 4, "pallet": 8}
+    monkeypatch.setattr(
+        scaling, "summary_of", lambda f: _stack(rounds[f.name.split("_")[-1]], 1.0 * rounds[f.name.split("_")[-1]], 3e8)
+    )
+    monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: fake)
+    assert main(["paper_3_2", "--scaling", "--json"]) == 0
+    names = [name.removeprefix("paper_3_2_scaling_") for name, *_ in fake.made]
+    assert names == ["warm_up", "single", "pair", "row", "pallet"]
+    assert {size for _, _, size, _ in fake.made[1:]} == {"8 mm"}
+    assert len(json.loads(capsys.readouterr().out)) == 11

@@ -13,7 +13,7 @@ from validation.ensembles import ring_ensemble_of_run
 from validation.paper_3_2.check import NAME, REFERENCE
 from validation.paper_3_2.ratios import Estimate, number_ratio, sector, speed_ratio
 from validation.rows import markdown_table
-from validation.runs import StudyError, summary_of
+from validation.runs import STOPPED, StudyError, summary_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,7 +26,6 @@ __all__ = ["BASE_SIZE", "HALF_WIDTHS", "VARIATIONS", "Outcome", "Variation", "co
 BASE_SIZE = "6 mm"
 HALF_WIDTHS = (10.0, 25.0)
 GAP = 0.0217  # m
-STOPPED = 3  # exit code of a burst that stops on its numbers
 
 
 @dataclass(frozen=True)
