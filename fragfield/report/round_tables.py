@@ -70,7 +70,7 @@ def arrangement_table(run: RunFiles) -> Iterator[Table]:
         lines.append(
             (
                 str(entry.get("name", "")),
-                *(number(1e3 * si_value(value, 0.0)) for value in place),
+                *(number(1e3 * si_value(value, 0.0), 5) for value in place),
                 ", ".join(number(float(value), 3) for value in axis),
                 _ignition(entry),
             )
