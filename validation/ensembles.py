@@ -18,14 +18,16 @@ import numpy as np
 
 import flight
 from flight.ring_counts import RingCounts, count_by_azimuth
-from transition import BreakUp
+from transition import BreakUp, Snapshot
+from transition.mirroring import images
+from validation.runs import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from transition import BreakUpSettings, Snapshot
+    from transition import BreakUpSettings
 
 __all__ = ["BAND", "RADIUS", "RingEnsemble", "ring_ensemble", "ring_ensemble_of_run"]
 
@@ -137,22 +139,31 @@ def ring_ensemble(
 
 
 def ring_ensemble_of_run(
-    folder: Path, *, seed: int, realisations: int = 200, threads: int | None = None
+    folder: Path, rounds: int, *, seed: int, realisations: int = 200, threads: int | None = None
 ) -> RingEnsemble:
     """`ring_ensemble` of a finished run, with the break-up, air, drag and integrator of its case.
 
     Radius and band are those of the case's first cylinders of unlimited and of limited height, where it has them.
+
+    Raises
+    ------
+    StudyError
+        The run has not the number of `rounds` that it should, those behind planes of symmetry included.
     """
     from fragfield.case import read_resolved
     from fragfield.case.convert import break_up_settings, flight_arguments
 
+    snapshot = Snapshot.read(folder / "burst_snapshot.h5")
+    found = len(snapshot.rounds) * (len(images(snapshot.planes)) + 1)
+    if found != rounds:
+        raise StudyError(f"{folder}: a burst of {found} rounds, mirrored ones included; {rounds} are needed")
     case = read_resolved(folder / "case.toml")
     arguments = flight_arguments(case)
     rings = [surface for surface in arguments["witnesses"] if isinstance(surface, flight.Cylinder)]
     limited = [(ring.bottom, ring.top) for ring in rings if math.isfinite(ring.area)]
     unlimited = [ring.radius for ring in rings if not math.isfinite(ring.area)]
     return ring_ensemble(
-        folder / "burst_snapshot.h5",
+        snapshot,
         break_up_settings(case),
         arguments,
         seed=seed,

@@ -54,7 +54,8 @@ def write_run(folder, places, velocity, planes=False, raised=1.0, **burst):
         if planes:
             file.create_group("planes/0").attrs.update(name="x = 0", point=(0.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0))
     (folder / "case.toml").write_text(to_toml(load_case(CASE)), encoding="utf-8")
-    values = {"energy_error": 0.004, "lost_cells": 0, "cell_size": 0.01, "products": "landau_cj", **burst}
+    values = {"energy_error": 0.004, "lost_cells": 0, "cell_size": 0.01, "products": "landau_cj", "end_time": 1.5e-4}
+    values |= burst
     (folder / "summary.json").write_text(json.dumps({"burst": values, "versions": {}}), encoding="utf-8")
     return folder
 
@@ -172,6 +173,11 @@ def test_an_open_ledger_makes_the_comparison_void(runs, capsys, tmp_path):
     rows = json.loads(capsys.readouterr().out)
     assert [row["quantity"] for row in rows if row["passed"] is False] == ["pair: energy error"]
     assert not any("ratio" in row["quantity"] for row in rows)
+
+
+def test_a_pair_of_one_round_is_refused(runs, capsys):
+    assert study({"single": runs["single"], "pair": runs["single"]}) == 2
+    assert "a burst of 1 rounds, mirrored ones included; 2 are needed" in capsys.readouterr().err
 
 
 def test_a_comparison_needs_both_runs(runs, capsys):

@@ -179,8 +179,9 @@ def test_a_mirrored_pair_has_the_same_ratios(pair, single):
     assert verdicts["one round with a plane of symmetry: ratio of mean initial speeds within 10 deg"] is True
 
 
-def summary(error=0.004, lost=0, cell_size=3e-3, products="landau_cj"):
-    return {"burst": {"energy_error": error, "lost_cells": lost, "cell_size": cell_size, "products": products}}
+def summary(error=0.004, lost=0, cell_size=3e-3, products="landau_cj", end_time=150e-6):
+    values = {"energy_error": error, "lost_cells": lost, "cell_size": cell_size}
+    return {"burst": {**values, "products": products, "end_time": end_time}}
 
 
 @pytest.mark.parametrize(
@@ -190,6 +191,7 @@ def summary(error=0.004, lost=0, cell_size=3e-3, products="landau_cj"):
         (summary(error=0.02), "pair: energy error"),
         (summary(lost=1), "pair: lost cells"),
         (summary(cell_size=4e-3), "pair: cell size as of the single"),
+        (summary(end_time=130e-6), "pair: end of the burst as of the single"),
         (summary(products="jwl"), "pair: product model as of the single"),
     ],
 )

@@ -149,8 +149,9 @@ def burst(error=0.004):
 
 
 def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monkeypatch, capsys):
-    def ensemble(folder, *, seed, realisations):
+    def ensemble(folder, rounds, *, seed, realisations):
         single = "single" in folder.name
+        assert rounds == (1 if single else 2)
         assert seed == (2 if single else 1)
         share = 2.5 if "leakage_1_6" in folder.name else 2.0
         fragments = 1000 if single else 2000

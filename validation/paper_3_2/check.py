@@ -45,7 +45,7 @@ class Finding:
 
 
 def sound(summaries: Mapping[str, Mapping[str, Any]]) -> list[Row]:
-    """Whether runs may be compared at all: ledgers closed, no cell lost, one cell size and one product model.
+    """Whether runs may be compared at all: ledgers closed, no cell lost; one cell size, end and product model.
 
     Parameters
     ----------
@@ -64,6 +64,8 @@ def sound(summaries: Mapping[str, Mapping[str, Any]]) -> list[Row]:
         burst = summaries[name]["burst"]
         what = f"{name}: cell size as of the {first}"
         rows.append(compare(NAME, what, 1e3 * burst["cell_size"], 1e3 * base["cell_size"], 1e-9, "own bound", "mm"))
+        what = f"{name}: end of the burst as of the {first}"
+        rows.append(compare(NAME, what, 1e6 * burst["end_time"], 1e6 * base["end_time"], 0.02, "own bound", "us"))
         alike = float(burst["products"] == base["products"])
         rows.append(within(NAME, f"{name}: product model as of the {first}", alike, 1.0, 1.0, "own bound"))
     return rows

@@ -146,7 +146,7 @@ def compute(
             if twin not in singles:
                 changes = variation.changes if variation.of_the_round else {}
                 folder = runs.run(f"{NAME}_single_{twin}", REFERENCE["single"], size, changes, stage="burst")
-                singles[twin] = ring_ensemble_of_run(folder, seed=2, realisations=realisations), summary_of(folder)
+                singles[twin] = ring_ensemble_of_run(folder, 1, seed=2, realisations=realisations), summary_of(folder)
             folder = runs.run(
                 f"{NAME}_mirrored_{variation.name}", REFERENCE["mirrored"], size, variation.changes, stage="burst"
             )
@@ -155,7 +155,7 @@ def compute(
                 raise
             outcomes.append(Outcome(variation, {}, {}))
             continue
-        pair = ring_ensemble_of_run(folder, seed=1, realisations=realisations)
+        pair = ring_ensemble_of_run(folder, 2, seed=1, realisations=realisations)
         outcomes.append(_outcome(variation, pair, singles[twin][0], [summary_of(folder), singles[twin][1]]))
     return outcomes
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["FULL_SIZE", "QUICK_SIZE", "study"]
 
 FULL_SIZE, QUICK_SIZE = "3 mm", "8 mm"
+ROUNDS = {"single": 1, "pair": 2, "mirrored": 2}
 SEEDS = {"pair": 1, "single": 2, "mirrored": 3}
 """Ensembles that are compared have seeds of their own."""
 
@@ -38,7 +39,9 @@ def study(options: Options, runs: Runs) -> list[Row]:
     if not all(row.passed for row in rows):
         return rows  # an open ledger, lost cells or unlike cells make the comparison void
     ensembles = {
-        name: ring_ensemble_of_run(folder, seed=SEEDS[name], realisations=options.realisations, threads=options.threads)
+        name: ring_ensemble_of_run(
+            folder, ROUNDS[name], seed=SEEDS[name], realisations=options.realisations, threads=options.threads
+        )
         for name, folder in folders.items()
     }
     pair, single = ensembles["pair"], ensembles["single"]
