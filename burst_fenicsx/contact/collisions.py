@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, add_reactions, find_contacts
+from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, add_reactions, copy_rows, find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.planes import largest_speed
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
@@ -71,7 +71,7 @@ class CollidingSurfaces:
         self.searched_at = np.zeros((0, 3))
         self.travel = np.inf
         self.state = self._make_state(np.zeros((count, 3)))
-        self._near = self._near_own = np.zeros(0, dtype=np.int32)
+        self._near = self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
 
     def _make_state(self, slip: np.ndarray) -> Collisions:
         count = len(self.surfaces.node)
@@ -165,7 +165,8 @@ class CollidingSurfaces:
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, near, op=MPI.MAX)
         self._near = np.flatnonzero(near).astype(np.int32)
-        self._near_own = np.flatnonzero(near[self._rows])
+        own = np.flatnonzero(near[self._rows])
+        self._near_rows, self._near_local = self._rows[own], self._local[own]
         self.state.load[near == 0] = 0.0
 
     def _forget(self, nodes: np.ndarray) -> None:
@@ -192,15 +193,13 @@ class CollidingSurfaces:
             self._comm.Allreduce(MPI.IN_PLACE, reactions)
             self._sums[self._near] = reactions
         self.state.load[self._near] = self._sums[self._near, 3]
-        own = self._near_own
-        force[self._local[own]] += self._sums[self._rows[own], :3]
+        force[self._near_local] += self._sums[self._near_rows, :3]
 
     def _exchange_motion(self) -> None:
         """Bring places and speeds of the near nodes to every rank."""
-        nodes, own = self._fields.nodes, self._near_own
-        rows, local = self._rows[own], self._local[own]
-        self._position[rows] = nodes.position[local]
-        self._velocity[rows] = nodes.velocity[local]
+        nodes, rows, local = self._fields.nodes, self._near_rows, self._near_local
+        copy_rows(nodes.position, local, rows, self._position)
+        copy_rows(nodes.velocity, local, rows, self._velocity)
         if self._comm.size > 1:
             motion = np.zeros((len(self._near), 6))
             at = np.searchsorted(self._near, rows)

@@ -93,13 +93,14 @@ def _join_pair(
     if bonds.released[pair] == 2:
         return
     a, b = bonds.charge[pair], bonds.solid[pair]
+    first_face, face = bonds.first_face, bonds.face
     whole_area = 0.0
     for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-        whole_area += _area(_normal(spring, bonds, vectors))
+        whole_area += _area(_normal(first_face[spring], first_face[spring + 1], face, vectors))
     whole = law.stiffness * mass[a] * mass[b] / (mass[a] + mass[b])
     furthest = 0.0
     for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-        nx, ny, nz = _normal(spring, bonds, vectors)
+        nx, ny, nz = _normal(first_face[spring], first_face[spring + 1], face, vectors)
         size = _area((nx, ny, nz))
         nx, ny, nz = nx / size, ny / size, nz / size
         stiffness = whole * size / whole_area
@@ -155,28 +156,22 @@ def _join_pair(
         force[b, 0] -= fx
         force[b, 1] -= fy
         force[b, 2] -= fz
-    if furthest > 1.0 and not _holds(pair, bonds):
-        bonds.released[pair] = 1
+    if furthest > 1.0:
+        holds = 0
+        for spring in range(bonds.first[pair], bonds.first[pair + 1]):
+            holds += bonds.bonded[spring]
+        if holds == 0:
+            bonds.released[pair] = 1
 
 
 @kernel
-def _holds(pair: int, bonds: Bonds) -> bool:
-    """Whether some spring of a pair still is bonded."""
-    held = False
-    for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-        held = held or bonds.bonded[spring] != 0
-    return held
-
-
-@kernel
-def _normal(spring: int, bonds: Bonds, vectors: np.ndarray) -> tuple[float, float, float]:
+def _normal(first: int, last: int, face: np.ndarray, vectors: np.ndarray) -> tuple[float, float, float]:
     """Sum of the area vectors of a spring's faces (m2), outward from the casing."""
     x, y, z = 0.0, 0.0, 0.0
-    for k in range(bonds.first_face[spring], bonds.first_face[spring + 1]):
-        face = bonds.face[k]
-        x += vectors[face, 0]
-        y += vectors[face, 1]
-        z += vectors[face, 2]
+    for k in range(first, last):
+        x += vectors[face[k], 0]
+        y += vectors[face[k], 1]
+        z += vectors[face[k], 2]
     return x, y, z
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["CollisionLaw", "Collisions", "add_reactions", "closest_point", "find_contacts"]
+__all__ = ["CollisionLaw", "Collisions", "add_reactions", "closest_point", "copy_rows", "find_contacts"]
 
 _NEWTON_STEPS = 4
 _DEEPEST = 0.5  # of the face's first edge: a node that lies deeper has lost its face
@@ -109,18 +109,39 @@ def _find_contact(
     state.face[k] = -1
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
+    faces, edge, candidate = state.faces, state.edge, state.candidate
+    x, y, z = position[node, 0], position[node, 1], position[node, 2]
     best, nearest = -1, np.inf
     for c in range(state.first[k], state.first[k + 1]):
-        face = state.candidate[c]
-        if not _gather(node, state.faces[face], _DEEPEST * state.edge[face], position, corner):
+        face = candidate[c]
+        reach = _DEEPEST * edge[face]
+        # Most candidates lie outside a ball around their middle: told here, without a call.
+        a, b = faces[face, 0], faces[face, 2]
+        middle_x = 0.5 * (position[a, 0] + position[b, 0])
+        middle_y = 0.5 * (position[a, 1] + position[b, 1])
+        middle_z = 0.5 * (position[a, 2] + position[b, 2])
+        square = (x - middle_x) ** 2 + (y - middle_y) ** 2 + (z - middle_z) ** 2
+        size = 0.0
+        for n in range(4):
+            other = faces[face, n]
+            away = (
+                (position[other, 0] - middle_x) ** 2
+                + (position[other, 1] - middle_y) ** 2
+                + (position[other, 2] - middle_z) ** 2
+            )
+            size = max(size, away)
+        if square > (np.sqrt(size) + reach) ** 2:
             continue
+        for n in range(4):
+            for i in range(3):
+                corner[n, i] = position[faces[face, n], i]
         distance, height = _locate(node, position, corner, trial)
         # Off the face's rim by more than it lies behind it: not under this face at all.
         depth = -height
-        if depth <= 0.0 or depth > _DEEPEST * state.edge[face] or distance > 1.5 * depth or distance >= nearest:
+        if depth <= 0.0 or depth > reach or distance > 1.5 * depth or distance >= nearest:
             continue
         _weigh(trial[0], trial[1], weight)
-        _relative_velocity(node, state.faces[face], weight, velocity, relative)
+        _relative_velocity(node, faces[face], weight, velocity, relative)
         if _may_have_come(node, depth, trial, relative, law, state):
             best, nearest = face, distance
             point[:] = trial
@@ -307,3 +328,11 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
             share = state.weight[k, corner] * state.push[k, 3] / mass[other]
             sums[other, 3] += quantise(share, load_rounding)
         sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
+
+
+@parallel_kernel
+def copy_rows(source: np.ndarray, at: np.ndarray, to: np.ndarray, target: np.ndarray) -> None:
+    """Copy rows `at` of `source` (n, 3) to the rows `to` of `target`."""
+    for k in numba.prange(at.size):
+        for i in range(3):
+            target[to[k], i] = source[at[k], i]

@@ -89,12 +89,9 @@ def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, 
 
 @kernel
 def _may_meet(
-    node: int, face: int, bodies: Bodies, free: np.ndarray, normals: np.ndarray, boxes: np.ndarray, position: np.ndarray
+    node: int, face: int, bodies: Bodies, free: np.ndarray, normals: np.ndarray, position: np.ndarray
 ) -> bool:
-    """Whether a node may touch a face before the next search."""
-    for i in range(3):
-        if position[node, i] < boxes[face, i] or position[node, i] > boxes[face, 3 + i]:
-            return False
+    """Whether a node within a face's box may touch the face before the next search."""
     if bodies.node_round[node] != bodies.face_round[face]:
         return True
     a, b, c, d = bodies.faces[face, 0], bodies.faces[face, 1], bodies.faces[face, 2], bodies.faces[face, 3]
@@ -164,18 +161,21 @@ def _look_up(
     """Count each active node's faces into `first[k + 1]`, or, once `found` has room, write them."""
     for k in numba.prange(active.size):
         node = active[k]
-        x = int(np.floor(position[node, 0] / cell))
-        y = int(np.floor(position[node, 1] / cell))
-        z = int(np.floor(position[node, 2] / cell))
-        bucket = _hash(x, y, z, mask)
+        px, py, pz = position[node, 0], position[node, 1], position[node, 2]
+        bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
         last = -1
         count = 0
         for entry in range(offset[bucket], offset[bucket + 1]):
             face = entries[entry]
+            # The box is looked at here and not in a function: most faces fail, and a call costs more than the look.
+            if px < boxes[face, 0] or px > boxes[face, 3] or py < boxes[face, 1] or py > boxes[face, 4]:
+                continue
+            if pz < boxes[face, 2] or pz > boxes[face, 5]:
+                continue
             if face == last:  # entered twice: two of its cells share the bucket; entries of a bucket ascend
                 continue
             last = face
-            if _may_meet(node, face, bodies, free, normals, boxes, position):
+            if _may_meet(node, face, bodies, free, normals, position):
                 if found.size:
                     found[first[k] + count] = face
                 count += 1
