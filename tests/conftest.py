@@ -43,12 +43,21 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def mpirun() -> Callable[..., subprocess.CompletedProcess[str]]:
     """Run Python on several ranks, `mpirun(2, "-m", "fragfield", "check", case)`; a bad exit status fails the test."""
 
-    def run(ranks: int, *arguments: str | Path, timeout: float = 300.0, check: bool = True, cwd: Path = ROOT):
+    def run(
+        ranks: int,
+        *arguments: str | Path,
+        timeout: float = 300.0,
+        check: bool = True,
+        cwd: Path = ROOT,
+        threads: int = 1,
+    ):
         options = ["-n", str(ranks)]
         if _is_open_mpi():
-            options += ["--oversubscribe", "--bind-to", "core" if ranks <= len(os.sched_getaffinity(0)) else "none"]
-        # The ranks share the cores: one thread each.
-        environment = {**os.environ, "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+            # A bound rank has one core, and then no second thread.
+            bound = threads == 1 and ranks <= len(os.sched_getaffinity(0))
+            options += ["--oversubscribe", "--bind-to", "core" if bound else "none"]
+        # The ranks share the cores: one thread each, unless a test wants both.
+        environment = {**os.environ, "NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"}
         command = ["mpirun", *options, sys.executable, *map(str, arguments)]
         done = subprocess.run(
             command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=timeout, check=False

@@ -18,8 +18,9 @@ __all__ = ["LANES", "kernel", "parallel_kernel"]
 LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones."""
 
-# Contraction to fused multiply-add only: sums keep their order and NaN stays visible.
-_FAST_MATH = {"contract", "nsz"}
+# Sums keep their order and NaN stays visible. Nor may products be fused with sums ("contract"): where the compiler
+# does so hangs on how it inlines, so that code just compiled and code from the cache would round differently.
+_FAST_MATH = {"nsz"}
 
 
 def kernel(function: Callable[..., Any]) -> Any:

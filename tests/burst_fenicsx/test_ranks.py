@@ -1,12 +1,18 @@
-"""Distribution over ranks: coincident nodes, ghosts, names."""
+"""Distribution over ranks: coincident nodes, ghosts, names; runs that agree to the last bit."""
 
 from __future__ import annotations
 
 import textwrap
 
+import numba
+import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from tests.burst_fenicsx.rank_states import burst, differences, state
 
 pytestmark = [pytest.mark.dolfinx, pytest.mark.mpi]
 
@@ -70,3 +76,44 @@ def test_both_sides_of_a_split_are_where_either_is(tmp_path, mpirun, ranks, part
     script = tmp_path / "distribution.py"
     script.write_text(textwrap.dedent(DISTRIBUTION))
     assert mpirun(ranks, script, partition).stdout.strip() == "distributed"
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """State of the pair with bonds and colliding surfaces, on one rank and one thread."""
+    going = burst(tmp_path_factory.mktemp("pair"), MPI.COMM_SELF)
+    found = state(going)
+    assert found["steps"] > 100
+    assert going.leakage.factor.min() < 0.99
+    penetrations = going.solver.contact.penetrations
+    assert penetrations.collision > 0.0
+    assert penetrations.bond_after > 0.0
+    return found
+
+
+@pytest.mark.parametrize(("ranks", "partition"), [(2, "runs"), (2, "random"), (3, "runs"), (4, "random")])
+def test_ranks_change_no_bit(tmp_path, mpirun, pair, ranks, partition):
+    """Two tubes that meet, with contact, leakage and bonds: places, velocities, forces, stresses, histories, steps."""
+    path = tmp_path / "state.npz"
+    mpirun(ranks, "-m", "tests.burst_fenicsx.rank_states", path, partition)
+    found = dict(np.load(path))
+    assert found.pop("ranks") == ranks
+    assert differences(pair, found) == []
+
+
+def test_ranks_with_threads_change_no_bit(tmp_path, mpirun, pair):
+    """Two ranks of two threads each."""
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("one thread only")
+    path = tmp_path / "state.npz"
+    mpirun(2, "-m", "tests.burst_fenicsx.rank_states", path, threads=2)
+    assert differences(pair, {name: values for name, values in np.load(path).items() if name != "ranks"}) == []
+
+
+@pytest.mark.parametrize("options", [("shared",), ("shared", "full", "jwl")])
+def test_ranks_change_no_bit_without_contact(tmp_path, mpirun, options):
+    """Charge and casing on the same nodes, both quadratures, by two product models, cells dealt by chance."""
+    alone = state(burst(tmp_path, MPI.COMM_SELF, frozenset(options)))
+    path = tmp_path / "state.npz"
+    mpirun(3, "-m", "tests.burst_fenicsx.rank_states", path, "random", *options)
+    assert differences(alone, {name: values for name, values in np.load(path).items() if name != "ranks"}) == []

@@ -1,0 +1,102 @@
+"""Two coarse tubes, their state kept to the last bit: `python -m tests.burst_fenicsx.rank_states FILE OPTION...`.
+
+The options are random (cells are dealt to the ranks by chance), shared (charge and casing share their nodes, no
+contact), full (2x2x2 points), jwl.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx import simulation
+from burst_fenicsx.problem import Contact, Leakage
+from burst_fenicsx.simulation import Simulation
+from tests.burst_fenicsx.tubes import SETTINGS, tube
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+GAP = 5e-3
+END = 70e-6
+END_WITHOUT_CONTACT = 45e-6
+
+
+def burst(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -> Simulation:
+    """Burst two tubes side by side, lit together, the gap closing on the way."""
+    settings = replace(
+        SETTINGS,
+        end_time=END_WITHOUT_CONTACT if "shared" in options else END,
+        leakage=Leakage(radius_ratio=1.1),
+        quadrature="full" if "full" in options else "one_point",
+        products="jwl" if "jwl" in options else "landau_cj",
+        contact=Contact(charge_casing="shared", surfaces=False) if "shared" in options else Contact(),
+    )
+    rounds = [tube(name="left"), tube(name="right", position=(0.155 + GAP, 0.01, 0.0))]
+    going = Simulation(rounds, settings, folder, comm, {})
+    going.run()
+    return going
+
+
+def state(going: Simulation) -> dict[str, np.ndarray]:
+    """What the burst goes on from, in the order of the mesh that was given; empty but on rank 0."""
+    fields = going.fields
+    mesh = fields.mesh
+    nodes = {"position": fields.nodes.position, "velocity": fields.nodes.velocity, "mass": fields.mass}
+    nodes["force"] = fields.nodes.force
+    cells = {
+        "stress": fields.solid.stress,
+        "shear_strain": fields.solid.shear_strain,
+        "volume_strain": fields.solid.volume_strain,
+        "burn_fraction": fields.charge.burn_fraction,
+        "pressure": fields.charge.pressure,
+        "energy": fields.charge.energy,
+    }
+    gathered = {name: mesh.gather_nodes(values) for name, values in nodes.items()}
+    gathered |= {name: mesh.gather_cells(values) for name, values in cells.items()}
+    gathered |= {
+        "leakage": going.leakage.factor,
+        "initial_radius": going.leakage.initial_radius,
+        "rupture_time": going.leakage.rupture_time,
+        "steps": np.array(going.solver.steps),
+        "stable_step": np.array(going.solver.stable_step),
+    }
+    return {name: values for name, values in gathered.items() if values is not None} if going.comm.rank == 0 else {}
+
+
+def differences(one: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]) -> list[str]:
+    """Names of the arrays that differ in any bit but the sign of a zero."""
+    assert sorted(one) == sorted(other)
+    return [name for name in one if not np.array_equal(one[name], other[name])]
+
+
+def deal_by_chance() -> None:
+    """Deal the cells to the ranks by chance instead of in runs."""
+    usual = simulation.distribute
+
+    def chance(comm, mesh):
+        owner = None
+        if mesh is not None:
+            owner = np.random.default_rng(2).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
+        return usual(comm, mesh, destination=owner)
+
+    simulation.distribute = chance
+
+
+def main() -> None:
+    """Run on the ranks of MPI's world."""
+    path, options = Path(sys.argv[1]), frozenset(sys.argv[2:])
+    if "random" in options:
+        deal_by_chance()
+    found = state(burst(path.parent, MPI.COMM_WORLD, options))
+    if found:
+        np.savez(path, ranks=MPI.COMM_WORLD.size, **found)
+
+
+if __name__ == "__main__":
+    main()

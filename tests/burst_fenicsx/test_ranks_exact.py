@@ -1,0 +1,71 @@
+"""Exact sums: rounding to multiples of a power of two, in Python, in compiled loops and at the nodes."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from burst_fenicsx.kernels.exact import quantise, quantum, rounding_constant
+from burst_fenicsx.kernels.lanes import kernel
+
+
+@kernel
+def _sum(terms: np.ndarray, rounding: float) -> float:
+    """Sum as the kernels do it: rounding and adding in one compiled loop, the product free to be fused."""
+    total = 0.0
+    for k in range(terms.size):
+        total += quantise(1.0625 * terms[k], rounding)
+    return total
+
+
+@pytest.fixture(scope="module")
+def terms():
+    random = np.random.default_rng(8)
+    return random.normal(size=3000) * 10.0 ** random.uniform(-12.0, 0.0, 3000)
+
+
+@pytest.mark.parametrize("largest", [1e-30, 0.7, 1.0, 1.5, 3e5, 2.0**40, 1e30])
+def test_the_constant_rounds_terms_up_to_the_largest(largest):
+    rounding = rounding_constant(largest)
+    q = quantum(rounding)
+    assert math.frexp(q)[0] == 0.5  # a power of two
+    assert math.ulp(rounding) == q
+    assert largest <= 2.0**51 * q <= 2.0 * largest
+    for sign in (1.0, -1.0):
+        for value in (sign * largest, sign * 0.3 * largest, sign * 123.456 * q, sign * 0.49 * q):
+            rounded = quantise(value, rounding)
+            assert rounded / q == round(rounded / q)
+            assert abs(rounded - value) <= 0.5 * q <= largest / 2.0**51
+
+
+@pytest.mark.parametrize("largest", [0.0, -1.0, math.inf, math.nan])
+def test_a_largest_term_that_is_none_is_refused(largest):
+    with pytest.raises(ValueError, match="it must be positive and finite"):
+        rounding_constant(largest)
+
+
+def test_compiled_sums_are_exact_in_any_order(terms):
+    """Against rational arithmetic; without rounding the same orders give different sums, so the test can fail."""
+    rounding = rounding_constant(8.0)
+    random = np.random.default_rng(9)
+    orders = [random.permutation(len(terms)) for _ in range(20)]
+    plain = {_sum(terms[order], 0.0) for order in orders}
+    exact = {_sum(terms[order], rounding) for order in orders}
+    assert len(plain) > 1
+    assert len(exact) == 1
+    whole = sum(Fraction(_sum(terms[k : k + 1], rounding)) for k in range(len(terms)))
+    assert Fraction(exact.pop()) == whole
+    assert abs(float(whole) - math.fsum(1.0625 * terms)) < len(terms) * quantum(rounding)
+
+
+def test_parts_of_a_sum_may_be_added_in_any_grouping(terms):
+    rounding = rounding_constant(8.0)
+    rounded = np.asarray(quantise(terms, rounding))
+    whole = math.fsum(rounded)
+    for pieces in (2, 3, 7, 100):
+        assert sum(piece.sum() for piece in np.array_split(rounded, pieces)) == whole
