@@ -145,7 +145,7 @@ class FakeRuns:
 
 
 def burst(error=0.004):
-    return {"burst": {"energy_error": error, "lost_cells": 0}}
+    return {"burst": {"energy_error": error, "lost_cells": 0, "cell_size": 6e-3}}
 
 
 def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monkeypatch, capsys):
@@ -159,13 +159,15 @@ def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monke
 
     fake = FakeRuns(tmp_path)
     monkeypatch.setattr(sensitivities, "ring_ensemble_of_run", ensemble)
-    monkeypatch.setattr(sensitivities, "summary_of", lambda f: burst(0.02 if f.name.endswith("friction_0") else 0.004))
+    monkeypatch.setattr(
+        sensitivities, "summary_of", lambda f: burst(0.02 if f.name.endswith("mirrored_friction_0") else 0.004)
+    )
     monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: fake)
     code = main(["paper_3_2", "--sensitivities", "--realisations", "20", "--json"])
     rows = json.loads(capsys.readouterr().out)
     names = [name for name, *_ in fake.made]
     assert names.count("paper_3_2_single_base") == 1
-    assert sum("_single_" in name for name in names) == 1 + 2 + 2 + 2  # base, leakage, softening, cells
+    assert sum("_single_" in name for name in names) == 1 + 2 + 2 + 2 + 2  # base, leakage, charge, softening, cells
     assert sum("_mirrored_" in name for name in names) == len(sensitivities.VARIATIONS)
     sizes = {name.removeprefix("paper_3_2_"): size for name, _, size, _ in fake.made}
     assert (sizes["single_cells_4"], sizes["mirrored_cells_8"], sizes["mirrored_gap_half"]) == ("4 mm", "8 mm", "6 mm")
@@ -181,6 +183,7 @@ def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monke
         "friction of casings 40 degrees: bursts that stopped",
     ]
     table = (tmp_path / "paper_3_2_sensitivities.md").read_text(encoding="utf-8")
+    assert table.startswith("| varied, at 6 mm where nothing else is said | number ratio within 10° |")
     assert "friction of casings 0 degrees (ledger open, void)" in table
     assert "| friction of casings 40 degrees (the burst stopped) | - | - | - | - |" in table
     assert len(table.splitlines()) == 2 + len(sensitivities.VARIATIONS)

@@ -1,7 +1,9 @@
 """What moves the two ratios, and by how much: leakage, gap, friction, softening and cell size, one at a time.
 
 The pair stands as one round before a plane of symmetry. Where the varied parameter belongs to the round, the single
-twin is computed with it too; gap and friction between casings do not touch the single round.
+twin is computed with it too; gap and friction between casings do not touch the single round. Two rounds that move as
+mirror images never slide on each other, so friction between casings can act only where one folds on itself; that of
+the charge on its casing is varied beside it.
 """
 
 from __future__ import annotations
@@ -64,7 +66,7 @@ def _farther(by: float) -> Callable[[str], str]:
 
 
 VARIATIONS = (
-    Variation("base", "base: leakage radius 1.75, gap 21.7 mm, friction 20 degrees, softening limits 0.5, 6 mm"),
+    Variation("base", "base: leakage radius 1.75, gap 21.7 mm, friction 20 degrees, softening limits 0.5"),
     Variation("leakage_1_6", "leakage radius 1.6", {"burst.leakage.radius_ratio": 1.6}),
     Variation("leakage_2_1", "leakage radius 2.1", {"burst.leakage.radius_ratio": 2.1}),
     Variation("gap_half", "gap 10.85 mm", {"round.0.position.0": _farther(-0.5 * GAP)}, of_the_round=False),
@@ -77,6 +79,8 @@ VARIATIONS = (
         "friction_40", "friction of casings 40 degrees", {"burst.contact.surface_friction_angle": "40 deg"},
         of_the_round=False,
     ),
+    Variation("charge_friction_0", "friction of charge on casing 0 degrees", {"burst.contact.friction_angle": "0 deg"}),
+    Variation("charge_friction_40", "friction of charge on casing 40 degrees", {"burst.contact.friction_angle": "40 deg"}),
     Variation("softening_0_25", "softening limits 0.25", _softening(0.25)),
     Variation("softening_1_0", "softening limits 1.0", _softening(1.0)),
     Variation("cells_8", "cell size 8 mm", size="8 mm"),
@@ -93,6 +97,7 @@ class Outcome:
     speed: dict[float, Estimate]
     energy_error: float = 0.0
     lost_cells: int = 0
+    cell_size: float = 0.0  # m
 
     @property
     def stopped(self) -> bool:
@@ -172,13 +177,14 @@ def _outcome(
         {half_width: speed_ratio(ours, base, where, "largest") for half_width, where in sectors.items()},
         max(burst["energy_error"] for burst in bursts),
         sum(burst["lost_cells"] for burst in bursts),
+        bursts[0]["cell_size"],
     )
 
 
 def table(outcomes: Sequence[Outcome]) -> str:
     """The ratios of every variation with their differences from the base, for the README."""
     base = outcomes[0]
-    head = ["varied"]
+    head = [f"varied, at {1e3 * base.cell_size:g} mm where nothing else is said"]
     for half_width in HALF_WIDTHS:
         head += [f"number ratio within {half_width:g}°", f"speed ratio within {half_width:g}°"]
     body = []
@@ -191,7 +197,8 @@ def table(outcomes: Sequence[Outcome]) -> str:
         for half_width in HALF_WIDTHS:
             for kind in ("number", "speed"):
                 ratio, of_base = getattr(outcome, kind)[half_width], getattr(base, kind)[half_width]
-                shown = f"{ratio.value:.2f} ± {ratio.error:.2f}"
-                line.append(shown if outcome is base else f"{shown} ({ratio.value - of_base.value:+.2f})")
+                digits = 2 if kind == "number" else 3
+                shown = f"{ratio.value:.{digits}f} ± {ratio.error:.{digits}f}"
+                line.append(shown if outcome is base else f"{shown} ({ratio.value - of_base.value:+.{digits}f})")
         body.append(line)
     return markdown_table(head, body)
