@@ -42,7 +42,7 @@ def moved(solver, place, step):
     nodes.position[:] = after
     solver.time += step
     solver.add_forces(step)
-    solver.ledger.add(solver._totals.energy)
+    solver.ledger.add(solver._totals.energy, solver._totals.given)
 
 
 def isotropic_stress(strain, material=ELASTIC):
