@@ -79,8 +79,12 @@ VARIATIONS = (
         "friction_40", "friction of casings 40 degrees", {"burst.contact.surface_friction_angle": "40 deg"},
         of_the_round=False,
     ),
-    Variation("charge_friction_0", "friction of charge on casing 0 degrees", {"burst.contact.friction_angle": "0 deg"}),
-    Variation("charge_friction_40", "friction of charge on casing 40 degrees", {"burst.contact.friction_angle": "40 deg"}),
+    Variation(
+        "charge_friction_0", "friction of charge on casing 0 degrees", {"burst.contact.friction_angle": "0 deg"}
+    ),
+    Variation(
+        "charge_friction_40", "friction of charge on casing 40 degrees", {"burst.contact.friction_angle": "40 deg"}
+    ),
     Variation("softening_0_25", "softening limits 0.25", _softening(0.25)),
     Variation("softening_1_0", "softening limits 1.0", _softening(1.0)),
     Variation("cells_8", "cell size 8 mm", size="8 mm"),
