@@ -71,6 +71,7 @@ def write_checkpoint(
         np.concatenate([solver.ledger.given.ravel(), solver.ledger.sums, [solver.ledger.external_work]])
     )
     contact = contact_arrays(solver.contact) if solver.contact is not None else {}
+    initiation = solver.initiation.arrays() if solver.initiation is not None else {}
     if mesh.comm.rank != 0:
         return
     try:
@@ -80,7 +81,7 @@ def write_checkpoint(
             provenance,
             mesh_key,
             sums,
-            {"cells": cells, "nodes": nodes, "contact": contact, "records": records or {}},
+            {"cells": cells, "nodes": nodes, "contact": contact, "initiation": initiation, "records": records or {}},
         )
     except OSError as error:
         raise InputError(f"cannot write {path}: {error}; name a folder with room that is writable") from error
@@ -168,6 +169,9 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
         kept: dict[str, np.ndarray] = {}
         file["contact"].visititems(lambda name, item: kept.update({name: item[()]} if hasattr(item, "shape") else {}))
         restore_contact(solver.contact, kept)
+    if solver.initiation is not None:
+        solver.initiation.restore(file["initiation"])
+        solver.set_burning_times()
     leakage: LeakageParts = solver.leakage
     leakage.factor[:] = file["leakage/factor"][()]
     leakage.rupture_time[:] = file["leakage/rupture_time"][()]

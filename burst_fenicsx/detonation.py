@@ -15,9 +15,11 @@ from burst_fenicsx.meshing.placement import frame
 if TYPE_CHECKING:
     from burst_fenicsx.problem import Leakage, Round
 
-__all__ = ["LeakageParts", "burn_rates", "ignition_times", "largest_faces", "place_ignition"]
+__all__ = ["LeakageParts", "burn_rates", "front_near", "ignition_times", "largest_faces", "place_ignition"]
 
 _FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
+# A front is near where it arrives within this many burning times, each of 3/2 cells at D.
+_FRONT_REACH = 2.0
 # Sums of displacements stay exact up to four times this many initial radii.
 _GREATEST_GROWTH = 16.0
 
@@ -56,6 +58,15 @@ def largest_faces(corners: np.ndarray) -> np.ndarray:
 def burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.ndarray:
     """Rate of the burn fraction 2 D A_max / (3 V_e) (1/s), Eq. 5; `volumes` (cells,) m3."""
     return 2.0 * velocity * largest_faces(corners) / (3.0 * volumes)
+
+
+def front_near(light: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Time from which a cell of a round that waits for a shock may burn by compression (s).
+
+    A few cells ahead of the front from a source: before, compression is the neighbour's shock, which must not burn what
+    it does not initiate. `light` (cells,) s, infinite where nothing has been lit yet; `rates` (cells,) 1/s.
+    """
+    return light - _FRONT_REACH / rates
 
 
 @dataclass

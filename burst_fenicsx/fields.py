@@ -10,7 +10,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.detonation import burn_rates, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.kernels import charge as charge_kernel
 from burst_fenicsx.kernels import solid as solid_kernel
 from burst_fenicsx.kernels.assembly import cell_volumes
@@ -138,7 +138,7 @@ def make_fields(
     _pad(slot_mass, blocks)
     _pad(slot_volume, blocks)
 
-    light, burn = _ignition(mesh, rounds, lengths, position, volume)
+    light, burn, compression = _ignition(mesh, rounds, lengths, position, volume)
     energy = functions["products_energy"].x.array
     for index, model in enumerate(products):
         if isinstance(model, JwlProducts):
@@ -176,6 +176,7 @@ def make_fields(
             energy=energy,
             ignition_time=light,
             burn_rate=burn,
+            compression_from=compression,
             axial_part=axial_part.astype(np.int32),
             leakage=leakage,
         ),
@@ -219,8 +220,9 @@ def _pad(values: np.ndarray, blocks: Blocks) -> None:
 
 def _ignition(
     mesh: DistributedMesh, rounds: Sequence[Round], lengths: Sequence[float], position: np.ndarray, volume: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    light = np.full(mesh.cells, np.inf)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times at which the cells light, burn rates, and times from which compression burns them; infinite where never."""
+    light, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
     burn = np.zeros(mesh.cells)
     for index, item in enumerate(rounds):
         own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
@@ -228,7 +230,11 @@ def _ignition(
         places, delays = place_ignition(item, lengths[index])
         light[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
         burn[own] = burn_rates(corners, volume[own], item.explosive.detonation_velocity)
-    return light, burn
+        if item.initiation is not None:
+            compression[own] = front_near(light[own], burn[own])
+        else:
+            compression[own] = delays.min(initial=np.inf)
+    return light, burn, compression
 
 
 def _material_tables(

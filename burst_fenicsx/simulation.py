@@ -18,6 +18,7 @@ from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.gathered import output_fields, snapshot_fields
+from burst_fenicsx.initiation import ShockInitiations
 from burst_fenicsx.interruption import Interruption
 from burst_fenicsx.ledger import LEAST_WORK, Ledger
 from burst_fenicsx.measures import Measures, RoundMeasures
@@ -166,7 +167,10 @@ class Simulation:
         )
         self.ledger = self._make_ledger()
         self.contact = ContactForces(mesh, self.fields, settings)
-        self.solver = BurstSolver(self.fields, settings, self.leakage, self.ledger, contact=self.contact)
+        self.initiation = ShockInitiations.of_rounds(self.rounds, self.fields)
+        self.solver = BurstSolver(
+            self.fields, settings, self.leakage, self.ledger, contact=self.contact, initiation=self.initiation
+        )
         self.measures = Measures(self.fields, surfaces, self.rounds, mesh.lengths)
         self.surfaces = surfaces
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []

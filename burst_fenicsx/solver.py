@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.detonation import LeakageParts
     from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.initiation import ShockInitiations
     from burst_fenicsx.ledger import Ledger
     from burst_fenicsx.problem import BurstSettings
 
@@ -61,6 +62,7 @@ class BurstSolver:
     leakage : venting of the products.
     ledger : where the sums go.
     contact : bonds, colliding surfaces and planes.
+    initiation : of charges by shock.
     holds : nodes that may not move along a direction.
     external : called with the time (s) and the forces (nodes, 3) in N, to which it adds external ones.
 
@@ -78,6 +80,7 @@ class BurstSolver:
         ledger: Ledger,
         *,
         contact: ContactForces | None = None,
+        initiation: ShockInitiations | None = None,
         holds: tuple[Hold, ...] = (),
         external: Callable[[float, np.ndarray], None] | None = None,
     ) -> None:
@@ -86,6 +89,7 @@ class BurstSolver:
         self.leakage = leakage
         self.ledger = ledger
         self.contact = contact
+        self.initiation = initiation
         self.holds = holds
         self.external = external
         self.time = 0.0
@@ -105,7 +109,7 @@ class BurstSolver:
         self._damping_force = np.zeros_like(fields.nodes.force) if settings.damping > 0.0 else None
         self.stable_step = np.inf
         self.free_step = 0.0
-        self._fastest_burn, self._burnt_out = self._burning_times()
+        self.set_burning_times()
         self.add_forces(0.0)
 
     @property
@@ -127,6 +131,8 @@ class BurstSolver:
         self.add_forces(step)
         self.ledger.add(self._totals.energy, self._totals.given)
         self.check_cells()
+        if self.initiation is not None and self.initiation.update(self.time, step):
+            self.set_burning_times()
 
     def choose_step(self, until: float) -> float:
         """Size of the next step (s): the CFL fraction of the stable one, or the fixed one."""
@@ -140,14 +146,19 @@ class BurstSolver:
         # Two equal steps rather than a full and a tiny one.
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
 
-    def _burning_times(self) -> tuple[float, float]:
-        """Largest burn rate (1/s) and the time by which every cell that lights has burnt out (s), over all ranks."""
+    def set_burning_times(self) -> None:
+        """Find the largest burn rate (1/s) and the time by which every lit cell has burnt out (s); collective.
+
+        To be called again when ignition times have changed.
+        """
         charge = self.fields.charge
         lit = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
         rate = float(charge.burn_rate[lit].max(initial=1e-300))
         end = float((charge.ignition_time[lit] + 1.0 / charge.burn_rate[lit]).max(initial=0.0))
         comm = self.fields.mesh.comm
-        return (comm.allreduce(rate, op=MPI.MAX), comm.allreduce(end, op=MPI.MAX)) if comm.size > 1 else (rate, end)
+        several = comm.size > 1
+        self._fastest_burn = comm.allreduce(rate, op=MPI.MAX) if several else rate
+        self._burnt_out = comm.allreduce(end, op=MPI.MAX) if several else end
 
     def move_nodes(self, step: float) -> None:
         """Velocities, then places (Eq. 3).

@@ -229,7 +229,8 @@ def charge_block(
         density[lane] = mass[lane] / volume[lane]
         old_burn = state.burn_fraction[cell]
         by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
-        burn[lane] = min(max(old_burn, by_time, by_compression * (1.0 - relative[lane])), 1.0)
+        compressed = by_compression * (1.0 - relative[lane]) if time >= state.compression_from[cell] else 0.0
+        burn[lane] = min(max(old_burn, by_time, compressed), 1.0)
         # The step in which a cell burns out still takes its deviator to zero.
         least_burn = min(least_burn, old_burn)
         # Pressed explosive parts in tension at about its strength.

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.fields import make_fields
+from burst_fenicsx.initiation import ShockInitiations
 from burst_fenicsx.ledger import Ledger
 from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.meshing.distributed import distribute
@@ -22,6 +23,7 @@ from burst_fenicsx.problem import (
     Leakage,
     Part,
     Round,
+    ShockInitiation,
     TimeStep,
     Viscosity,
 )
@@ -146,13 +148,14 @@ def burst(
     casing: CasingMaterial = ELASTIC,
     explosive: Explosive = TNT,
     ignition: tuple = (),
+    initiation: ShockInitiation | None = None,
     least_work: float = 1.0,
     comm: MPI.Comm = MPI.COMM_SELF,
     **options: Any,
 ) -> BurstSolver:
     """Solver on one mesh of one round; `options` go to `BurstSolver`. Nodes and cells keep dolfinx's order."""
     distributed = distribute(comm, mesh if comm.rank == 0 else None)
-    item = Round(name="box", explosive=explosive, casing=casing, ignition=ignition)
+    item = Round(name="box", explosive=explosive, casing=casing, ignition=ignition, initiation=initiation)
     nothing = np.zeros(0)
     leakage = LeakageParts.of_charges(
         settings.leakage, comm, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
@@ -170,7 +173,8 @@ def burst(
     if (mesh.part == Part.CHARGE).any():
         chemical = float(fields.cell_mass.sum()) / explosive.density * fields.products[0].energy
     ledger = Ledger(settings.energy_tolerance, least_work, np.array([chemical]), comm)
-    return BurstSolver(fields, settings, leakage, ledger, **options)
+    shock = ShockInitiations.of_rounds([item], fields)
+    return BurstSolver(fields, settings, leakage, ledger, initiation=shock, **options)
 
 
 def run_until(solver: BurstSolver, time: float) -> None:
