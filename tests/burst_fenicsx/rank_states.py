@@ -1,7 +1,7 @@
 """Two coarse tubes, their state kept to the last bit: `python -m tests.burst_fenicsx.rank_states FILE OPTION...`.
 
 The options are random (cells are dealt to the ranks by chance), shared (charge and casing share their nodes, no
-contact), full (2x2x2 points), jwl.
+contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx import simulation
-from burst_fenicsx.problem import Contact, Leakage
+from burst_fenicsx.problem import Contact, Leakage, ShockInitiation
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -25,20 +25,29 @@ if TYPE_CHECKING:
 GAP = 5e-3
 END = 70e-6
 END_WITHOUT_CONTACT = 45e-6
+END_BY_SHOCK = 60e-6
 
 
-def burst(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -> Simulation:
-    """Burst two tubes side by side, lit together, the gap closing on the way."""
+def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -> Simulation:
+    """Two tubes side by side at rest, lit together but for the option shock; the gap closes on the way."""
+    end = END_BY_SHOCK if "shock" in options else END_WITHOUT_CONTACT if "shared" in options else END
     settings = replace(
         SETTINGS,
-        end_time=END_WITHOUT_CONTACT if "shared" in options else END,
+        end_time=end,
         leakage=Leakage(radius_ratio=1.1),
         quadrature="full" if "full" in options else "one_point",
         products="jwl" if "jwl" in options else "landau_cj",
         contact=Contact(charge_casing="shared", surfaces=False) if "shared" in options else Contact(),
     )
     rounds = [tube(name="left"), tube(name="right", position=(0.155 + GAP, 0.01, 0.0))]
-    going = Simulation(rounds, settings, folder, comm, {})
+    if "shock" in options:
+        rounds[1] = replace(rounds[1], ignition=(), initiation=ShockInitiation(pressure=0.5e9, duration=0.1e-6))
+    return Simulation(rounds, settings, folder, comm, {})
+
+
+def burst(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -> Simulation:
+    """Burst the two tubes."""
+    going = tubes(folder, comm, options)
     going.run()
     return going
 
@@ -55,6 +64,7 @@ def state(going: Simulation) -> dict[str, np.ndarray]:
         "volume_strain": fields.solid.volume_strain,
         "burn_fraction": fields.charge.burn_fraction,
         "pressure": fields.charge.pressure,
+        "ignition_time": fields.charge.ignition_time,
         "energy": fields.charge.energy,
     }
     gathered = {name: mesh.gather_nodes(values) for name, values in nodes.items()}
