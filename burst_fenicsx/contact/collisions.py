@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, add_reactions, copy_rows, find_contacts
+from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, copy_rows, find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.planes import largest_speed
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
@@ -81,11 +81,15 @@ class CollidingSurfaces:
             candidate=np.zeros(0, dtype=np.int32),
             faces=self.surfaces.faces,
             face_body=self.surfaces.face_body,
+            node_body=self.surfaces.node_body,
             edge=self.surfaces.edge,
-            touching=np.zeros(count, dtype=np.int8),
+            touching=np.zeros(count, dtype=np.int32),
             normal=np.zeros((count, 3)),
             slip=slip,
+            outward=np.zeros((count, 3)),
             depth=np.zeros(count),
+            unloaded=np.zeros(count),
+            pressed=np.zeros(count),
             held=np.zeros(count),
             load=np.zeros(count),
             face=np.zeros(0, dtype=np.int32),
@@ -128,8 +132,7 @@ class CollidingSurfaces:
             self._comm.Allreduce(MPI.IN_PLACE, fresh, op=MPI.MAX)
         fresh[self.free != 0] = 0
         self.free |= fresh
-        self.state.touching[fresh != 0] = 1  # they leave their bond touching
-        self.state.normal[fresh != 0] = 0.0
+        self.state.touching[fresh != 0] = LET_GO
         self.searched_at = self._everywhere(self._fields.nodes.position)
         self.search_from(self.searched_at)
 
@@ -143,6 +146,8 @@ class CollidingSurfaces:
         face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)
         normals = np.empty_like(position)
         node_normals(position, surfaces.faces, normals)
+        size = np.linalg.norm(normals, axis=1)
+        self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
         cell = float(np.median((boxes[:, 3:] - boxes[:, :3]).max(axis=1)))
         first, candidate = find_candidates(position, bodies, active, self.free, normals, boxes, cell)
@@ -174,6 +179,8 @@ class CollidingSurfaces:
         state.touching[nodes] = 0
         state.slip[nodes] = 0.0
         state.depth[nodes] = 0.0
+        state.unloaded[nodes] = 0.0
+        state.pressed[nodes] = 0.0
         state.held[nodes] = 0.0
 
     def add_forces(self, budget: float, step: float, force: np.ndarray) -> None:

@@ -58,7 +58,7 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     if contact.collisions is not None:
         collisions = contact.collisions
         collisions.free[:] = arrays["collisions/free"]
-        for name in ("touching", "normal", "slip", "depth", "held", "load"):
+        for name in ("touching", "normal", "slip", "depth", "unloaded", "pressed", "held", "load"):
             getattr(collisions.state, name)[:] = arrays[f"collisions/{name}"]
         if len(arrays["collisions/searched_at"]):
             collisions.search_from(arrays["collisions/searched_at"])
@@ -90,14 +90,26 @@ def _of_bonds(comm: MPI.Comm, bonded: BondedFaces) -> dict[str, np.ndarray]:
 def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
     state = collisions.state
     kept = collisions.own_everywhere(
-        np.column_stack([state.touching.astype(float), state.slip, state.normal, state.depth, state.held])
+        np.column_stack(
+            [
+                state.touching.astype(float),
+                state.slip,
+                state.normal,
+                state.depth,
+                state.unloaded,
+                state.pressed,
+                state.held,
+            ]
+        )
     )
     return {
-        "touching": kept[:, 0].astype(np.int8),
+        "touching": kept[:, 0].astype(np.int32),
         "slip": kept[:, 1:4],
         "normal": kept[:, 4:7],
         "depth": kept[:, 7],
-        "held": kept[:, 8],
+        "unloaded": kept[:, 8],
+        "pressed": kept[:, 9],
+        "held": kept[:, 10],
         "load": state.load,
         "free": collisions.free,
         "searched_at": collisions.searched_at,

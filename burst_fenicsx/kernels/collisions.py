@@ -14,12 +14,17 @@ import numpy as np
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["CollisionLaw", "Collisions", "add_reactions", "closest_point", "copy_rows", "find_contacts"]
+__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "closest_point", "copy_rows", "find_contacts"]
+
+LET_GO = -1
+"""Mark of a node whose bond has just let go, in `Collisions.touching`."""
 
 _NEWTON_STEPS = 4
 _DEEPEST = 0.5  # of the face's first edge: a node that lies deeper has lost its face
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
+_LATE = 0.1  # of the face's first edge: a node that came in beside a face is taken up where it lies no deeper
+_OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it may have entered
 _LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
 
 
@@ -39,11 +44,15 @@ class Collisions(NamedTuple):
     candidate: np.ndarray  # int32, faces
     faces: np.ndarray  # (faces, 4) int32
     face_body: np.ndarray  # (faces,) int32
+    node_body: np.ndarray  # (nodes,) int32
     edge: np.ndarray  # (faces,) m, first edge: square root of the area
-    touching: np.ndarray  # (nodes,) int8
-    normal: np.ndarray  # (nodes, 3) of the face touched; zero: not known
+    touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none, LET_GO for what its bond held till now
+    normal: np.ndarray  # (nodes, 3) of the face touched
+    outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
     slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
-    depth: np.ndarray  # (nodes,) m
+    depth: np.ndarray  # (nodes,) m, behind the face
+    unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
+    pressed: np.ndarray  # (nodes,) m, the part that did in the last step
     held: np.ndarray  # (nodes,) N/m, stiffness of the last step
     load: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
     face: np.ndarray  # (slaves,) int32, the face in contact or -1
@@ -111,7 +120,7 @@ def _find_contact(
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
     faces, edge, candidate = state.faces, state.edge, state.candidate
     x, y, z = position[node, 0], position[node, 1], position[node, 2]
-    best, nearest = -1, np.inf
+    best, nearest, unloaded = -1, np.inf, 0.0
     for c in range(state.first[k], state.first[k + 1]):
         face = candidate[c]
         reach = _DEEPEST * edge[face]
@@ -142,8 +151,9 @@ def _find_contact(
             continue
         _weigh(trial[0], trial[1], weight)
         _relative_velocity(node, faces[face], weight, velocity, relative)
-        if _may_have_come(node, depth, trial, relative, law, state):
-            best, nearest = face, distance
+        free = _unloaded_depth(node, face, depth, trial, relative, law, state)
+        if free < np.inf:
+            best, nearest, unloaded = face, distance, free
             point[:] = trial
     if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
         _weigh(point[0], point[1], state.weight[k])
@@ -151,11 +161,15 @@ def _find_contact(
         depth = 0.0
         for i in range(3):
             depth -= (position[node, i] - point[2 + i]) * point[5 + i]
-        _push(k, best, depth, point[5:8], relative, law, state, mass)
+        state.unloaded[node] = unloaded
+        _push(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
+        state.depth[node] = depth
         return
     state.touching[node] = 0
     state.slip[node, :] = 0.0
     state.depth[node] = 0.0
+    state.unloaded[node] = 0.0
+    state.pressed[node] = 0.0
     state.held[node] = 0.0
 
 
@@ -196,24 +210,33 @@ def _relative_velocity(
 
 
 @kernel
-def _may_have_come(
-    node: int, depth: float, point: np.ndarray, relative: np.ndarray, law: CollisionLaw, state: Collisions
-) -> bool:
-    """Whether a node behind a face has come in through it.
+def _unloaded_depth(
+    node: int, face: int, depth: float, point: np.ndarray, relative: np.ndarray, law: CollisionLaw, state: Collisions
+) -> float:
+    """The part of a node's depth (m) behind a face that presses nothing; infinite where it does not touch this face.
 
-    A node in contact stays with faces that look like the one it touched, no deeper than it can have sunk in a step.
-    Another must have been in front of the face a step ago: otherwise it entered elsewhere, or stands on the far side
-    of a thin wall.
+    A spring may take up only what the node has sunk in since it touched. What it lies deeper, because it came in beside
+    the face or has passed to another one, is left unloaded until it comes back.
     """
-    approach, speed, along, known = 0.0, 0.0, 0.0, 0.0
+    approach, speed, along, facing = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         approach -= relative[i] * point[5 + i]
         speed += relative[i] * relative[i]
         along += state.normal[node, i] * point[5 + i]
-        known += abs(state.normal[node, i])
-    if state.touching[node] == 0:
-        return depth <= _ENTRY * law.step * approach
-    return known == 0.0 or (along > _LIKE and depth <= state.depth[node] + _ENTRY * law.step * np.sqrt(speed))
+        facing += state.outward[node, i] * point[5 + i]
+    own, body = state.node_body[node], state.face_body[face]
+    same_round = own // 2 == body // 2
+    if state.touching[node] == LET_GO and same_round and own != body and facing < 0.0:
+        return 0.0  # its whole depth presses, as it did in the bond
+    if state.touching[node] == 1 + body and along > _LIKE:
+        sunk = state.depth[node] + _ENTRY * law.step * np.sqrt(speed)
+        return max(min(state.unloaded[node], depth), depth - sunk)
+    entered = _ENTRY * law.step * max(approach, 0.0)
+    if same_round:
+        # Within a round the far side of a thin wall looks the same: the node must have been in front a step ago.
+        return 0.0 if depth <= entered else np.inf
+    late = facing < _OPPOSED and depth <= _LATE * state.edge[face]
+    return 0.0 if depth <= entered and facing < 0.0 else (max(depth - entered, 0.0) if late else np.inf)
 
 
 @kernel
@@ -284,7 +307,7 @@ def _push(
         trial[i] -= along * normal[i]
         length += trial[i] ** 2
     length = np.sqrt(length)
-    old, old_depth = state.held[node], state.depth[node]
+    old, old_depth = state.held[node], state.pressed[node]
     old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
     limit = law.friction * stiffness * depth
     if stiffness * length > limit:
@@ -301,9 +324,9 @@ def _push(
         state.slip[node, i] = trial[i]
         state.normal[node, i] = normal[i]
     state.push[k, 3] = reduced
-    state.depth[node] = depth
+    state.pressed[node] = depth
     state.held[node] = stiffness
-    state.touching[node] = 1
+    state.touching[node] = 1 + state.face_body[face]
     state.face[k] = face
 
 

@@ -111,7 +111,7 @@ def test_a_pair_that_slides_half_an_edge_is_released_and_keeps_its_contact():
     """Dragged along, the charge is left to the contact of surfaces and goes on sliding on the casing."""
     solver = pulled((0.9, 0.0, -0.43589), 300e6, 5e-5, Contact(cohesion=0.0, tensile_strength=0.0), damping=0.0)
     lowest = 0.0
-    while solver.time < 2.2e-4:
+    while solver.time < 1.9e-4:
         solver.step()
         inner = solver.fields.nodes.position[solver.contact.bonds.bonds.charge]
         over = (inner[:, 0] < SIDE) & (inner[:, 0] > 0.0)
