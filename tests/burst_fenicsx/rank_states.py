@@ -103,7 +103,9 @@ def main() -> None:
     path, options = Path(sys.argv[1]), frozenset(sys.argv[2:])
     if "random" in options:
         deal_by_chance()
-    found = state(burst(path.parent, MPI.COMM_WORLD, options))
+    going = burst(path.parent, MPI.COMM_WORLD, options)
+    going.finish()
+    found = state(going)
     if found:
         np.savez(path, ranks=MPI.COMM_WORLD.size, **found)
 
