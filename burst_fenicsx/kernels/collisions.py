@@ -230,7 +230,8 @@ def _unloaded_depth(
         return 0.0  # its whole depth presses, as it did in the bond
     if state.touching[node] == 1 + body and along > _LIKE:
         sunk = state.depth[node] + _ENTRY * law.step * np.sqrt(speed)
-        return max(min(state.unloaded[node], depth), depth - sunk)
+        if depth <= sunk + _LATE * state.edge[face]:
+            return max(min(state.unloaded[node], depth), depth - sunk)
     entered = _ENTRY * law.step * max(approach, 0.0)
     if same_round:
         # Within a round the far side of a thin wall looks the same: the node must have been in front a step ago.
