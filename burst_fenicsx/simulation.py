@@ -273,7 +273,8 @@ class Simulation:
         if self.acceleration_complete is None and now.time > window and now.kinetic_casing > 0.0:
             before = [entry for entry in self.ledger.entries if entry.time <= now.time - window]
             grown = (now.kinetic_casing - before[-1].kinetic_casing) / now.kinetic_casing if before else 1.0
-            if before and self._burnt_out() and grown < self.settings.acceleration_tolerance:
+            # Casings that collide lose kinetic energy for a while: that is no end of the acceleration.
+            if before and self._burnt_out() and abs(grown) < self.settings.acceleration_tolerance:
                 self.acceleration_complete = now.time
         return self.settings.end_time is None and self.acceleration_complete is not None
 
