@@ -69,6 +69,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "folded_cells": distortion.folded,
         "folded_casing_mass": distortion.folded_casing_mass,
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
+        "energy_error_at_outputs": _error_at_outputs(run),
         "energy_error_at_end": last.energy_error,
         "momentum_error": last.momentum_error,
         "max_penetration": contact["max_penetration"],
@@ -97,3 +98,12 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
             for index, (item, measure, charge) in enumerate(zip(run.rounds, along, charge_masses, strict=True))
         ],
     }
+
+
+def _error_at_outputs(run: Simulation) -> float:
+    """Largest error of the ledger at the times of output; between them, while the first few cells burn, it is larger."""
+    entries = run.ledger.entries
+    times = np.array([entry.time for entry in entries])
+    outputs = np.arange(1, int(times[-1] / run.settings.output_interval + 1e-9) + 1) * run.settings.output_interval
+    nearest = {int(np.argmin(np.abs(times - output))) for output in (*outputs, times[-1])}
+    return max(entries[row].energy_error for row in nearest)

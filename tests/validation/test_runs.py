@@ -145,7 +145,7 @@ class FakeRuns:
 
 
 def burst(error=0.004):
-    return {"burst": {"energy_error": error, "lost_cells": 0, "cell_size": 6e-3}}
+    return {"burst": {"energy_error_at_outputs": error, "lost_cells": 0, "cell_size": 6e-3}}
 
 
 def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monkeypatch, capsys):

@@ -179,7 +179,7 @@ def _outcome(
         variation,
         {half_width: number_ratio(ours, base, where) for half_width, where in sectors.items()},
         {half_width: speed_ratio(ours, base, where, "largest") for half_width, where in sectors.items()},
-        max(burst["energy_error"] for burst in bursts),
+        max(burst["energy_error_at_outputs"] for burst in bursts),
         sum(burst["lost_cells"] for burst in bursts),
         bursts[0]["cell_size"],
     )
