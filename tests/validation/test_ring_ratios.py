@@ -188,7 +188,7 @@ def summary(error=0.004, lost=0, cell_size=3e-3, products="landau_cj", end_time=
     ("pair", "fault"),
     [
         (summary(), None),
-        (summary(error=0.02), "pair: energy error"),
+        (summary(error=0.02), "pair: energy error at the outputs"),
         (summary(lost=1), "pair: lost cells"),
         (summary(cell_size=4e-3), "pair: cell size as of the single"),
         (summary(end_time=130e-6), "pair: end of the burst as of the single"),

@@ -66,7 +66,7 @@ def test_comparison_gives_a_signed_relative_error_and_a_verdict():
 def test_case_3_1_is_compared_only_where_the_ledger_is_closed():
     assert len(check(_summary())) > 5
     void = check(_summary(error=0.02))
-    assert [row.quantity for row in void] == ["energy error", "lost cells"]
+    assert [row.quantity for row in void] == ["energy error at the outputs", "lost cells"]
     assert void[0].passed is False
 
 

@@ -35,7 +35,14 @@ def check(summary: Mapping[str, Any]) -> list[Row]:
     burst, allowed, source = summary["burst"], REFERENCE["allowed"], REFERENCE["source"]
     fastest = burst["rounds"][0]["fastest_station"] / burst["rounds"][0]["length"]
     sound = [
-        within(NAME, "energy error at the outputs", burst["energy_error_at_outputs"], 0.0, allowed["energy_error"], "own bound"),
+        within(
+            NAME,
+            "energy error at the outputs",
+            burst["energy_error_at_outputs"],
+            0.0,
+            allowed["energy_error"],
+            "own bound",
+        ),
         within(NAME, "lost cells", float(burst["lost_cells"]), 0.0, 0.0, "own bound"),
     ]
     if not all(row.passed for row in sound):

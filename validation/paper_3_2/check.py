@@ -56,7 +56,16 @@ def sound(summaries: Mapping[str, Mapping[str, Any]]) -> list[Row]:
     rows = []
     for name, summary in summaries.items():
         burst = summary["burst"]
-        rows.append(within(NAME, f"{name}: energy error at the outputs", burst["energy_error_at_outputs"], 0.0, allowed, "own bound"))
+        rows.append(
+            within(
+                NAME,
+                f"{name}: energy error at the outputs",
+                burst["energy_error_at_outputs"],
+                0.0,
+                allowed,
+                "own bound",
+            )
+        )
         rows.append(within(NAME, f"{name}: lost cells", float(burst["lost_cells"]), 0.0, 0.0, "own bound"))
     first, *others = summaries
     base = summaries[first]["burst"]
