@@ -17,7 +17,7 @@ from burst_fenicsx import simulation
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.charge import _inverse_cube_root
 from burst_fenicsx.meshing.placement import place, to_local
-from burst_fenicsx.problem import Leakage
+from burst_fenicsx.problem import Contact, Leakage
 from burst_fenicsx.simulation import Simulation, simulate
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -34,12 +34,15 @@ def run(out_dir, item=None, settings=SETTINGS):
 
 @pytest.mark.parametrize("quadrature", ["one_point", "full"])
 @pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
-def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature):
+@pytest.mark.parametrize(("interface", "at_end"), [("shared", 1e-3), ("bonded", 5e-3)])
+def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature, interface, at_end):
     """To 1 % of the work of the products once a few cells have burnt, and to 1e-12 of the sum of |p|; leakage at work.
 
     While the first of these coarse cells burn in a handful of steps, to 2e-4 of the chemical energy; at the end 1e-3.
+    Where charge and casing come apart and meet, each time within a step, the energy is known to a part of a spring's.
     """
     settings = replace(SETTINGS, products=products, quadrature=quadrature, end_time=40e-6, leakage=Leakage(True, 1.1))
+    settings = replace(settings, contact=Contact(charge_casing=interface))
     going, _, _ = run(tmp_path, settings=settings)
     entries = going.ledger.entries
     given = np.array([entry.products_work for entry in entries])
@@ -51,7 +54,7 @@ def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature):
     text = f"largest {errors.max():.4f}, later {errors[settled].max():.4f}, at the end {errors[-1]:.5f}"
     assert (missing < 0.02 * np.maximum(given, 0.01 * going.ledger.chemical_energies[0])).all(), text
     assert errors[settled].max() < 0.01, text
-    assert errors[-1] < 1e-3, text
+    assert errors[-1] < at_end, text
     assert max(entry.momentum_error for entry in entries) < 1e-12
     last = entries[-1]
     for name in ("kinetic", "strain", "plastic", "viscous", "hourglass"):
@@ -113,8 +116,10 @@ def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
 
     monkeypatch.setattr(simulation, "mesh_round", shuffled)
     _, moved, mixed = run(tmp_path)
-    np.testing.assert_allclose(moved, still[kept["nodes"]], atol=1e-12)
-    np.testing.assert_allclose(mixed, velocity[kept["nodes"]], atol=1e-10 * np.abs(velocity).max())
+    # The charge's own nodes where it meets the casing come after those of the mesh, in the order of its twins.
+    count = len(kept["nodes"])
+    np.testing.assert_allclose(moved[:count], still[kept["nodes"]], atol=1e-12)
+    np.testing.assert_allclose(mixed[:count], velocity[kept["nodes"]], atol=1e-10 * np.abs(velocity).max())
 
 
 @pytest.mark.mpi
