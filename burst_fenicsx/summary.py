@@ -101,7 +101,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
 
 
 def _error_at_outputs(run: Simulation) -> float:
-    """Largest error of the ledger at the times of output; between them, while the first few cells burn, it is larger."""
+    """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])
     outputs = np.arange(1, int(times[-1] / run.settings.output_interval + 1e-9) + 1) * run.settings.output_interval

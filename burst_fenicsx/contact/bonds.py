@@ -49,7 +49,7 @@ class BondedFaces:
     ----------
     bonds : the kernels' arrays.
     node_pairs : (pairs,) int64, row of the pair in `mesh.twins`.
-    counted : (pairs,) bool, pairs that this rank counts in sums over ranks.
+    counted : (pairs,) 1.0 for the pairs that this rank counts in sums over ranks, 0.0 for the others.
     """
 
     def __init__(self, mesh: HexahedralMesh, state: BurstFields, settings: Contact, *, release: bool) -> None:
@@ -63,7 +63,7 @@ class BondedFaces:
         mine = ((charge >= 0) & (charge < owned)) | ((solid >= 0) & (solid < owned))
         self.node_pairs = np.flatnonzero(mine)
         charge, solid = charge[mine], solid[mine]
-        self.counted = charge < owned
+        self.counted = (charge < owned).astype(float)
         wanted = np.zeros(len(mesh.nodes), dtype=bool)
         wanted[mesh.twins[mine, 1]] = True
         faces = faces[wanted[faces].any(axis=1)]
@@ -116,7 +116,7 @@ class BondedFaces:
     @property
     def booked(self) -> np.ndarray:
         """Spring energy now, friction and work of the stiffness in the last step (J), on the pairs counted here."""
-        total: np.ndarray = self.bonds.booked[self.counted, :3].sum(axis=0)
+        total: np.ndarray = self.counted @ self.bonds.booked[:, :3]
         return total
 
     @property
@@ -130,14 +130,8 @@ class BondedFaces:
         springs = np.add.reduceat(bonds.bonded, bonds.first[:-1]) if len(bonds.charge) else np.zeros(0)
         whole = springs == np.diff(bonds.first)
         gone = bonds.released == 2
-        return np.array(
-            [
-                (whole & ~gone & self.counted).sum(),
-                (~whole & ~gone & self.counted).sum(),
-                (gone & self.counted).sum(),
-            ],
-            dtype=float,
-        )
+        counts: np.ndarray = np.stack([whole & ~gone, ~whole & ~gone, gone]) @ self.counted
+        return counts
 
 
 def _springs(nodes: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, copy_rows, find_contacts
+from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.planes import largest_speed
+from burst_fenicsx.kernels.rows import copy_rows, largest_speed
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from burst_fenicsx.contact.bonds import BondedFaces
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
+from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
 
 if TYPE_CHECKING:
     from burst_fenicsx.fields import BurstFields
@@ -100,6 +101,17 @@ class ContactForces:
             local = fields.mesh.local_node(self.surfaces.node[self.surfaces.outside])
             rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
             self.planes = [PlaneContact(plane, fields, local[rows], rows) for plane in settings.planes]
+        self._nodes = self._touched()
+
+    def _touched(self) -> np.ndarray:
+        """All local nodes to which contact may give a force, each once."""
+        touched = np.zeros(len(self.force), dtype=bool)
+        if self.surfaces is not None:
+            local = self._fields.mesh.local_node(self.surfaces.node)
+            touched[local[local >= 0]] = True
+        if self.bonds is not None:
+            touched[self.bonds.bonds.charge] = touched[self.bonds.bonds.solid] = True
+        return np.flatnonzero(touched).astype(np.int32)
 
     @property
     def exists(self) -> bool:
@@ -117,7 +129,7 @@ class ContactForces:
         """
         if not self.exists or stable_for <= 0.0:
             return
-        self.force[:] = 0.0
+        clear_rows(self.force, self._nodes)
         budget = self._budget / stable_for**2
         deepest = self.penetrations
         if self.bonds is not None:
@@ -132,17 +144,18 @@ class ContactForces:
             self.collisions.add_forces(budget * (1.0 - _PLANE_SHARE if self.planes else 1.0), step, self.force)
             deepest.collision = max(deepest.collision, self.collisions.deepest)
         if self.planes:
-            before = self.force.sum(axis=0)
+            before = sum_rows(self.force, self.planes[0].state.node)
             for plane in self.planes:
                 plane.add_forces(budget * _PLANE_SHARE, step, self.force)
                 deepest.plane = max(deepest.plane, plane.deepest)
-            pushed = self.force.sum(axis=0) - before
+            pushed = sum_rows(self.force, self.planes[0].state.node) - before
             self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
             self.plane_force = pushed
         for part in self._parts:
-            self.friction += part.booked[1]
-            self.stiffness_work += part.booked[2]
-        self._fields.nodes.force[:] += self.force
+            _, friction, work = part.booked
+            self.friction += friction
+            self.stiffness_work += work
+        add_rows(self.force, self._nodes, self._fields.nodes.force)
 
     @property
     def _parts(self) -> list[BondedFaces | CollidingSurfaces | PlaneContact]:

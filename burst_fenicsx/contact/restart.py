@@ -70,7 +70,7 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
 
 
 def _of_bonds(comm: MPI.Comm, bonded: BondedFaces) -> dict[str, np.ndarray]:
-    bonds, counted = bonded.bonds, bonded.counted
+    bonds, counted = bonded.bonds, bonded.counted > 0.0
     springs = np.repeat(counted, np.diff(bonds.first))
     pair = np.repeat(bonded.node_pairs, np.diff(bonds.first))[springs]
     by_spring = (pair, *(getattr(bonds, name)[springs] for name in ("bonded", "slip", "gap", "held")))

@@ -19,6 +19,9 @@ BOOKED = ("spring", "friction", "stiffness_work", "deepest")
 """Columns of `Bonds.booked`: J stored, J of friction in this step, J by change of stiffness in this step, m."""
 
 
+_RUN = 128  # pairs that one call joins
+
+
 class BondLaw(NamedTuple):
     """What holds for all pairs in this step."""
 
@@ -74,13 +77,17 @@ def join_twins(
     `vectors` (faces, 3) m2, outward from the casing; `mass` (nodes,) kg; `position` (m) and `velocity` (m/s), of the
     step that led to the positions, (nodes, 3).
     """
-    for pair in numba.prange(bonds.charge.size):
-        _join_pair(pair, law, bonds, vectors, mass, position, velocity, force)
+    pairs = bonds.charge.size
+    parts = pairs // _RUN + 1
+    for part in numba.prange(parts):
+        first, last = part * pairs // parts, (part + 1) * pairs // parts
+        _join_run(first, last, law, bonds, vectors, mass, position, velocity, force)
 
 
 @kernel
-def _join_pair(
-    pair: int,
+def _join_run(
+    start: int,
+    stop: int,
     law: BondLaw,
     bonds: Bonds,
     vectors: np.ndarray,
@@ -89,79 +96,89 @@ def _join_pair(
     velocity: np.ndarray,
     force: np.ndarray,
 ) -> None:
-    bonds.booked[pair, :] = 0.0
-    if bonds.released[pair] == 2:
-        return
-    a, b = bonds.charge[pair], bonds.solid[pair]
-    first_face, face = bonds.first_face, bonds.face
-    whole_area = 0.0
-    for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-        whole_area += _area(_normal(first_face[spring], first_face[spring + 1], face, vectors))
-    whole = law.stiffness * mass[a] * mass[b] / (mass[a] + mass[b])
-    furthest = 0.0
-    for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-        nx, ny, nz = _normal(first_face[spring], first_face[spring + 1], face, vectors)
-        size = _area((nx, ny, nz))
-        nx, ny, nz = nx / size, ny / size, nz / size
-        stiffness = whole * size / whole_area
-        area = 0.25 * size  # Eq. 14: each of a face's four nodes has a quarter of it
-        dx, dy, dz = position[a, 0] - position[b, 0], position[a, 1] - position[b, 1], position[a, 2] - position[b, 2]
-        gap = dx * nx + dy * ny + dz * nz
-        off = np.sqrt(max(dx * dx + dy * dy + dz * dz - gap * gap, 0.0))
-        furthest = max(furthest, off / (law.release * np.sqrt(4.0 * area)))
-
-        # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
-        vx, vy, vz = velocity[a, 0] - velocity[b, 0], velocity[a, 1] - velocity[b, 1], velocity[a, 2] - velocity[b, 2]
-        sx, sy, sz = bonds.slip[spring, 0], bonds.slip[spring, 1], bonds.slip[spring, 2]
-        tx, ty, tz = sx + law.step * vx, sy + law.step * vy, sz + law.step * vz
-        normal_part = tx * nx + ty * ny + tz * nz
-        tx, ty, tz = tx - normal_part * nx, ty - normal_part * ny, tz - normal_part * nz
-
-        old_gap, old = bonds.gap[spring], bonds.held[spring]
-        old_slip = np.sqrt(sx * sx + sy * sy + sz * sz)
-        stored_before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
-        tension = stiffness * gap
-        apart = gap >= 0.0 if bonds.bonded[spring] == 0 else tension >= law.tensile_strength * area  # Eq. 15 (1)
-        if apart:
-            # What the spring held is lost where a bond breaks; an open gap held nothing but the last step's bit.
-            if bonds.bonded[spring]:
-                bonds.booked[pair, 1] += stored_before
-            bonds.bonded[spring] = 0
-            bonds.slip[spring, :] = 0.0
-            bonds.gap[spring] = gap
-            bonds.held[spring] = 0.0
+    """Join the pairs from `start` to `stop`; a call for every pair would cost more than the pair."""
+    for pair in range(start, stop):
+        bonds.booked[pair, :] = 0.0
+        if bonds.released[pair] == 2:
             continue
-        length = np.sqrt(tx * tx + ty * ty + tz * tz)
-        cohesion = law.cohesion * area if bonds.bonded[spring] else 0.0
-        limit = max(-tension * law.friction + cohesion, 0.0)
-        if stiffness * length > limit:  # Eq. 15 (2)
-            bonds.bonded[spring] = 0
-            kept = limit / stiffness
-            bonds.booked[pair, 1] += 0.5 * (old * old_slip + limit) * (length - kept)
-            shrink = kept / length if length > 0.0 else 0.0
-            tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
-        if old > 0.0:
-            bonds.booked[pair, 2] += 0.5 * (stiffness - old) * (gap * old_gap + length * old_slip)
-        bonds.booked[pair, 0] += 0.5 * stiffness * (gap * gap + length * length)
-        bonds.booked[pair, 3] = max(bonds.booked[pair, 3], -gap)
-        bonds.slip[spring, 0], bonds.slip[spring, 1], bonds.slip[spring, 2] = tx, ty, tz
-        bonds.gap[spring] = gap
-        bonds.held[spring] = stiffness
-        fx = -stiffness * (gap * nx + tx)
-        fy = -stiffness * (gap * ny + ty)
-        fz = -stiffness * (gap * nz + tz)
-        force[a, 0] += fx
-        force[a, 1] += fy
-        force[a, 2] += fz
-        force[b, 0] -= fx
-        force[b, 1] -= fy
-        force[b, 2] -= fz
-    if furthest > 1.0:
-        holds = 0
+        a, b = bonds.charge[pair], bonds.solid[pair]
+        first_face, face = bonds.first_face, bonds.face
+        whole_area = 0.0
         for spring in range(bonds.first[pair], bonds.first[pair + 1]):
-            holds += bonds.bonded[spring]
-        if holds == 0:
-            bonds.released[pair] = 1
+            whole_area += _area(_normal(first_face[spring], first_face[spring + 1], face, vectors))
+        whole = law.stiffness * mass[a] * mass[b] / (mass[a] + mass[b])
+        furthest = 0.0
+        for spring in range(bonds.first[pair], bonds.first[pair + 1]):
+            nx, ny, nz = _normal(first_face[spring], first_face[spring + 1], face, vectors)
+            size = _area((nx, ny, nz))
+            nx, ny, nz = nx / size, ny / size, nz / size
+            stiffness = whole * size / whole_area
+            area = 0.25 * size  # Eq. 14: each of a face's four nodes has a quarter of it
+            dx, dy, dz = (
+                position[a, 0] - position[b, 0],
+                position[a, 1] - position[b, 1],
+                position[a, 2] - position[b, 2],
+            )
+            gap = dx * nx + dy * ny + dz * nz
+            off = np.sqrt(max(dx * dx + dy * dy + dz * dz - gap * gap, 0.0))
+            furthest = max(furthest, off / (law.release * np.sqrt(4.0 * area)))
+
+            # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
+            vx, vy, vz = (
+                velocity[a, 0] - velocity[b, 0],
+                velocity[a, 1] - velocity[b, 1],
+                velocity[a, 2] - velocity[b, 2],
+            )
+            sx, sy, sz = bonds.slip[spring, 0], bonds.slip[spring, 1], bonds.slip[spring, 2]
+            tx, ty, tz = sx + law.step * vx, sy + law.step * vy, sz + law.step * vz
+            normal_part = tx * nx + ty * ny + tz * nz
+            tx, ty, tz = tx - normal_part * nx, ty - normal_part * ny, tz - normal_part * nz
+
+            old_gap, old = bonds.gap[spring], bonds.held[spring]
+            old_slip = np.sqrt(sx * sx + sy * sy + sz * sz)
+            stored_before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
+            tension = stiffness * gap
+            apart = gap >= 0.0 if bonds.bonded[spring] == 0 else tension >= law.tensile_strength * area  # Eq. 15 (1)
+            if apart:
+                # What the spring held is lost where a bond breaks; an open gap held nothing but the last step's bit.
+                if bonds.bonded[spring]:
+                    bonds.booked[pair, 1] += stored_before
+                bonds.bonded[spring] = 0
+                bonds.slip[spring, :] = 0.0
+                bonds.gap[spring] = gap
+                bonds.held[spring] = 0.0
+                continue
+            length = np.sqrt(tx * tx + ty * ty + tz * tz)
+            cohesion = law.cohesion * area if bonds.bonded[spring] else 0.0
+            limit = max(-tension * law.friction + cohesion, 0.0)
+            if stiffness * length > limit:  # Eq. 15 (2)
+                bonds.bonded[spring] = 0
+                kept = limit / stiffness
+                bonds.booked[pair, 1] += 0.5 * (old * old_slip + limit) * (length - kept)
+                shrink = kept / length if length > 0.0 else 0.0
+                tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
+            if old > 0.0:
+                bonds.booked[pair, 2] += 0.5 * (stiffness - old) * (gap * old_gap + length * old_slip)
+            bonds.booked[pair, 0] += 0.5 * stiffness * (gap * gap + length * length)
+            bonds.booked[pair, 3] = max(bonds.booked[pair, 3], -gap)
+            bonds.slip[spring, 0], bonds.slip[spring, 1], bonds.slip[spring, 2] = tx, ty, tz
+            bonds.gap[spring] = gap
+            bonds.held[spring] = stiffness
+            fx = -stiffness * (gap * nx + tx)
+            fy = -stiffness * (gap * ny + ty)
+            fz = -stiffness * (gap * nz + tz)
+            force[a, 0] += fx
+            force[a, 1] += fy
+            force[a, 2] += fz
+            force[b, 0] -= fx
+            force[b, 1] -= fy
+            force[b, 2] -= fz
+        if furthest > 1.0:
+            holds = 0
+            for spring in range(bonds.first[pair], bonds.first[pair + 1]):
+                holds += bonds.bonded[spring]
+            if holds == 0:
+                bonds.released[pair] = 1
 
 
 @kernel

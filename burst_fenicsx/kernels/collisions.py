@@ -14,11 +14,12 @@ import numpy as np
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "closest_point", "copy_rows", "find_contacts"]
+__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "closest_point", "find_contacts"]
 
 LET_GO = -1
 """Mark of a node whose bond has just let go, in `Collisions.touching`."""
 
+_RUN = 64  # nodes that one call looks after
 _NEWTON_STEPS = 4
 _DEEPEST = 0.5  # of the face's first edge: a node that lies deeper has lost its face
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
@@ -104,73 +105,84 @@ def find_contacts(
     law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
 ) -> None:
     """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
-    for k in numba.prange(state.node.size):
-        _find_contact(k, law, state, position, velocity, mass)
+    slaves = state.node.size
+    parts = slaves // _RUN + 1
+    for part in numba.prange(parts):
+        first, last = part * slaves // parts, (part + 1) * slaves // parts
+        _find_run(first, last, law, state, position, velocity, mass)
 
 
 @kernel
-def _find_contact(
-    k: int, law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
+def _find_run(
+    start: int,
+    stop: int,
+    law: CollisionLaw,
+    state: Collisions,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    mass: np.ndarray,
 ) -> None:
-    node = state.node[k]
-    state.booked[k, :] = 0.0
-    state.push[k, :] = 0.0
-    state.face[k] = -1
+    """Find the contacts of the nodes from `start` to `stop`; a call for every node would cost more than most nodes."""
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
     faces, edge, candidate = state.faces, state.edge, state.candidate
-    x, y, z = position[node, 0], position[node, 1], position[node, 2]
-    best, nearest, unloaded = -1, np.inf, 0.0
-    for c in range(state.first[k], state.first[k + 1]):
-        face = candidate[c]
-        reach = _DEEPEST * edge[face]
-        # Most candidates lie outside a ball around their middle: told here, without a call.
-        a, b = faces[face, 0], faces[face, 2]
-        middle_x = 0.5 * (position[a, 0] + position[b, 0])
-        middle_y = 0.5 * (position[a, 1] + position[b, 1])
-        middle_z = 0.5 * (position[a, 2] + position[b, 2])
-        square = (x - middle_x) ** 2 + (y - middle_y) ** 2 + (z - middle_z) ** 2
-        size = 0.0
-        for n in range(4):
-            other = faces[face, n]
-            away = (
-                (position[other, 0] - middle_x) ** 2
-                + (position[other, 1] - middle_y) ** 2
-                + (position[other, 2] - middle_z) ** 2
-            )
-            size = max(size, away)
-        if square > (np.sqrt(size) + reach) ** 2:
-            continue
-        for n in range(4):
+    for k in range(start, stop):
+        node = state.node[k]
+        state.booked[k, :] = 0.0
+        state.push[k, :] = 0.0
+        state.face[k] = -1
+        x, y, z = position[node, 0], position[node, 1], position[node, 2]
+        best, nearest, unloaded = -1, np.inf, 0.0
+        for c in range(state.first[k], state.first[k + 1]):
+            face = candidate[c]
+            reach = _DEEPEST * edge[face]
+            # Most candidates lie outside a ball around their middle: told here, without a call.
+            a, b = faces[face, 0], faces[face, 2]
+            middle_x = 0.5 * (position[a, 0] + position[b, 0])
+            middle_y = 0.5 * (position[a, 1] + position[b, 1])
+            middle_z = 0.5 * (position[a, 2] + position[b, 2])
+            square = (x - middle_x) ** 2 + (y - middle_y) ** 2 + (z - middle_z) ** 2
+            size = 0.0
+            for n in range(4):
+                other = faces[face, n]
+                away = (
+                    (position[other, 0] - middle_x) ** 2
+                    + (position[other, 1] - middle_y) ** 2
+                    + (position[other, 2] - middle_z) ** 2
+                )
+                size = max(size, away)
+            if square > (np.sqrt(size) + reach) ** 2:
+                continue
+            for n in range(4):
+                for i in range(3):
+                    corner[n, i] = position[faces[face, n], i]
+            distance, height = _locate(node, position, corner, trial)
+            # Off the face's rim by more than it lies behind it: not under this face at all.
+            depth = -height
+            if depth <= 0.0 or depth > reach or distance > 1.5 * depth or distance >= nearest:
+                continue
+            _weigh(trial[0], trial[1], weight)
+            _relative_velocity(node, faces[face], weight, velocity, relative)
+            free = _unloaded_depth(node, face, depth, trial, relative, law, state)
+            if free < np.inf:
+                best, nearest, unloaded = face, distance, free
+                point[:] = trial
+        if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
+            _weigh(point[0], point[1], state.weight[k])
+            _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
+            depth = 0.0
             for i in range(3):
-                corner[n, i] = position[faces[face, n], i]
-        distance, height = _locate(node, position, corner, trial)
-        # Off the face's rim by more than it lies behind it: not under this face at all.
-        depth = -height
-        if depth <= 0.0 or depth > reach or distance > 1.5 * depth or distance >= nearest:
+                depth -= (position[node, i] - point[2 + i]) * point[5 + i]
+            state.unloaded[node] = unloaded
+            _push(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
+            state.depth[node] = depth
             continue
-        _weigh(trial[0], trial[1], weight)
-        _relative_velocity(node, faces[face], weight, velocity, relative)
-        free = _unloaded_depth(node, face, depth, trial, relative, law, state)
-        if free < np.inf:
-            best, nearest, unloaded = face, distance, free
-            point[:] = trial
-    if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
-        _weigh(point[0], point[1], state.weight[k])
-        _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
-        depth = 0.0
-        for i in range(3):
-            depth -= (position[node, i] - point[2 + i]) * point[5 + i]
-        state.unloaded[node] = unloaded
-        _push(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
-        state.depth[node] = depth
-        return
-    state.touching[node] = 0
-    state.slip[node, :] = 0.0
-    state.depth[node] = 0.0
-    state.unloaded[node] = 0.0
-    state.pressed[node] = 0.0
-    state.held[node] = 0.0
+        state.touching[node] = 0
+        state.slip[node, :] = 0.0
+        state.depth[node] = 0.0
+        state.unloaded[node] = 0.0
+        state.pressed[node] = 0.0
+        state.held[node] = 0.0
 
 
 @kernel
@@ -352,11 +364,3 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
             share = state.weight[k, corner] * state.push[k, 3] / mass[other]
             sums[other, 3] += quantise(share, load_rounding)
         sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
-
-
-@parallel_kernel
-def copy_rows(source: np.ndarray, at: np.ndarray, to: np.ndarray, target: np.ndarray) -> None:
-    """Copy rows `at` of `source` (n, 3) to the rows `to` of `target`."""
-    for k in numba.prange(at.size):
-        for i in range(3):
-            target[to[k], i] = source[at[k], i]

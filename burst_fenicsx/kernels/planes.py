@@ -9,7 +9,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["PlaneLaw", "PlaneState", "largest_speed", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "push_from_plane"]
 
 
 class PlaneLaw(NamedTuple):
@@ -84,13 +84,3 @@ def _push_node(
     force[node, 0] += stiffness * (depth * nx - tx)
     force[node, 1] += stiffness * (depth * ny - ty)
     force[node, 2] += stiffness * (depth * nz - tz)
-
-
-@kernel
-def largest_speed(velocity: np.ndarray, nodes: np.ndarray) -> float:
-    """Largest speed (m/s) among the given nodes."""
-    largest = 0.0
-    for node in nodes:
-        speed = velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2
-        largest = max(largest, speed)
-    return np.sqrt(largest)

@@ -1,0 +1,54 @@
+"""Work on some rows of nodal vectors: contact touches surfaces, and whole arrays would cost more than its forces."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+
+__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "sum_rows"]
+
+
+@parallel_kernel
+def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
+    """Set the rows of `values` (n, 3) to zero."""
+    for k in numba.prange(rows.size):
+        for i in range(3):
+            values[rows[k], i] = 0.0
+
+
+@parallel_kernel
+def add_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
+    """Add the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
+    for k in numba.prange(rows.size):
+        for i in range(3):
+            target[rows[k], i] += source[rows[k], i]
+
+
+@parallel_kernel
+def copy_rows(source: np.ndarray, at: np.ndarray, to: np.ndarray, target: np.ndarray) -> None:
+    """Copy the rows `at` of `source` (n, 3) to the rows `to` of `target`."""
+    for k in numba.prange(at.size):
+        for i in range(3):
+            target[to[k], i] = source[at[k], i]
+
+
+@kernel
+def sum_rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Sum (3,) of the rows of `values` (n, 3)."""
+    total = np.zeros(3)
+    for row in rows:
+        for i in range(3):
+            total[i] += values[row, i]
+    return total
+
+
+@kernel
+def largest_speed(velocity: np.ndarray, nodes: np.ndarray) -> float:
+    """Largest speed (m/s) among the given nodes."""
+    largest = 0.0
+    for node in nodes:
+        speed = velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2
+        largest = max(largest, speed)
+    return np.sqrt(largest)
