@@ -48,8 +48,10 @@ class Hold:
 
     def apply(self, force: np.ndarray) -> None:
         """Take the forces (nodes, 3) along the direction away."""
-        held = force[self.nodes]
-        force[self.nodes] = held - (held @ self.direction)[:, None] * self.direction
+        held, (x, y, z) = force[self.nodes], self.direction
+        # Component by component: a matrix product sums in an order of its own.
+        along = x * held[:, 0] + y * held[:, 1] + z * held[:, 2]
+        force[self.nodes] = held - along[:, None] * self.direction
 
 
 class BurstSolver:
