@@ -18,7 +18,7 @@ __all__ = ["input_tables"]
 
 def input_tables(run: RunFiles) -> Iterator[Rows]:
     """One table for each part of the resolved case."""
-    own = {key: value for key, value in run.case.items() if not _is_table(value)}
+    own = {key: value for key, value in run.case.items() if not _is_table(value) and value != []}
     if own:
         yield Rows("Case", tuple(_flat("", own)))
     for key, value in run.case.items():
