@@ -1,0 +1,111 @@
+"""Stacks of coarse tubes: order of the rounds, mirror images, blocked venting, planes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.problem import Contact, Leakage, RigidPlane
+from burst_fenicsx.simulation import Simulation
+from tests.burst_fenicsx.tubes import SETTINGS, tube
+
+pytestmark = pytest.mark.dolfinx
+
+APART = 0.5 * (0.155 + 0.010)  # half the distance of two tubes with a gap of 10 mm
+SHORT = replace(SETTINGS, end_time=60e-6, output_interval=60e-6, leakage=Leakage(radius_ratio=1.25, parts=4))
+MIRROR = RigidPlane("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), symmetry=True)
+
+
+def left(**changes):
+    return tube(name="left", position=(-APART, 0.0, 0.0), **changes)
+
+
+def right(**changes):
+    return tube(name="right", position=(APART, 0.0, 0.0), **changes)
+
+
+def burst(out_dir, rounds, settings=SHORT):
+    """A finished simulation, its summary's rounds by name, and the summary."""
+    going = Simulation(rounds, settings, out_dir, MPI.COMM_SELF, {})
+    going.run()
+    summary = going.finish().summary
+    return going, {item["name"]: item for item in summary["rounds"]}, summary
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    return burst(tmp_path_factory.mktemp("pair"), [left(), right()])
+
+
+def test_the_order_of_the_rounds_does_not_matter(pair, tmp_path):
+    """Which round comes first in the case changes nothing beyond round-off."""
+    _, first, _ = pair
+    _, swapped, _ = burst(tmp_path, [right(), left()])
+    for name in ("left", "right"):
+        for key in ("mean_initial_speed", "max_initial_speed", "outer_diameter", "products_balance"):
+            assert swapped[name][key] == pytest.approx(first[name][key], rel=1e-9)
+
+
+def test_both_rounds_of_a_pair_fare_alike_and_momentum_stays(pair):
+    going, rounds, summary = pair
+    assert going.contact.penetrations.collision > 0.0
+    assert rounds["left"]["mean_initial_speed"] == pytest.approx(rounds["right"]["mean_initial_speed"], rel=0.01)
+    assert summary["momentum_error"] < 1e-12
+    assert summary["energy_error_at_outputs"] < 0.02
+
+
+def test_one_round_and_its_mirror_are_the_pair(pair, tmp_path):
+    """A plane of symmetry without friction in place of the neighbour; its impulse is counted."""
+    _, rounds, _ = pair
+    going, mirrored, summary = burst(tmp_path, [right()], replace(SHORT, planes=(MIRROR,)))
+    assert mirrored["right"]["mean_initial_speed"] == pytest.approx(rounds["right"]["mean_initial_speed"], rel=0.01)
+    assert mirrored["right"]["outer_diameter"] == pytest.approx(rounds["right"]["outer_diameter"], rel=0.01)
+    assert going.contact.plane_impulse[0] > 0.05 * going.ledger.entries[-1].mean_casing_speed
+    assert np.abs(going.contact.plane_impulse[1:]).max() < 1e-9 * going.contact.plane_impulse[0]
+    assert summary["momentum_error"] < 2e-3  # the impulse is a sum over steps of trapezoids
+
+
+def test_a_neighbour_that_is_in_the_way_delays_the_venting(pair, tmp_path):
+    """Every charge has parts of its own; held back on one side, they open later and vent less than a lone round's."""
+    stacked, _, _ = pair
+    alone, _, _ = burst(tmp_path, [right()])
+    parts = SHORT.leakage.parts
+    assert len(stacked.leakage.rupture_time) == 2 * parts
+    lone = alone.leakage.radii(alone.fields.nodes.position)
+    for index in range(2):
+        own = slice(index * parts, (index + 1) * parts)
+        radii = stacked.leakage.radii(stacked.fields.nodes.position)[own]
+        assert (radii < lone).all()
+        assert radii.sum() < 0.99 * lone.sum()
+        opened = np.isfinite(alone.leakage.rupture_time)
+        assert opened.any()
+        assert (stacked.leakage.rupture_time[own][opened] >= alone.leakage.rupture_time[opened]).all()
+        assert (stacked.leakage.factor[:-1][own] >= alone.leakage.factor[:-1]).all()
+
+
+def test_without_contact_of_surfaces_rounds_do_not_feel_each_other(pair, tmp_path, caplog):
+    _, rounds, _ = pair
+    apart = replace(SHORT, contact=Contact(surfaces=False))
+    _, free, _ = burst(tmp_path, [left(), right()], apart)
+    assert "as if each stood alone" in caplog.text
+    assert free["left"]["mean_initial_speed"] > 1.01 * rounds["left"]["mean_initial_speed"]
+
+
+def test_a_round_behind_a_plane_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"round 'left' lies \d+ mm behind the plane 'middle'"):
+        Simulation([left(), right()], replace(SHORT, planes=(MIRROR,)), tmp_path, MPI.COMM_SELF, {})
+    flat = replace(SHORT, planes=(replace(MIRROR, normal=(0.0, 0.0, 0.0)),))
+    with pytest.raises(InputError, match="plane 'middle' has the normal"):
+        Simulation([right()], flat, tmp_path, MPI.COMM_SELF, {})
+
+
+def test_nothing_to_light_is_refused(tmp_path):
+    with pytest.raises(InputError, match="round 'left' has no ignition point"):
+        Simulation([left(ignition=())], SHORT, tmp_path, MPI.COMM_SELF, {})
