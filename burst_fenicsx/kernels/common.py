@@ -6,7 +6,14 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, kernel
 
-__all__ = ["force_modes", "hourglass_rates", "resist_hourglass", "step_and_viscosity"]
+__all__ = [
+    "force_modes",
+    "gradient_norms",
+    "hourglass_rates",
+    "hourglass_square",
+    "resist_hourglass",
+    "step_and_viscosity",
+]
 
 # Row of the stress component (i, j) in the order xx, yy, zz, xy, yz, zx.
 _ROW = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
@@ -58,6 +65,32 @@ def hourglass_rates(velocity: np.ndarray, middle: np.ndarray, rate: np.ndarray, 
                     - rate[(3 * i + 1) * LANES + lane] * middle[(3 * mode + 1) * LANES + lane]
                     - rate[(3 * i + 2) * LANES + lane] * middle[(3 * mode + 2) * LANES + lane]
                 )
+
+
+@kernel
+def gradient_norms(gradient: np.ndarray, volume: np.ndarray, slope: np.ndarray) -> None:
+    """Norms of the mean gradient over the nodes, |b_i| / V (1/m), rows i of `slope` (3 LANES,), overwritten.
+
+    `gradient` (18 LANES,) and `volume` (LANES,) as from `mean_gradient`.
+    """
+    for i in range(3):
+        for lane in range(LANES):
+            square = 0.0
+            for k in range(6):
+                square += gradient[(3 * k + i) * LANES + lane] ** 2
+            slope[i * LANES + lane] = np.sqrt(8.0 * square) / volume[lane]
+
+
+@kernel
+def hourglass_square(lane: int, mode: int, position: np.ndarray, slope: np.ndarray) -> float:
+    """Bound on the square of an hourglass vector, |gamma| <= sqrt(8) + sum over i of |h x_i| |b_i| / V.
+
+    8 in a brick; large where a cell is warped by more than it is thick. `position` (24 LANES,) modes (m).
+    """
+    size = np.sqrt(8.0)
+    for i in range(3):
+        size += abs(position[(3 * mode + i) * LANES + lane]) * slope[i * LANES + lane]
+    return size * size
 
 
 @kernel

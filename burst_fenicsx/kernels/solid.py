@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import force_modes, hourglass_rates, step_and_viscosity
+from burst_fenicsx.kernels.common import (
+    force_modes,
+    gradient_norms,
+    hourglass_rates,
+    hourglass_square,
+    step_and_viscosity,
+)
 from burst_fenicsx.kernels.hexahedron import (
     add_nodal_forces,
     gather_modes,
@@ -32,6 +38,9 @@ PARAMETERS = (
     "hourglass_stiffness",
 )
 """Columns of the table of solid materials (SI); an inverse limit of zero switches softening off."""
+
+_MOST_DAMPED = 0.75  # share of a hourglass rate that viscosity may take away in one step
+_MOST_STIFF = 0.25  # square of the hourglass springs' frequency times the step
 
 SCRATCH_ROWS = 204
 """Rows of `LANES` doubles that a block of any kind needs."""
@@ -218,6 +227,7 @@ def solid_block(
     power = scratch[135 * LANES : 136 * LANES]
     work = scratch[136 * LANES : 163 * LANES]
     fastest = scratch[163 * LANES : 164 * LANES]
+    slope = scratch[164 * LANES : 167 * LANES]
     limit_scale = state.softening_scale[slot : slot + LANES]
 
     modulus, poisson = material[0], material[1]
@@ -268,6 +278,9 @@ def solid_block(
     _resist_hourglass(
         state.hourglass[block],
         rotation,
+        position,
+        gradient,
+        slope,
         sound,
         density,
         length,
@@ -301,6 +314,9 @@ def solid_block(
 def _resist_hourglass(
     stored: np.ndarray,
     rotation: np.ndarray,
+    position: np.ndarray,
+    gradient: np.ndarray,
+    slope: np.ndarray,
     sound: np.ndarray,
     density: np.ndarray,
     length: np.ndarray,
@@ -315,13 +331,20 @@ def _resist_hourglass(
 
     Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
     given as a fraction of what full integration would give, about rho c^2 L / 36. The stored forces turn with the cell.
+    Both are bounded by what the step lets a cell bear whose hourglass vectors its distortion has made long.
     """
+    gradient_norms(gradient, volume, slope)
     for lane in range(LANES):
         power[lane] = 0.0
     for a in range(4):
+        mode = 3 if a == 0 else a + 4
         for lane in range(LANES):
+            square = hourglass_square(lane, mode, position, slope)
+            bearable = density[lane] * volume[lane] / (8.0 * square * step) if step > 0.0 else np.inf
             damping = 0.25 * viscous * density[lane] * sound[lane] * volume[lane] / length[lane]
+            damping = min(damping, _MOST_DAMPED * bearable)
             spring = stiffness / 36.0 * density[lane] * sound[lane] * sound[lane] * length[lane] * step
+            spring = min(spring, _MOST_STIFF * bearable)
             x, y, z = (
                 stored[(3 * a) * LANES + lane],
                 stored[(3 * a + 1) * LANES + lane],
