@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import force_modes, hourglass_rates, resist_hourglass, step_and_viscosity
+from burst_fenicsx.kernels.common import (
+    MOST_DAMPED,
+    force_modes,
+    gradient_norms,
+    hourglass_rates,
+    hourglass_square,
+    resist_hourglass,
+    step_and_viscosity,
+)
 from burst_fenicsx.kernels.hexahedron import (
     add_nodal_forces,
     gather_modes,
@@ -206,6 +214,7 @@ def charge_block(
     unlit = scratch[143 * LANES : 144 * LANES]
     leakage = scratch[144 * LANES : 145 * LANES]
     deviator = scratch[145 * LANES : 151 * LANES]
+    slope = scratch[151 * LANES : 154 * LANES]
 
     density0, unlit_bulk, unlit_shear, unlit_strength = material[0], material[1], material[2], material[3]
     by_compression = material[8]
@@ -295,8 +304,14 @@ def charge_block(
             energy,
         )
 
+    gradient_norms(gradient, volume, slope)
     for lane in range(LANES):
-        coefficient[lane] = 0.25 * material[6] * density[lane] * sound[lane] * volume[lane] / length[lane]
+        square = 8.0
+        for a in range(4):
+            square = max(square, hourglass_square(lane, 3 if a == 0 else a + 4, position, slope))
+        bearable = mass[lane] / (8.0 * square * step) if step > 0.0 else np.inf
+        usual = 0.25 * material[6] * density[lane] * sound[lane] * volume[lane] / length[lane]
+        coefficient[lane] = min(usual, MOST_DAMPED * bearable)
     resist_hourglass(coefficient, amplitude, power)
     for lane in range(count):
         energy[2] += power[lane] * step

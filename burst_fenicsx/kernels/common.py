@@ -7,6 +7,7 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import LANES, kernel
 
 __all__ = [
+    "MOST_DAMPED",
     "force_modes",
     "gradient_norms",
     "hourglass_rates",
@@ -14,6 +15,9 @@ __all__ = [
     "resist_hourglass",
     "step_and_viscosity",
 ]
+
+MOST_DAMPED = 1.0
+"""Share of an hourglass rate that viscosity may take away in one step; beyond it the rate would change its sign."""
 
 # Row of the stress component (i, j) in the order xx, yy, zz, xy, yz, zx.
 _ROW = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
+    MOST_DAMPED,
     force_modes,
     gradient_norms,
     hourglass_rates,
@@ -39,7 +40,6 @@ PARAMETERS = (
 )
 """Columns of the table of solid materials (SI); an inverse limit of zero switches softening off."""
 
-_MOST_DAMPED = 0.75  # share of a hourglass rate that viscosity may take away in one step
 _MOST_STIFF = 0.25  # square of the hourglass springs' frequency times the step
 
 SCRATCH_ROWS = 204
@@ -342,7 +342,7 @@ def _resist_hourglass(
             square = hourglass_square(lane, mode, position, slope)
             bearable = density[lane] * volume[lane] / (8.0 * square * step) if step > 0.0 else np.inf
             damping = 0.25 * viscous * density[lane] * sound[lane] * volume[lane] / length[lane]
-            damping = min(damping, _MOST_DAMPED * bearable)
+            damping = min(damping, MOST_DAMPED * bearable)
             spring = stiffness / 36.0 * density[lane] * sound[lane] * sound[lane] * length[lane] * step
             spring = min(spring, _MOST_STIFF * bearable)
             x, y, z = (
