@@ -73,7 +73,7 @@ def test_one_round_and_its_mirror_are_the_pair(pair, tmp_path):
 
 
 def test_a_neighbour_that_is_in_the_way_lessens_the_venting(pair, tmp_path):
-    """Every charge has parts of its own; held back on one side, they open no earlier and vent less than a lone one's."""
+    """Every charge has parts of its own; held back on one side, they open no earlier and vent less than when alone."""
     stacked, _, _ = pair
     alone, _, _ = burst(tmp_path, [right()])
     parts = SHORT.leakage.parts
