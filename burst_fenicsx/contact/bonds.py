@@ -55,8 +55,7 @@ class BondedFaces:
     def __init__(self, mesh: HexahedralMesh, state: BurstFields, settings: Contact, *, release: bool) -> None:
         self.settings = settings
         self._release = _RELEASE if release else np.inf
-        local = np.full(len(mesh.nodes), -1, dtype=np.int32)
-        local[state.mesh.node] = np.arange(len(state.mesh.node), dtype=np.int32)
+        local = state.mesh.local_node(np.arange(len(mesh.nodes)))
         owned = state.mesh.owned_nodes
         faces = interface_faces(mesh)
         charge, solid = local[mesh.twins[:, 0]], local[mesh.twins[:, 1]]
@@ -91,7 +90,7 @@ class BondedFaces:
     def add_forces(self, stiffness: float, step: float, force: np.ndarray) -> None:
         """Add the forces on this rank's nodes to `force` (nodes, 3) in N.
 
-        `stiffness` is f/dt2 (1/s2), `step` the step (s) that led here; a step of zero leaves the springs alone.
+        `stiffness` is a pair's over its reduced mass (1/s2), `step` the step (s) that led here.
         """
         nodes = self._state.nodes
         settings = self.settings

@@ -21,10 +21,10 @@ LET_GO = -1
 
 _RUN = 64  # nodes that one call looks after
 _NEWTON_STEPS = 4
-_DEEPEST = 0.5  # of the face's first edge: a node that lies deeper has lost its face
+_DEEPEST = 0.5  # of the face's initial edge: a node that lies deeper has lost its face
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
-_LATE = 0.1  # of the face's first edge: a node that came in beside a face is taken up where it lies no deeper
+_LATE = 0.1  # of the face's initial edge: a node that came in beside a face is taken up where it lies no deeper
 _OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it may have entered
 _LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
 
@@ -46,7 +46,7 @@ class Collisions(NamedTuple):
     faces: np.ndarray  # (faces, 4) int32
     face_body: np.ndarray  # (faces,) int32
     node_body: np.ndarray  # (nodes,) int32
-    edge: np.ndarray  # (faces,) m, first edge: square root of the area
+    edge: np.ndarray  # (faces,) m, square root of the initial area
     touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none, LET_GO for what its bond held till now
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search

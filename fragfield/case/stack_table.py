@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,14 +20,14 @@ if TYPE_CHECKING:
 __all__ = ["StackTable"]
 
 
-class _Parsed:
+class _Parsed(ABC):
     """Marks a field that `parse` reads, and `allowed` describes."""
 
     allowed: str
 
+    @abstractmethod
     def parse(self, value: object) -> Any:  # noqa: ANN401 - each field has a type of its own
         """Read a value of the case file; raises PydanticCustomError for anything else."""
-        raise NotImplementedError
 
     def refuse(self, value: object) -> PydanticCustomError:
         """The error for a value."""
