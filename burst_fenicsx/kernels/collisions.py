@@ -178,11 +178,17 @@ def _find_run(
             state.depth[node] = depth
             continue
         state.touching[node] = 0
-        state.slip[node, :] = 0.0
         state.depth[node] = 0.0
         state.unloaded[node] = 0.0
-        state.pressed[node] = 0.0
-        state.held[node] = 0.0
+        _begin(node, state)
+
+
+@kernel
+def _begin(node: int, state: Collisions) -> None:
+    """Slacken a node's springs: what held it to one body does not hold it to the next."""
+    state.slip[node, :] = 0.0
+    state.pressed[node] = 0.0
+    state.held[node] = 0.0
 
 
 @kernel
@@ -300,6 +306,8 @@ def _push(
 ) -> None:
     """Spring and friction of one contact, and what they book."""
     node = state.node[k]
+    if state.touching[node] != 1 + state.face_body[face]:
+        _begin(node, state)
     inverse = 1.0 / mass[node]
     crowd = state.load[node]
     for corner in range(4):
