@@ -158,7 +158,14 @@ def make_fields(
             position, velocity.x.array.reshape(-1, 3), force.x.array.reshape(-1, 3), rounding_constant(largest_force)
         ),
         grid=Grid(
-            mesh.dofmap, blocks.cells, blocks.count, blocks.material, slot_mass, slot_volume, np.zeros_like(slot_volume)
+            mesh.dofmap,
+            blocks.cells,
+            blocks.count,
+            blocks.material,
+            slot_mass,
+            slot_volume,
+            np.zeros_like(slot_volume),
+            np.full_like(slot_volume, np.inf),
         ),
         solid=SolidState(
             parameters=solid_table,

@@ -117,13 +117,13 @@ def _run_chunk(
     middle = schedule.first_charge[chunk]
     for block in range(first, middle):
         if full_quadrature:
-            solid_block_full(block, step, nodes, grid, solid, work, energy, limits)
+            solid_block_full(block, step, 1.0, nodes, grid, solid, work, energy, limits)
         else:
-            solid_block(block, step, nodes, grid, solid, work, energy, limits)
+            solid_block(block, step, 1.0, nodes, grid, solid, work, energy, limits)
     totals.given[chunk] = 0.0
     for block in range(middle, last):
         work_before, heat_before = energy[3], energy[4]
-        charge_block(block, step, time, nodes, grid, charge, work, energy, limits)
+        charge_block(block, step, time, 1.0, nodes, grid, charge, work, energy, limits)
         owner = grid.material[block] // _PARTS
         totals.given[chunk, owner, 0] += energy[3] - work_before
         totals.given[chunk, owner, 1] += energy[4] - heat_before

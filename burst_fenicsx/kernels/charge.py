@@ -169,6 +169,7 @@ def charge_block(
     block: int,
     step: float,
     time: float,
+    share: float,
     nodes: Nodes,
     grid: Grid,
     state: ChargeState,
@@ -176,9 +177,9 @@ def charge_block(
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
-    """Advance one block of charge cells to `time` (s) and add its nodal forces.
+    """Advance one block of charge cells by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure, entry 4 the
+    `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure, entry 4 the
     part of it that the charge's own artificial viscosity turns to heat.
     """
     cells = grid.cells[block]
@@ -275,8 +276,9 @@ def charge_block(
         energy[1] += heating
         energy[4] += heating
         energy[3] += 0.5 * leakage[lane] * (old_pressure[lane] + pressure[lane]) * change
-        if stable[lane] < limits[0]:
-            limits[0] = stable[lane]
+        grid.stable[slot + lane] = stable[lane]
+        if stable[lane] < share * limits[0]:
+            limits[0] = stable[lane] / share
             limits[1] = cell
         if not volume[lane] >= limits[2]:
             # Not a number must not be overwritten by the next cell.
@@ -316,4 +318,4 @@ def charge_block(
     for lane in range(count):
         energy[2] += power[lane] * step
     force_modes(stress, viscous, amplitude, position, gradient, volume, velocity)
-    add_nodal_forces(count, cells, grid.dofmap, velocity, nodes.rounding, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, velocity, share, nodes.rounding, nodes.force)

@@ -120,6 +120,7 @@ def _add_point_force(
 def solid_block_full(
     block: int,
     step: float,
+    share: float,
     nodes: Nodes,
     grid: Grid,
     state: SolidState,
@@ -235,12 +236,13 @@ def solid_block_full(
         mean_viscous = 0.5 * (grid.viscous[slot + lane] + viscous[lane])
         energy[1] -= mean_viscous * (volume[lane] - grid.volume[slot + lane])
         grid.viscous[slot + lane] = viscous[lane]
-        if stable[lane] < limits[0]:
-            limits[0] = stable[lane]
+        grid.stable[slot + lane] = stable[lane]
+        if stable[lane] < share * limits[0]:
+            limits[0] = stable[lane] / share
             limits[1] = cells[lane]
         if not smallest[lane] >= limits[2]:
             # Not a number must not be overwritten by the next cell.
             limits[2] = smallest[lane] if smallest[lane] == smallest[lane] else -np.inf
             limits[3] = cells[lane]
         grid.volume[slot + lane] = volume[lane]
-    add_nodal_forces(count, cells, grid.dofmap, forces, nodes.rounding, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, forces, share, nodes.rounding, nodes.force)

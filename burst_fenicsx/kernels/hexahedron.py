@@ -192,13 +192,19 @@ def largest_gradient(gradient: np.ndarray, volume: np.ndarray, length: np.ndarra
 
 @kernel
 def add_nodal_forces(
-    count: int, cells: np.ndarray, dofmap: np.ndarray, modes: np.ndarray, rounding: float, force: np.ndarray
+    count: int,
+    cells: np.ndarray,
+    dofmap: np.ndarray,
+    modes: np.ndarray,
+    share: float,
+    rounding: float,
+    force: np.ndarray,
 ) -> None:
     """Transform the modes of the nodal forces back, round them and add them to the nodes of the first `count` cells.
 
-    `rounding` is the constant of `exact.quantise`: the sums do not depend on the order of the cells.
+    `share` multiplies the forces; it is the cells' own step over the longest. `rounding` is the constant of `exact.quantise`: the sums do not depend on the order of the cells.
     """
-    _transform_back(modes, rounding)
+    _transform_back(modes, share, rounding)
     for lane in range(count):
         cell = cells[lane]
         for n in range(8):
@@ -208,8 +214,8 @@ def add_nodal_forces(
 
 
 @kernel
-def _transform_back(values: np.ndarray, rounding: float) -> None:
-    """Sum of the modes at the nodes: f_n = sum over m of sign(m, n) F_m, in place, rounded by `exact.quantise`."""
+def _transform_back(values: np.ndarray, share: float, rounding: float) -> None:
+    """Sum of the modes at the nodes: f_n = share times the sum over m of sign(m, n) F_m, in place, rounded."""
     for i in range(3):
         for lane in range(LANES):
             v0 = values[(0 + i) * LANES + lane]
@@ -228,11 +234,11 @@ def _transform_back(values: np.ndarray, rounding: float) -> None:
             b1, b3 = a1 - a3, a1 + a3
             b4, b6 = a4 - a6, a4 + a6
             b5, b7 = a5 - a7, a5 + a7
-            values[(0 + i) * LANES + lane] = quantise(b0 - b4, rounding)
-            values[(3 + i) * LANES + lane] = quantise(b1 - b5, rounding)
-            values[(6 + i) * LANES + lane] = quantise(b2 - b6, rounding)
-            values[(9 + i) * LANES + lane] = quantise(b3 - b7, rounding)
-            values[(12 + i) * LANES + lane] = quantise(b0 + b4, rounding)
-            values[(15 + i) * LANES + lane] = quantise(b1 + b5, rounding)
-            values[(18 + i) * LANES + lane] = quantise(b2 + b6, rounding)
-            values[(21 + i) * LANES + lane] = quantise(b3 + b7, rounding)
+            values[(0 + i) * LANES + lane] = quantise(share * (b0 - b4), rounding)
+            values[(3 + i) * LANES + lane] = quantise(share * (b1 - b5), rounding)
+            values[(6 + i) * LANES + lane] = quantise(share * (b2 - b6), rounding)
+            values[(9 + i) * LANES + lane] = quantise(share * (b3 - b7), rounding)
+            values[(12 + i) * LANES + lane] = quantise(share * (b0 + b4), rounding)
+            values[(15 + i) * LANES + lane] = quantise(share * (b1 + b5), rounding)
+            values[(18 + i) * LANES + lane] = quantise(share * (b2 + b6), rounding)
+            values[(21 + i) * LANES + lane] = quantise(share * (b3 + b7), rounding)

@@ -188,6 +188,7 @@ def plastic_correction(
 def solid_block(
     block: int,
     step: float,
+    share: float,
     nodes: Nodes,
     grid: Grid,
     state: SolidState,
@@ -195,12 +196,13 @@ def solid_block(
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
-    """Advance one block of solid cells by `step` (s) and add its nodal forces.
+    """Advance one block of solid cells by `step` (s) and add its nodal forces times `share`.
 
     Parameters
     ----------
+    share : `step` over the longest that any cell takes.
     energy : (5,) J, added to: plastic, viscous, hourglass work of this step (entries 3 and 4 belong to the charge).
-    limits : (4,): smallest stable step (s) and its cell, smallest volume (m3) and its cell; updated.
+    limits : (4,): smallest stable step over `share` (s) and its cell, smallest volume (m3) and its cell; updated.
     """
     cells = grid.cells[block]
     count = grid.filled[block]
@@ -298,8 +300,9 @@ def solid_block(
         energy[1] -= mean_viscous * (volume[lane] - grid.volume[slot + lane])
         grid.viscous[slot + lane] = viscous[lane]
         energy[2] += power[lane] * step
-        if stable[lane] < limits[0]:
-            limits[0] = stable[lane]
+        grid.stable[slot + lane] = stable[lane]
+        if stable[lane] < share * limits[0]:
+            limits[0] = stable[lane] / share
             limits[1] = cells[lane]
         if not volume[lane] >= limits[2]:
             # Not a number must not be overwritten by the next cell.
@@ -307,7 +310,7 @@ def solid_block(
             limits[3] = cells[lane]
         grid.volume[slot + lane] = volume[lane]
     force_modes(stress, viscous, amplitude, position, gradient, volume, velocity)
-    add_nodal_forces(count, cells, grid.dofmap, velocity, nodes.rounding, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, velocity, share, nodes.rounding, nodes.force)
 
 
 @kernel

@@ -33,6 +33,7 @@ class Grid(NamedTuple):
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
+    stable: np.ndarray  # (slots,) s, stable step of each cell
 
 
 class Schedule(NamedTuple):
