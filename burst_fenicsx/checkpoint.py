@@ -9,6 +9,7 @@ import numpy as np
 
 from burst_fenicsx.contact.restart import contact_arrays, restore_contact
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.fields import hourglass_by_block, hourglass_by_slot
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.ledger import Entry
 
@@ -24,19 +25,32 @@ __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
 FORMAT = "fragfield burst checkpoint"
 
+_NUMBERS = (
+    "time",
+    "time_step",
+    "steps",
+    "stable_step",
+    "free_step",
+    "chosen_at",
+    "choose_again",
+    "contact_step",
+)
+
 
 def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
     """Everything that is kept by cell, (owned cells, ...), as it must be read back."""
     count = state.mesh.cells
     arrays = {name: function.x.array for name, function in state.functions.items()}
     shaped = {name: np.asarray(array).reshape(-1, _width(array, state))[:count] for name, array in arrays.items()}
-    slots, held = state.blocks.slots
-    volume, viscous, hourglass = np.empty((count, 1)), np.empty((count, 1)), np.empty((count, 12))
-    volume[held, 0] = state.grid.volume[slots]
-    viscous[held, 0] = state.grid.viscous[slots]
-    lanes = state.solid.hourglass.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
-    hourglass[held] = lanes[slots]
-    return {**shaped, "volume": volume, "viscous_pressure": viscous, "hourglass": hourglass}
+    grid, blocks = state.grid, state.blocks
+    return {
+        **shaped,
+        "volume": blocks.by_cell(grid.volume),
+        "viscous_pressure": blocks.by_cell(grid.viscous),
+        "stable_step": blocks.by_cell(grid.stable),
+        "level": blocks.by_cell(np.repeat(blocks.level, LANES)),
+        "hourglass": blocks.by_cell(hourglass_by_slot(state.solid.hourglass)),
+    }
 
 
 def _width(array: np.ndarray, state: BurstFields) -> int:
@@ -70,6 +84,7 @@ def write_checkpoint(
     sums = mesh.comm.allreduce(
         np.concatenate([solver.ledger.given.ravel(), solver.ledger.sums, [solver.ledger.external_work]])
     )
+    cell_steps = mesh.comm.allreduce(solver.cell_steps)
     contact = contact_arrays(solver.contact) if solver.contact is not None else {}
     initiation = solver.initiation.arrays() if solver.initiation is not None else {}
     if mesh.comm.rank != 0:
@@ -81,6 +96,7 @@ def write_checkpoint(
             provenance,
             mesh_key,
             sums,
+            cell_steps,
             {"cells": cells, "nodes": nodes, "contact": contact, "initiation": initiation, "records": records or {}},
         )
     except OSError as error:
@@ -93,6 +109,7 @@ def _write(
     provenance: Mapping[str, str],
     mesh_key: str,
     sums: np.ndarray,
+    cell_steps: int,
     groups: Mapping[str, Mapping[str, np.ndarray | None]],
 ) -> None:
     draft = path.with_name(path.name + ".part")
@@ -101,8 +118,11 @@ def _write(
         file.attrs["mesh_key"] = mesh_key
         for key, text in provenance.items():
             file.attrs[key] = text
-        for name in ("time", "time_step", "steps", "stable_step", "free_step"):
+        for name in _NUMBERS:
             file.attrs[name] = getattr(solver, name)
+        file.attrs["cell_steps"] = cell_steps
+        file.attrs["longest_step"] = solver.subcycling.step
+        file.attrs["contact_level"] = solver.subcycling.contact_level
         file["ledger/given"] = sums[:-6].reshape(-1, 2)
         file["ledger/sums"] = sums[-6:-1]
         file["ledger/external_work"] = sums[-1]
@@ -153,19 +173,16 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     for name, function in state.functions.items():
         rows = np.asarray(function.x.array).reshape(-1, _width(function.x.array, state))
         rows[:count] = file[f"cells/{name}"][()][mesh.cell]
-    volume = file["cells/volume"][()][mesh.cell][:, 0]
-    viscous = file["cells/viscous_pressure"][()][mesh.cell][:, 0]
-    hourglass = file["cells/hourglass"][()][mesh.cell]
-    # Padded lanes repeat their block's last cell.
-    state.grid.volume[:] = volume[state.blocks.cells.ravel()]
-    state.grid.viscous[:] = viscous[state.blocks.cells.ravel()]
-    state.solid.hourglass[:] = (
-        hourglass[state.blocks.cells.ravel()]
-        .reshape(-1, LANES, 12)
-        .transpose(0, 2, 1)
-        .reshape(len(state.blocks.cells), -1)
-    )
+    solver.subcycling.step = float(file.attrs["longest_step"])
+    solver.subcycling.contact_level = int(file.attrs["contact_level"])
+    solver.subcycling.set_levels(file["cells/level"][()][mesh.cell].astype(np.int8))
+    blocks, grid = state.blocks, state.grid
+    grid.volume[:] = blocks.by_slot(file["cells/volume"][()][mesh.cell])
+    grid.viscous[:] = blocks.by_slot(file["cells/viscous_pressure"][()][mesh.cell])
+    grid.stable[:] = blocks.by_slot(file["cells/stable_step"][()][mesh.cell])
+    state.solid.hourglass[:] = hourglass_by_block(blocks.by_slot(file["cells/hourglass"][()][mesh.cell]))
     if solver.contact is not None:
+        solver.contact.set_level(solver.subcycling.contact_level, solver.subcycling.motion.finest)
         kept: dict[str, np.ndarray] = {}
         file["contact"].visititems(lambda name, item: kept.update({name: item[()]} if hasattr(item, "shape") else {}))
         restore_contact(solver.contact, kept)
@@ -175,13 +192,12 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     leakage: LeakageParts = solver.leakage
     leakage.factor[:] = file["leakage/factor"][()]
     leakage.rupture_time[:] = file["leakage/rupture_time"][()]
-    solver.time = float(file.attrs["time"])
-    solver.time_step = float(file.attrs["time_step"])
+    for name in _NUMBERS:
+        setattr(solver, name, float(file.attrs[name]))
     solver.steps = int(file.attrs["steps"])
-    solver.stable_step = float(file.attrs["stable_step"])
-    solver.free_step = float(file.attrs["free_step"])
     # The sums are those of all ranks: one goes on from them, the others from nothing.
     share = 1.0 if mesh.comm.rank == 0 else 0.0
+    solver.cell_steps = int(share * file.attrs["cell_steps"])
     solver.ledger.given[:] = share * file["ledger/given"][()]
     solver.ledger.sums[:] = share * file["ledger/sums"][()]
     solver.ledger.external_work = share * float(file["ledger/external_work"][()])

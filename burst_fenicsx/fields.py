@@ -19,7 +19,7 @@ from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.problem import CasingMaterial, Part
-from burst_fenicsx.schedule import Blocks, arrange
+from burst_fenicsx.schedule import Blocks, Chunks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["FUZE", "BurstFields", "make_fields"]
+__all__ = ["FUZE", "BurstFields", "hourglass_by_block", "hourglass_by_slot", "make_fields"]
 
 FUZE = CasingMaterial(
     name="fuze",
@@ -57,7 +57,7 @@ class BurstFields:
     cell_mass : (owned cells,) kg.
     products : products of each round's charge.
     nodes, grid, solid, charge : the kernels' view of the same arrays.
-    blocks : cells in blocks, chunks and colours.
+    blocks : cells in blocks, chunks and colours. chunks : what arranges them.
     """
 
     mesh: DistributedMesh
@@ -74,6 +74,40 @@ class BurstFields:
     solid: SolidState
     charge: ChargeState
     blocks: Blocks
+    chunks: Chunks
+
+    def regroup(self, level: np.ndarray) -> None:
+        """Arrange the blocks anew by the levels (owned cells,) of the cells' steps."""
+        old, new = self.blocks, self.chunks.blocks(level)
+
+        def moved(values: np.ndarray) -> np.ndarray:
+            return new.by_slot(old.by_cell(values))
+
+        grid, solid = self.grid, self.solid
+        self.blocks = new
+        self.grid = Grid(
+            grid.dofmap,
+            new.cells,
+            new.count,
+            new.material,
+            new.level,
+            *(moved(values) for values in (grid.mass, grid.volume, grid.viscous, grid.stable)),
+            grid.longest,
+        )
+        self.solid = solid._replace(
+            hourglass=hourglass_by_block(moved(hourglass_by_slot(solid.hourglass))),
+            softening_scale=moved(solid.softening_scale),
+        )
+
+
+def hourglass_by_slot(values: np.ndarray) -> np.ndarray:
+    """Stored hourglass forces (slots, 12) from those of the blocks, (blocks, 12 LANES)."""
+    return values.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
+
+
+def hourglass_by_block(values: np.ndarray) -> np.ndarray:
+    """The way back from `hourglass_by_slot`."""
+    return np.ascontiguousarray(values.reshape(-1, LANES, 12).transpose(0, 2, 1)).reshape(-1, 12 * LANES)
 
 
 def make_fields(
@@ -119,7 +153,8 @@ def make_fields(
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
     # dolfinx has put neighbours next to each other, cells and nodes alike: in its order the gathers stay in cache.
-    blocks = arrange(np.arange(mesh.cells), mesh.dofmap, material, is_charge)
+    chunks = Chunks(mesh.dofmap, material, is_charge)
+    blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
     position = domain.geometry.x
     volume = cell_volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]
@@ -129,14 +164,9 @@ def make_fields(
     pressure = max(_largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, largest_faces(position[mesh.dofmap]))
 
-    slots, held = blocks.slots
-    slot_mass, slot_volume, scale = np.ones(blocks.cells.size), np.ones(blocks.cells.size), np.ones(blocks.cells.size)
-    slot_mass[slots], slot_volume[slots] = cell_mass[held], volume[held]
+    slot_volume = blocks.by_slot(volume)
     reference = np.array([item.casing.softening_length or 0.0 for item in rounds])[mesh.round]
     inverse_scale = np.where(reference > 0.0, np.cbrt(volume) / np.where(reference > 0.0, reference, 1.0), 1.0)
-    scale[slots] = inverse_scale[held]
-    _pad(slot_mass, blocks)
-    _pad(slot_volume, blocks)
 
     light, burn, compression = _ignition(mesh, rounds, lengths, position, volume)
     energy = functions["products_energy"].x.array
@@ -162,10 +192,12 @@ def make_fields(
             blocks.cells,
             blocks.count,
             blocks.material,
-            slot_mass,
+            blocks.level,
+            blocks.by_slot(cell_mass),
             slot_volume,
             np.zeros_like(slot_volume),
             np.full_like(slot_volume, np.inf),
+            0.0,
         ),
         solid=SolidState(
             parameters=solid_table,
@@ -173,7 +205,7 @@ def make_fields(
             shear_strain=functions["plastic_shear_strain"].x.array.reshape(-1, points),
             volume_strain=functions["plastic_volumetric_strain"].x.array.reshape(-1, points),
             hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
-            softening_scale=scale,
+            softening_scale=blocks.by_slot(inverse_scale),
         ),
         charge=ChargeState(
             parameters=charge_table,
@@ -188,6 +220,7 @@ def make_fields(
             leakage=leakage,
         ),
         blocks=blocks,
+        chunks=chunks,
     )
 
 
@@ -216,13 +249,6 @@ def _largest_pressure(item: Round) -> float:
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
     """Largest of the values over all ranks."""
     return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
-
-
-def _pad(values: np.ndarray, blocks: Blocks) -> None:
-    """Give the lanes that pad a block the value of its last cell."""
-    rows = values.reshape(-1, LANES)
-    for block in np.flatnonzero(blocks.count < LANES):
-        rows[block, blocks.count[block] :] = rows[block, blocks.count[block] - 1]
 
 
 def _ignition(

@@ -189,10 +189,14 @@ class RigidPlane:
 
 @dataclass(frozen=True)
 class TimeStep:
-    """`fixed` (s) overrides the CFL step, which is `cfl` times the stable limit."""
+    """`fixed` (s) overrides the CFL step, which is `cfl` times the stable limit.
+
+    With `subcycling` cells take steps of their own, powers of two apart (see `burst_fenicsx.subcycling`).
+    """
 
     cfl: float = 0.8
     fixed: float | None = None
+    subcycling: bool = True
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Cells sorted into blocks of one material, blocks into chunks, chunks into colours that share no node."""
+"""Cells sorted into blocks of one material and one step, blocks into chunks, chunks into colours that share no node."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
 
-__all__ = ["Blocks", "arrange", "chunk_size"]
+__all__ = ["Blocks", "Chunks", "chunk_size"]
 
 _LEAST_CELLS, _MOST_CELLS, _CHUNKS = 256, 4096, 32
 
@@ -29,13 +29,14 @@ class Blocks:
     Attributes
     ----------
     cells : (blocks, LANES) int32, padded with the last cell of the block.
-    count, material : (blocks,) int32.
+    count, material, level : (blocks,) int32; a block of level l takes 2^l steps in a longest one.
     schedule : the chunks and their colours.
     """
 
     cells: np.ndarray
     count: np.ndarray
     material: np.ndarray
+    level: np.ndarray
     schedule: Schedule
 
     @property
@@ -44,52 +45,82 @@ class Blocks:
         held = np.arange(LANES)[None, :] < self.count[:, None]
         return np.flatnonzero(held), self.cells[held]
 
+    def by_slot(self, values: np.ndarray) -> np.ndarray:
+        """Values of cells (cells, ...) in the order of the slots; padded lanes repeat their block's last cell."""
+        result: np.ndarray = values[self.cells.ravel()]
+        return result
 
-def arrange(order: np.ndarray, dofmap: np.ndarray, material: np.ndarray, is_charge: np.ndarray) -> Blocks:
-    """Arrange cells in blocks, chunks and colours.
+    def by_cell(self, values: np.ndarray) -> np.ndarray:
+        """Values of slots (slots, ...) in the order of the cells."""
+        slots, held = self.slots
+        result = np.empty((len(held), *values.shape[1:]), dtype=values.dtype)
+        result[held] = values[slots]
+        return result
+
+
+class Chunks:
+    """Cells in chunks and colours, which stay; their blocks are arranged anew when the cells' steps change.
 
     Parameters
     ----------
-    order : cells in an order in which neighbours lie near each other (for a round: along its axis).
-    dofmap : (cells, 8) int32 nodes.
+    dofmap : (cells, 8) int32 nodes; neighbours have to lie near each other in the order of the cells.
     material : (cells,) int32 row of the cell's material.
     is_charge : (materials,) bool.
     """
-    rows: list[np.ndarray] = []
-    counts: list[int] = []
-    materials: list[int] = []
-    first_block = [0]
-    first_charge = []
-    chunk_of_cell = np.empty(len(material), dtype=np.int32)
-    ranked = np.lexsort((np.arange(len(is_charge)), is_charge))
-    size = chunk_size(len(order))
-    for chunk, start in enumerate(range(0, len(order), size)):
-        members = order[start : start + size]
-        chunk_of_cell[members] = chunk
-        charge_starts = None
-        for row in ranked:
-            if is_charge[row] and charge_starts is None:
-                charge_starts = len(rows)
-            own = members[material[members] == row]
-            for k in range(0, len(own), LANES):
-                block = own[k : k + LANES]
-                rows.append(np.concatenate([block, np.full(LANES - len(block), block[-1])]))
-                counts.append(len(block))
-                materials.append(int(row))
-        first_charge.append(len(rows) if charge_starts is None else charge_starts)
-        first_block.append(len(rows))
-    colour = _colour_chunks(chunk_of_cell, dofmap, len(first_charge))
-    chunk_order = np.argsort(colour, kind="stable")
-    colours = int(colour.max()) + 1 if len(colour) else 0
-    offset = np.searchsorted(colour[chunk_order], np.arange(colours + 1))
-    schedule = Schedule(
-        colour_offset=offset.astype(np.int32),
-        chunk=chunk_order.astype(np.int32),
-        first_block=np.array(first_block, dtype=np.int32),
-        first_charge=np.array(first_charge, dtype=np.int32),
-    )
-    cells = np.array(rows, dtype=np.int32).reshape(-1, LANES)
-    return Blocks(cells, np.array(counts, dtype=np.int32), np.array(materials, dtype=np.int32), schedule)
+
+    def __init__(self, dofmap: np.ndarray, material: np.ndarray, is_charge: np.ndarray) -> None:
+        cells = len(material)
+        self._material = material
+        self._charge = np.asarray(is_charge)[material]
+        self._chunk = (np.arange(cells) // chunk_size(cells)).astype(np.int32)
+        self._chunks = int(self._chunk[-1]) + 1 if cells else 0
+        colour = _colour_chunks(self._chunk, dofmap, self._chunks)
+        colours = int(colour.max()) + 1 if len(colour) else 0
+        self._chunk_order = np.argsort(colour, kind="stable").astype(np.int32)
+        self._colour_offset = np.searchsorted(colour[self._chunk_order], np.arange(colours + 1)).astype(np.int32)
+
+    def blocks(self, level: np.ndarray) -> Blocks:
+        """Arrange the cells in blocks, `level` (cells,) being that of each cell's step.
+
+        Within a chunk solid cells come before charge, and cells of short steps before those of long ones, so that what
+        takes part in a step lies together.
+        """
+        order = np.lexsort((self._material, -level.astype(np.int64), self._charge, self._chunk))
+        chunk, charge, levels = self._chunk[order], self._charge[order], level[order]
+        material = self._material[order]
+        other = np.ones(len(order), dtype=bool)
+        other[1:] = np.any([values[1:] != values[:-1] for values in (chunk, levels, material)], axis=0)
+        starts = np.flatnonzero(other)
+        sizes = np.diff(np.append(starts, len(order)))
+        per_group = -(-sizes // LANES)
+        group = np.repeat(np.arange(len(starts)), per_group)
+        within = np.arange(len(group)) - np.repeat(np.cumsum(per_group) - per_group, per_group)
+        first = starts[group] + within * LANES
+        count = np.minimum(starts[group] + sizes[group] - first, LANES)
+        lanes = first[:, None] + np.minimum(np.arange(LANES)[None, :], count[:, None] - 1)
+        block_chunk, block_charge, block_level = chunk[first], charge[first], levels[first].astype(np.int32)
+        first_block = np.searchsorted(block_chunk, np.arange(self._chunks))
+        solid = np.bincount(block_chunk[~block_charge], minlength=self._chunks)
+        highest = int(level.max(initial=0))
+        active = np.zeros((self._chunks, highest + 1, 2), dtype=np.int32)
+        for least in range(highest + 1):
+            taking_part = block_level >= least
+            for kind, of_kind in enumerate((~block_charge, block_charge)):
+                active[:, least, kind] = np.bincount(block_chunk[taking_part & of_kind], minlength=self._chunks)
+        schedule = Schedule(
+            colour_offset=self._colour_offset,
+            chunk=self._chunk_order,
+            first_solid=first_block.astype(np.int32),
+            first_charge=(first_block + solid).astype(np.int32),
+            active=active,
+        )
+        return Blocks(
+            order[lanes].astype(np.int32).reshape(-1, LANES),
+            count.astype(np.int32),
+            material[first].astype(np.int32),
+            block_level,
+            schedule,
+        )
 
 
 def _colour_chunks(chunk_of_cell: np.ndarray, dofmap: np.ndarray, chunks: int) -> np.ndarray:

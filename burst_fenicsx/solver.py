@@ -1,4 +1,4 @@
-"""The explicit step (Eqs. 1-3): updated Lagrangian, lumped mass, semi-implicit Euler."""
+"""The explicit step (Eqs. 1-3): updated Lagrangian, lumped mass, semi-implicit Euler, cells with steps of their own."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.problem import Part
+from burst_fenicsx.subcycling import Subcycling
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,6 +33,16 @@ _BURN_PER_STEP = 0.25
 _REFLECTION = 10e-6
 # The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
 _STEP_GROWTH = 1.05
+# Steps of the cells' own are chosen anew after so many of the longest, or when cells have got so thin that the longest
+# step has to be cut below this share of what was chosen, but not sooner than after a few.
+_STEPS_PER_CHOICE = 16
+_FEWEST_STEPS = 4
+_LEAST_SHARE = 0.9
+# Share of its stable step that a cell takes then. Below sin(pi/4) its fastest oscillation turns by less than a quarter
+# in its own step and by less than a half in a neighbour's, which is twice as long: no resonance with its impulses.
+_OWN_CFL = 0.68
+# Contact's step, whose square its stiffness goes against, is this share of the first stable step.
+_CONTACT_SHARE = 0.7
 
 
 class Hold:
@@ -70,8 +81,10 @@ class BurstSolver:
 
     Attributes
     ----------
-    time, time_step, steps : simulated time (s), last step (s), steps done.
-    stable_step, free_step : stable limit now (s); the last step (s) before it was cut to meet an output.
+    time, time_step, steps : simulated time (s), last step (s), steps done: the longest, at whose ends all cells meet.
+    stable_step, free_step : stable limit of it now (s); the last one (s) before it was cut to meet an output.
+    subcycling : the cells' own steps. chosen_at, choose_again : times (s) when they were and are to be chosen.
+    contact_step : bound on contact's step (s). cell_steps : steps that this rank's cells have made.
     """
 
     def __init__(
@@ -111,8 +124,15 @@ class BurstSolver:
         self._damping_force = np.zeros_like(fields.nodes.force) if settings.damping > 0.0 else None
         self.stable_step = np.inf
         self.free_step = 0.0
+        self.subcycling = Subcycling(fields, contact.touched if contact is not None and contact.exists else None)
+        self.choose_again = 0.0
+        self.chosen_at = 0.0
+        self.cell_steps = 0
+        # Forces that act at the ends of the longest steps alone want all cells to take it.
+        self._whole_steps = external is not None or settings.damping > 0.0
         self.set_burning_times()
         self.add_forces(0.0)
+        self.contact_step = _CONTACT_SHARE * settings.time_step.cfl * self.stable_step
 
     @property
     def resultant(self) -> np.ndarray:
@@ -128,18 +148,40 @@ class BurstSolver:
             If a cell is lost or the state is not a number any more.
         """
         step = self.choose_step(until)
-        self.move_nodes(step)
-        self.leakage.update(self.fields.nodes.position, self.time)
-        self.add_forces(step)
-        self.ledger.add(self._totals.energy, self._totals.given)
+        begin, parts = self.time, 2**self.subcycling.highest
+        least, kick = 0, 0.5 * (self.time_step + step)
+        for part in range(parts):
+            self.move_nodes(kick, step, part, least)
+            if part == 0:
+                self._book_work(0.5 * step)
+            self.time = begin + step * ((part + 1) / parts)
+            # Cells of the shortest steps end one with every part, those of twice the step with every second one, ...
+            least = self.subcycling.highest - _halvings(part + 1)
+            if least == 0:
+                self.leakage.update(self.fields.nodes.position, self.time)
+            self.add_forces(step, least)
+            self.ledger.add(self._totals.energy, self._totals.given)
+            kick = step
+        self.time_step = step
+        self.steps += 1
+        self.cell_steps += self.subcycling.cell_steps
+        self._book_work(0.5 * step)
         self.check_cells()
         if self.initiation is not None and self.initiation.update(self.time, step):
             self.set_burning_times()
+            self.choose_again = self.time
 
     def choose_step(self, until: float) -> float:
-        """Size of the next step (s): the CFL fraction of the stable one, or the fixed one."""
+        """Size of the next (longest) step (s): the CFL fraction of the stable one, or the fixed one."""
         wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self.stable_step
-        if self.settings.time_step.fixed is None and self.time < self._burnt_out:
+        if self.subcycles:
+            chosen = self.subcycling.step
+            early = wanted < _LEAST_SHARE * chosen and self.time > self.chosen_at + _FEWEST_STEPS * chosen
+            if self.time >= self.choose_again or early:
+                self.choose_levels()
+                wanted, chosen = self.settings.time_step.cfl * self.stable_step, self.subcycling.step
+            wanted = min(wanted, chosen)
+        elif self.settings.time_step.fixed is None and self.time < self._burnt_out:
             wanted = min(wanted, _BURN_PER_STEP / self._fastest_burn)
         if self.free_step > 0.0:
             wanted = min(wanted, _STEP_GROWTH * self.free_step)
@@ -162,30 +204,83 @@ class BurstSolver:
         self._fastest_burn = comm.allreduce(rate, op=MPI.MAX) if several else rate
         self._burnt_out = comm.allreduce(end, op=MPI.MAX) if several else end
 
-    def move_nodes(self, step: float) -> None:
-        """Velocities, then places (Eq. 3).
+    @property
+    def subcycles(self) -> bool:
+        """Whether cells take steps of their own; not with forces that are taken at the longest step's ends only."""
+        settings = self.settings
+        return settings.time_step.subcycling and settings.time_step.fixed is None and not self._whole_steps
 
-        The velocities belong to the middles of the steps, so they advance by half the last step and half this one:
-        Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000, box 6.1).
+    def choose_levels(self) -> None:
+        """Choose the steps of the cells anew.
+
+        The velocities are brought to the time of the places, and the forces are made again with the cells' new shares.
         """
-        force = self.resultant
-        nodes = self.fields.nodes
-        kick = 0.5 * (self.time_step + step)
-        move_nodes(kick, step, self.fields.inverse_mass, force, nodes.velocity, nodes.position)
-        self._add_external_work(0.5 * step)
-        self._add_damping_heat(0.5 * step)
-        self.time += step
-        self.time_step = step
-        self.steps += 1
-
-    def add_forces(self, step: float) -> None:
-        """Resultant at the new places (Eq. 2): element forces (Eq. 1), contact, external ones and damping."""
         state = self.fields
+        self.move_nodes(0.5 * self.time_step, 0.0, 0, 0)
+        self.time_step = 0.0
+        stable = min(_OWN_CFL, self.settings.time_step.cfl) * state.blocks.by_cell(state.grid.stable)
+        charge = state.charge
+        burning = np.flatnonzero((charge.burn_fraction[: len(stable)] < 1.0) & np.isfinite(charge.ignition_time))
+
+        def allowed(step: float) -> np.ndarray:
+            """Steps (s) that cells may take till the next choice, if the longest is `step`."""
+            soon = burning[charge.ignition_time[burning] < self.time + (_STEPS_PER_CHOICE + 2) * step]
+            found = stable.copy()
+            found[soon] = np.minimum(found[soon], _BURN_PER_STEP / charge.burn_rate[soon])
+            return found
+
+        contact = self.contact if self.contact is not None and self.contact.exists else None
+        before = self.subcycling.contact_level
+        self.subcycling.choose(allowed, self.contact_step if contact is not None else None)
+        self.choose_again = self.time + _STEPS_PER_CHOICE * self.subcycling.step
+        self.chosen_at = self.time
+        if contact is not None:
+            # The step of contact goes on smoothly.
+            self.free_step *= 2.0 ** (self.subcycling.contact_level - before)
+            contact.set_level(self.subcycling.contact_level, self.subcycling.motion.finest)
+        else:
+            self.free_step = 0.0
+        state.grid = state.grid._replace(longest=self.subcycling.step)
+        self.add_forces(0.0)
+
+    def move_nodes(self, kick: float, step: float, part: int, least: int) -> None:
+        """Velocities, then places (Eq. 3), of the nodes of cells of level `least` and higher.
+
+        The velocities belong to the middles of the steps, so they advance by `kick` (s), half the last step and half
+        this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000, box 6.1).
+        `step` is the longest step (s), of which `part` of the shortest have gone by.
+        """
+        nodes, cycles = self.fields.nodes, self.subcycling
+        move_nodes(
+            cycles.motion.order[: cycles.moving[least]],
+            kick,
+            step,
+            part,
+            cycles.highest,
+            self.fields.inverse_mass,
+            nodes.force,
+            nodes.velocity,
+            nodes.position,
+            cycles.motion.finest,
+            cycles.motion.coarsest,
+            cycles.motion.mean,
+        )
+
+    def add_forces(self, step: float, least: int = 0) -> None:
+        """Resultant at the new places (Eq. 2) of the nodes of cells of level `least` and higher.
+
+        Element forces (Eq. 1), contact, external ones and damping, each with the share that its own step has in the
+        longest one, `step` (s).
+        """
+        state, cycles = self.fields, self.subcycling
         add_element_forces(
             step,
             self.time,
+            least,
             self.settings.quadrature == "full",
             state.nodes,
+            cycles.motion,
+            cycles.moving[least],
             state.grid,
             state.blocks.schedule,
             state.solid,
@@ -195,9 +290,12 @@ class BurstSolver:
         )
         comm = state.mesh.comm
         if comm.size > 1:
+            # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
             compat.add_to_owners(state.force)
-        if self.contact is not None:
-            self.contact.add_forces(self.free_step, step, front_near=self.time < self._burnt_out + _REFLECTION)
+        if self.contact is not None and cycles.contact_level >= least:
+            share = 1.0 / 2**cycles.contact_level
+            front_near = self.time < self._burnt_out + _REFLECTION
+            self.contact.add_forces(share * self.free_step, share * step, front_near=front_near)
         if comm.size > 1:
             compat.send_to_ghosts(state.force)
         if self._external_force is not None and self.external is not None:
@@ -205,17 +303,19 @@ class BurstSolver:
             self._external_force[:] = 0.0
             self.external(self.time, self._external_force)
             state.nodes.force[:] += self._external_force
-            self._add_external_work(0.5 * step)
         if self._damping_force is not None:
             self._damping_force[:] = -self.settings.damping * state.mass[:, None] * state.nodes.velocity
             state.nodes.force[:] += self._damping_force
-            self._add_damping_heat(0.5 * step)
         for hold in self.holds:
             hold.apply(state.nodes.force)
-        stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
-        if comm.size > 1:
-            stable = comm.allreduce(stable, op=MPI.MIN)
-        self.stable_step = stable
+        if least == 0:
+            stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
+            self.stable_step = comm.allreduce(stable, op=MPI.MIN) if comm.size > 1 else stable
+
+    def _book_work(self, half_step: float) -> None:
+        """Book what external forces and damping do over half a step (s), its first half with the old forces."""
+        self._add_external_work(half_step)
+        self._add_damping_heat(half_step)
 
     def _add_external_work(self, half_step: float) -> None:
         """Book the work of the external forces over half a step (s), its first half with the old forces."""
@@ -256,3 +356,8 @@ class BurstSolver:
             f"station {mesh.station[cell] * 1e3:.1f} mm from the nose, "
             f"now at ({place[0]:.1f}, {place[1]:.1f}, {place[2]:.1f}) mm, has turned inside out"
         )
+
+
+def _halvings(number: int) -> int:
+    """How often a number divides by two."""
+    return (number & -number).bit_length() - 1

@@ -12,7 +12,7 @@ from burst_fenicsx.contact.bonds import BondedFaces
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
-from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
+from burst_fenicsx.kernels.rows import add_rows, clear_rows, move_rows, sum_rows
 
 if TYPE_CHECKING:
     from burst_fenicsx.fields import BurstFields
@@ -101,17 +101,21 @@ class ContactForces:
             local = fields.mesh.local_node(self.surfaces.node[self.surfaces.outside])
             rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
             self.planes = [PlaneContact(plane, fields, local[rows], rows) for plane in settings.planes]
-        self._nodes = self._touched()
+        self._nodes = np.flatnonzero(self.touched).astype(np.int32)
+        self._share = 1.0  # contact's step over the longest one
+        self._last_position: np.ndarray | None = None
+        self._mean_velocity = np.zeros((0, 3))
 
-    def _touched(self) -> np.ndarray:
-        """All local nodes to which contact may give a force, each once."""
+    @property
+    def touched(self) -> np.ndarray:
+        """Whether contact may give a force to the node (nodes,)."""
         touched = np.zeros(len(self.force), dtype=bool)
         if self.surfaces is not None:
             local = self._fields.mesh.local_node(self.surfaces.node)
             touched[local[local >= 0]] = True
         if self.bonds is not None:
             touched[self.bonds.bonds.charge] = touched[self.bonds.bonds.solid] = True
-        return np.flatnonzero(touched).astype(np.int32)
+        return touched
 
     @property
     def exists(self) -> bool:
@@ -119,7 +123,7 @@ class ContactForces:
         return self.bonds is not None or self.collisions is not None or bool(self.planes)
 
     def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
-        """Add the forces on this rank's own nodes to the resultant; collective.
+        """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.
 
         Parameters
         ----------
@@ -131,7 +135,7 @@ class ContactForces:
             return
         clear_rows(self.force, self._nodes)
         budget = self._budget / stable_for**2
-        velocity = self._fields.nodes.velocity
+        velocity = self._velocity_over(step)
         deepest = self.penetrations
         if self.bonds is not None:
             self.bonds.add_forces(budget, step, velocity, self.force)
@@ -157,7 +161,24 @@ class ContactForces:
             _, friction, work = part.booked
             self.friction += friction
             self.stiffness_work += work
-        add_rows(self.force, self._nodes, self._fields.nodes.force)
+        add_rows(self._share, self.force, self._nodes, self._fields.nodes.force)
+
+    def set_level(self, level: int, finest: np.ndarray) -> None:
+        """Contact takes 2^`level` steps in a longest one from now on; `finest` (nodes,) are the levels of the nodes."""
+        self._share = 1.0 / 2**level
+        if (finest[self._nodes] > level).any():
+            self._last_position = self._fields.nodes.position.copy()
+            self._mean_velocity = np.zeros_like(self._last_position)
+        else:
+            self._last_position = None
+
+    def _velocity_over(self, step: float) -> np.ndarray:
+        """Mean velocities (nodes, 3) over contact's own step (s); some nodes have taken several steps in it."""
+        nodes = self._fields.nodes
+        if self._last_position is None or step == 0.0:
+            return nodes.velocity
+        move_rows(nodes.position, self._nodes, step, self._last_position, self._mean_velocity)
+        return self._mean_velocity
 
     @property
     def _parts(self) -> list[BondedFaces | CollidingSurfaces | PlaneContact]:

@@ -14,7 +14,7 @@ from burst_fenicsx.kernels.full_quadrature import solid_block_full
 from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
 from burst_fenicsx.kernels.solid import SCRATCH_ROWS, solid_block
-from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, Schedule, SolidState, Totals
+from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
 from burst_fenicsx.problem import Part
 
 __all__ = [
@@ -40,8 +40,11 @@ def make_scratch(threads: int) -> np.ndarray:
 def add_element_forces(
     step: float,
     time: float,
+    least: int,
     full_quadrature: bool,
     nodes: Nodes,
+    motion: Motion,
+    moving: int,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
@@ -49,22 +52,25 @@ def add_element_forces(
     totals: Totals,
     scratch: np.ndarray,
 ) -> None:
-    """Advance all cells by `step` (s) to `time` (s); `nodes.force` is set to the element forces (N).
+    """Advance the cells of level `least` and higher to `time` (s); the forces of their nodes are set (N).
 
-    The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
-    sums and limits of every chunk.
+    `step` is the longest step (s); a cell of level l advances by `step` / 2^l, and its forces count for that share of
+    it. `moving` nodes, the first in order, belong to these cells. The stresses, pressures and histories in `solid` and
+    `charge` are advanced in place. `totals` receives the sums and limits of every chunk.
     """
-    _clear(nodes.force)
+    _clear(motion.order[:moving], nodes.force)
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-        _run_chunks(chunks, step, time, full_quadrature, nodes, grid, schedule, solid, charge, totals, scratch)
+        _run_chunks(
+            chunks, step, time, least, full_quadrature, nodes, motion, grid, schedule, solid, charge, totals, scratch
+        )
 
 
 @parallel_kernel
-def _clear(values: np.ndarray) -> None:
-    for row in numba.prange(values.shape[0]):
+def _clear(rows: np.ndarray, values: np.ndarray) -> None:
+    for k in numba.prange(rows.size):
         for i in range(3):
-            values[row, i] = 0.0
+            values[rows[k], i] = 0.0
 
 
 @parallel_kernel
@@ -72,8 +78,10 @@ def _run_chunks(
     chunks: np.ndarray,
     step: float,
     time: float,
+    least: int,
     full_quadrature: bool,
     nodes: Nodes,
+    motion: Motion,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
@@ -87,7 +95,9 @@ def _run_chunks(
     """
     for k in numba.prange(chunks.size):
         work = scratch[numba.get_thread_id()]
-        _run_chunk(chunks[k], step, time, full_quadrature, nodes, grid, schedule, solid, charge, totals, work)
+        _run_chunk(
+            chunks[k], step, time, least, full_quadrature, nodes, motion, grid, schedule, solid, charge, totals, work
+        )
 
 
 @kernel
@@ -95,8 +105,10 @@ def _run_chunk(
     chunk: int,
     step: float,
     time: float,
+    least: int,
     full_quadrature: bool,
     nodes: Nodes,
+    motion: Motion,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
@@ -104,7 +116,7 @@ def _run_chunk(
     totals: Totals,
     work: np.ndarray,
 ) -> None:
-    """Run the blocks of one chunk, solid ones first."""
+    """Run the blocks of one chunk that take part, solid ones first."""
     energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 5]
     limits = work[SCRATCH_ROWS * LANES + 5 : SCRATCH_ROWS * LANES + 9]
     energy[:] = 0.0
@@ -112,18 +124,26 @@ def _run_chunk(
     limits[1] = -1.0
     limits[2] = np.inf
     limits[3] = -1.0
-    first = schedule.first_block[chunk]
-    last = schedule.first_block[chunk + 1]
-    middle = schedule.first_charge[chunk]
-    for block in range(first, middle):
+    several = motion.mean.shape[1] > 0
+    even = Nodes(nodes.position, motion.mean[0] if several else nodes.velocity, nodes.force, nodes.rounding)
+    odd = Nodes(nodes.position, motion.mean[1], nodes.force, nodes.rounding)
+    first = schedule.first_solid[chunk]
+    for block in range(first, first + schedule.active[chunk, least, 0]):
+        level = grid.level[block]
+        share = 1.0 / (1 << level)
+        means = odd if level & 1 else even
         if full_quadrature:
-            solid_block_full(block, step, 1.0, nodes, grid, solid, work, energy, limits)
+            solid_block_full(block, share * step, share, means, grid, solid, work, energy, limits)
         else:
-            solid_block(block, step, 1.0, nodes, grid, solid, work, energy, limits)
+            solid_block(block, share * step, share, means, grid, solid, work, energy, limits)
     totals.given[chunk] = 0.0
-    for block in range(middle, last):
+    first = schedule.first_charge[chunk]
+    for block in range(first, first + schedule.active[chunk, least, 1]):
+        level = grid.level[block]
+        share = 1.0 / (1 << level)
+        means = odd if level & 1 else even
         work_before, heat_before = energy[3], energy[4]
-        charge_block(block, step, time, 1.0, nodes, grid, charge, work, energy, limits)
+        charge_block(block, share * step, time, share, means, grid, charge, work, energy, limits)
         owner = grid.material[block] // _PARTS
         totals.given[chunk, owner, 0] += energy[3] - work_before
         totals.given[chunk, owner, 1] += energy[4] - heat_before
@@ -137,18 +157,51 @@ def _run_chunk(
 
 @parallel_kernel
 def move_nodes(
-    kick: float, step: float, inverse_mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, position: np.ndarray
+    rows: np.ndarray,
+    kick: float,
+    step: float,
+    part: int,
+    highest: int,
+    inverse_mass: np.ndarray,
+    force: np.ndarray,
+    velocity: np.ndarray,
+    position: np.ndarray,
+    finest: np.ndarray,
+    coarsest: np.ndarray,
+    mean: np.ndarray,
 ) -> None:
     """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
 
-    `kick` is the dt of the velocity and `step` that of the places (s), the same where steps are equal;
-    `inverse_mass` (nodes,) 1/kg; `force` (nodes, 3) N, the resultant of Eq. 2; `velocity` (m/s) and `position` (m)
-    (nodes, 3) are advanced in place.
+    Each node moves on by its own step, `step` / 2^finest. Where it belongs to cells of a longer step, its mean velocity
+    over theirs is that of its own steps in it.
+
+    Parameters
+    ----------
+    rows : nodes that move. kick : dt of the velocity (s). step : longest step (s).
+    part : how many shortest steps, `step` / 2^highest, of the longest have gone by.
+    inverse_mass : (nodes,) 1/kg. force : (nodes, 3) N, the resultant of Eq. 2.
+    velocity, position : (nodes, 3) m/s and m, in place.
+    finest, coarsest, mean : as in `Motion`; `mean` is advanced.
     """
-    for node in numba.prange(force.shape[0]):
+    several = mean.shape[1] > 0
+    for k in numba.prange(rows.size):
+        node = rows[k]
+        level = finest[node]
+        own = step / (1 << level)
         for i in range(3):
-            velocity[node, i] += kick * inverse_mass[node] * force[node, i]
-            position[node, i] += step * velocity[node, i]
+            speed = velocity[node, i] + kick * inverse_mass[node] * force[node, i]
+            velocity[node, i] = speed
+            position[node, i] += own * speed
+        if not several:
+            continue
+        # The cells around are of the node's coarsest level and, at most, of the one above.
+        below = level - coarsest[node]
+        for gap in range(max(below - 1, 0), below + 1):
+            parity = (level - gap) & 1
+            first = ((part >> (highest - level)) & ((1 << gap) - 1)) == 0
+            for i in range(3):
+                before = 0.0 if first else mean[parity, node, i]
+                mean[parity, node, i] = before + velocity[node, i] / (1 << gap)
 
 
 @parallel_kernel

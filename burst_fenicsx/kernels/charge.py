@@ -307,11 +307,12 @@ def charge_block(
         )
 
     gradient_norms(gradient, volume, slope)
+    bounded = max(step, share * grid.longest)
     for lane in range(LANES):
         square = 8.0
         for a in range(4):
             square = max(square, hourglass_square(lane, 3 if a == 0 else a + 4, position, slope))
-        bearable = mass[lane] / (8.0 * square * step) if step > 0.0 else np.inf
+        bearable = mass[lane] / (8.0 * square * bounded) if bounded > 0.0 else np.inf
         usual = 0.25 * material[6] * density[lane] * sound[lane] * volume[lane] / length[lane]
         coefficient[lane] = min(usual, MOST_DAMPED * bearable)
     resist_hourglass(coefficient, amplitude, power)

@@ -7,7 +7,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "sum_rows"]
+__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "move_rows", "sum_rows"]
 
 
 @parallel_kernel
@@ -19,11 +19,21 @@ def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
 
 
 @parallel_kernel
-def add_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
-    """Add the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
+def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
+    """Add `share` times the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
     for k in numba.prange(rows.size):
         for i in range(3):
-            target[rows[k], i] += source[rows[k], i]
+            target[rows[k], i] += share * source[rows[k], i]
+
+
+@parallel_kernel
+def move_rows(position: np.ndarray, rows: np.ndarray, step: float, last: np.ndarray, mean: np.ndarray) -> None:
+    """Mean velocities (m/s) over `step` (s) of the rows of `position` (n, 3), which become the `last` ones (m)."""
+    for k in numba.prange(rows.size):
+        row = rows[k]
+        for i in range(3):
+            mean[row, i] = (position[row, i] - last[row, i]) / step
+            last[row, i] = position[row, i]
 
 
 @parallel_kernel

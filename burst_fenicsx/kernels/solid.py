@@ -290,6 +290,7 @@ def solid_block(
         material[8],
         material[9],
         step,
+        max(step, share * grid.longest),
         amplitude,
         power,
     )
@@ -327,6 +328,7 @@ def _resist_hourglass(
     viscous: float,
     stiffness: float,
     step: float,
+    bounded: float,
     amplitude: np.ndarray,
     power: np.ndarray,
 ) -> None:
@@ -334,7 +336,7 @@ def _resist_hourglass(
 
     Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
     given as a fraction of what full integration would give, about rho c^2 L / 36. The stored forces turn with the cell.
-    Both are bounded by what the step lets a cell bear whose hourglass vectors its distortion has made long.
+    Both are bounded by what a step of `bounded` (s) lets a cell bear whose hourglass vectors its distortion has made long.
     """
     gradient_norms(gradient, volume, slope)
     for lane in range(LANES):
@@ -343,7 +345,7 @@ def _resist_hourglass(
         mode = 3 if a == 0 else a + 4
         for lane in range(LANES):
             square = hourglass_square(lane, mode, position, slope)
-            bearable = density[lane] * volume[lane] / (8.0 * square * step) if step > 0.0 else np.inf
+            bearable = density[lane] * volume[lane] / (8.0 * square * bounded) if bounded > 0.0 else np.inf
             damping = 0.25 * viscous * density[lane] * sound[lane] * volume[lane] / length[lane]
             damping = min(damping, MOST_DAMPED * bearable)
             spring = stiffness / 36.0 * density[lane] * sound[lane] * sound[lane] * length[lane] * step

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["ChargeState", "Grid", "Nodes", "Schedule", "SolidState", "Totals"]
+__all__ = ["ChargeState", "Grid", "Motion", "Nodes", "Schedule", "SolidState", "Totals"]
 
 
 class Nodes(NamedTuple):
     """Nodal fields, each (nodes, 3), and how the terms of the forces are rounded."""
 
     position: np.ndarray  # m
-    velocity: np.ndarray  # m/s
+    velocity: np.ndarray  # m/s; for the kernels, the mean over the step of the cell
     force: np.ndarray  # N, set to the element forces by the kernels, then the resultant
     rounding: float  # N, constant of `exact.quantise` for every term that is added to `force`
 
@@ -30,10 +30,12 @@ class Grid(NamedTuple):
     cells: np.ndarray  # (blocks, LANES) int32, padded with the block's last cell
     filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
+    level: np.ndarray  # (blocks,) int32, of the cells' step: the longest one over 2^level
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
     stable: np.ndarray  # (slots,) s, stable step of each cell
+    longest: float  # s, the longest step that is to come, where the state is computed anew without a step
 
 
 class Schedule(NamedTuple):
@@ -41,8 +43,20 @@ class Schedule(NamedTuple):
 
     colour_offset: np.ndarray  # (colours + 1,) int32 into chunk
     chunk: np.ndarray  # (chunks,) int32, sorted by colour
-    first_block: np.ndarray  # (chunks + 1,) int32: the chunk's blocks
-    first_charge: np.ndarray  # (chunks,) int32: blocks before it are solid, from it on charge
+    first_solid: np.ndarray  # (chunks,) int32, the chunk's first block of solid cells, those of short steps first
+    first_charge: np.ndarray  # (chunks,) int32, likewise of charge
+    active: np.ndarray  # (chunks, levels, 2) int32: from there on, how many blocks of that level or a higher one
+
+
+class Motion(NamedTuple):
+    """How the nodes move between the steps of their cells (see `burst_fenicsx.subcycling`)."""
+
+    order: np.ndarray  # (nodes,) int32, those of short steps first
+    finest: np.ndarray  # (nodes,) int8, level of the node, the highest of what acts on it: it takes 2^level steps
+    coarsest: np.ndarray  # (nodes,) int8, lowest level of the cells around, at most one below their highest
+    # (2, nodes, 3) m/s, mean velocities over the steps of the cells of even and of odd level; (2, 0, 3) where all cells
+    # are of level 0, which take the velocities themselves
+    mean: np.ndarray
 
 
 class SolidState(NamedTuple):

@@ -1,0 +1,135 @@
+"""Steps of the cells' own: most cells take long steps, the few thin ones take short steps in between.
+
+An asynchronous variational integrator (Lew, Marsden, Ortiz and West 2003, Archive for Rational Mechanics and Analysis
+167) with steps in powers of two. Every cell acts on its nodes by impulses, its own step times its force, at the ends of
+its own steps; between impulses nodes move uniformly. Each impulse of a cell sums to nothing over its nodes, so momentum
+is conserved to round-off, and where all cells are of one level this is the semi-implicit Euler of Eq. 3. Levels of
+cells that share a node differ by one at most.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from burst_fenicsx import compat
+from burst_fenicsx.kernels.levels import node_levels, raise_levels
+from burst_fenicsx.kernels.state import Motion
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from burst_fenicsx.fields import BurstFields
+
+__all__ = ["Subcycling"]
+
+_HIGHEST = 10
+_CANDIDATES = 5  # longest steps tried: contact's, and twice that, ...
+_BELOW_CONTACT = 1  # levels by which cells beside contact may lie below it
+_LONGEST = 1e-6  # s; venting and the ledger look at the ends of the longest steps alone
+
+
+class Subcycling:
+    """Levels of the cells and the nodes of one rank.
+
+    Parameters
+    ----------
+    fields : the state; its blocks are arranged anew when levels change.
+    touched : (nodes,) whether contact may give the node a force.
+
+    Attributes
+    ----------
+    motion : how the nodes move.
+    moving : (levels,) how many nodes, the first of `motion.order`, take steps of that level or shorter ones.
+    highest : level of the shortest steps. contact_level : of contact.
+    step : the longest step that was chosen (s). cell_steps : steps of this rank's cells in a longest one.
+    """
+
+    def __init__(self, fields: BurstFields, touched: np.ndarray | None = None) -> None:
+        self._fields = fields
+        self._comm = fields.mesh.comm
+        nodes = len(fields.mass)
+        self.motion = Motion(
+            order=np.arange(nodes, dtype=np.int32),
+            finest=np.zeros(nodes, dtype=np.int8),
+            coarsest=np.zeros(nodes, dtype=np.int8),
+            mean=np.zeros((2, 0, 3)),
+        )
+        self.moving = np.array([nodes])
+        self.highest = 0
+        self.contact_level = 0
+        self.step = 0.0
+        self.cell_steps = fields.mesh.cells
+        self._touched = touched if touched is not None else np.zeros(nodes, dtype=bool)
+        self._beside_contact = self._touched[fields.mesh.dofmap].any(axis=1)
+        # dolfinx carries the levels to other ranks' copies of the cells.
+        self._everywhere = fem.Function(compat.cell_space(fields.mesh.domain)) if self._comm.size > 1 else None
+
+    def choose(self, allowed: Callable[[float], np.ndarray], contact_step: float | None) -> None:
+        """Choose the longest step and the cells' levels so that all advance at the least cost; collective.
+
+        Parameters
+        ----------
+        allowed : gives for a longest step (s) the steps that the cells may take (cells,) in s.
+        contact_step : step of contact (s), if there is any; the longest is this times a power of two.
+        """
+        comm = self._comm
+        base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
+        best, least = 0, np.inf
+        for candidate in range(_CANDIDATES):
+            step = base * 2**candidate
+            if candidate and step > _LONGEST:
+                break
+            level = self._wanted(step, allowed(step), max(candidate - _BELOW_CONTACT, 0))
+            counts = np.bincount(level, minlength=_HIGHEST + 1)
+            counts = comm.allreduce(counts) if comm.size > 1 else counts
+            cost = float(counts @ 2.0 ** np.arange(len(counts))) / step
+            if cost < least:
+                best, least = candidate, cost
+        self.step = base * 2**best
+        self.contact_level = best if contact_step else 0
+        beside = max(self.contact_level - _BELOW_CONTACT, 0)
+        self.set_levels(self._graded(self._wanted(self.step, allowed(self.step), beside)))
+
+    def _wanted(self, step: float, allowed: np.ndarray, beside_contact: int) -> np.ndarray:
+        """Level (cells,) int8 of each cell by its own allowed step (s) and, beside contact, at least that given."""
+        with np.errstate(divide="ignore"):
+            level = np.clip(np.ceil(np.log2(step / allowed) - 1e-9), 0, _HIGHEST).astype(np.int8)
+        level[self._beside_contact] = np.maximum(level[self._beside_contact], beside_contact)
+        return level
+
+    def _graded(self, level: np.ndarray) -> np.ndarray:
+        """Raise levels until those of cells that share a node differ by one at most; collective."""
+        mesh, motion = self._fields.mesh, self.motion
+        while True:
+            node_levels(mesh.all_dofmap, self._with_ghosts(level), motion.finest, motion.coarsest)
+            raised = raise_levels(mesh.dofmap, motion.finest, level)
+            if self._comm.size > 1:
+                raised = self._comm.allreduce(raised)
+            if raised == 0:
+                return level
+
+    def _with_ghosts(self, level: np.ndarray) -> np.ndarray:
+        """Levels of this rank's cells and of its copies of others' (int8); collective."""
+        if self._everywhere is None:
+            return level
+        self._everywhere.x.array[: len(level)] = level
+        compat.send_to_ghosts(self._everywhere)
+        return self._everywhere.x.array.astype(np.int8)
+
+    def set_levels(self, level: np.ndarray) -> None:
+        """Take over levels (cells,) int8 that differ by one at most where cells share a node; collective."""
+        mesh, motion = self._fields.mesh, self.motion
+        node_levels(mesh.all_dofmap, self._with_ghosts(level), motion.finest, motion.coarsest)
+        motion.finest[self._touched] = np.maximum(motion.finest[self._touched], self.contact_level)
+        highest = max(int(level.max(initial=0)), self.contact_level)
+        self.highest = self._comm.allreduce(highest, op=MPI.MAX) if self._comm.size > 1 else highest
+        motion.order[:] = np.argsort(-motion.finest, kind="stable")
+        self.moving = np.array([np.count_nonzero(motion.finest >= least) for least in range(self.highest + 1)])
+        self.cell_steps = int((1 << level.astype(np.int64)).sum())
+        velocity = self._fields.nodes.velocity
+        self.motion = motion._replace(mean=np.stack([velocity, velocity]) if self.highest else np.zeros((2, 0, 3)))
+        self._fields.regroup(level)
