@@ -13,7 +13,7 @@ import numba
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LANES", "kernel", "parallel_kernel"]
+__all__ = ["LANES", "block_kernel", "kernel", "lane_function", "parallel_kernel"]
 
 LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones."""
@@ -25,7 +25,20 @@ _FAST_MATH = {"nsz"}
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` for one thread."""
-    return _compile(function, parallel=False)
+    return _compile(function)
+
+
+def block_kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` for one thread, without counting references to arrays: that costs more than a block's sums.
+
+    Such a kernel may slice the arrays that it is given, but neither allocate nor return one.
+    """
+    return _compile(function, _nrt=False)
+
+
+def lane_function(function: Callable[..., Any]) -> Any:
+    """Compile `function` of one lane's numbers into whatever calls it, so that the loop over the lanes is vectorised."""
+    return _compile(function, _nrt=False, forceinline=True)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
@@ -33,7 +46,7 @@ def parallel_kernel(function: Callable[..., Any]) -> Any:
     return _compile(function, parallel=True)
 
 
-def _compile(function: Callable[..., Any], *, parallel: bool) -> Any:
+def _compile(function: Callable[..., Any], **options: bool) -> Any:
     """Compile with a cache folder of its own for this state of all kernels' sources.
 
     Numba's cache looks at the source file of a kernel alone, and would keep code that calls kernels since changed
@@ -42,7 +55,7 @@ def _compile(function: Callable[..., Any], *, parallel: bool) -> Any:
     usual = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(Path(usual or _user_cache()) / f"burst-{_SOURCES}")
     try:
-        return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, parallel=parallel)(function)
+        return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = usual
 
