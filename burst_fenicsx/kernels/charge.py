@@ -5,25 +5,31 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
+    BEARABLE,
+    DAMPING,
     FORCE,
     FREE,
     FREQUENCY,
-    GRADIENT,
     HOURGLASS,
+    MASS,
     MOST_DAMPED,
     POSITION,
+    POWER,
     RATE,
-    SLOPE,
+    STABLE,
     VELOCITY,
+    VISCOUS,
     VOLUME,
-    WARP,
+    bound_hourglass,
     force_modes,
-    hourglass_square,
+    lower_limits,
+    may_overdo,
     move_cells,
+    trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, load_gradient, store_nodal_forces
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.solid import elastic_trial, spin
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes
 from burst_fenicsx.kernels.tensors import (
@@ -64,20 +70,18 @@ Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 f
 
 _STRESS = FREE  # deviator of the unlit charge, 6 rows, Pa
 _STORED = FREE + 6  # the same before the step
-_MASS, _OLD_VOLUME = FREE + 12, FREE + 13  # kg, m3
-_OLD_PRESSURE, _PRESSURE = FREE + 14, FREE + 15  # of the whole cell before leakage, Pa
-_BURN = FREE + 16  # burnt fraction
-_BY_COMPRESSION = FREE + 17  # burnt fraction over the compression
-_CONTENT = FREE + 18  # internal energy of the products, J/m3 of initial volume
-_LEAKAGE = FREE + 19
-_STIFFNESS = FREE + 20  # -V dP/dV, Pa
-_UNLIT = FREE + 21  # pressure of the unlit explosive, Pa
-_VISCOUS, _STABLE = FREE + 22, FREE + 23  # Pa and s
-_POWER = FREE + 24  # of the hourglass forces, then of the deviator, W
+_OLD_VOLUME = FREE + 12  # m3
+_OLD_PRESSURE, _PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
+_BURN = FREE + 15  # burnt fraction
+_BY_COMPRESSION = FREE + 16  # burnt fraction over the compression
+_CONTENT = FREE + 17  # internal energy of the products, J/m3 of initial volume
+_LEAKAGE = FREE + 18
+_STIFFNESS = FREE + 19  # -V dP/dV, Pa
+_HELD = FREE + 20  # power of the deviator, W/m3
 
 
 @lane_function
-def _inverse_cube_root(x: float) -> float:
+def _inverse_cube_root(x: float) -> np.float64:
     """x^(-1/3) by Newton's iteration from a guess made on the exponent; vectorises where a power does not."""
     bits = np.float64(x).view(np.int64)
     third = (bits >> 2) + (bits >> 4) + (bits >> 6) + (bits >> 8) + (bits >> 10) + (bits >> 12) + (bits >> 14)
@@ -102,14 +106,14 @@ def charge_block(
 ) -> None:
     """Advance one block of charge cells by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure, entry 4 the
-    part of it that the charge's own artificial viscosity turns to heat.
+    `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure,
+    entry 4 the part of it that the charge's own artificial viscosity turns to heat.
     """
     cells = grid.cells[block]
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
-    gather(cells, grid.dofmap, nodes.position, POSITION, scratch)
-    gather(cells, grid.dofmap, nodes.velocity, VELOCITY, scratch)
+    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
     least_burn = _load_state(block, time, material[8], grid, state, scratch)
     move_cells(step, scratch)
     if least_burn < 1.0:
@@ -121,8 +125,9 @@ def charge_block(
     # The step in which a cell burns out still takes its deviator to zero.
     if least_burn < 1.0:
         _hold_by_strength(block, step, material, grid, state, scratch, energy)
-    _resist(step, share, nodes.rounding, material, scratch)
-    add_nodal_forces(count, cells, grid.dofmap, FORCE, scratch, nodes.force)
+    bound_hourglass(step, _stiffen(step, material, scratch) > 0, scratch)
+    _resist(share, nodes.rounding, scratch)
+    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     _book(block, step, share, material, grid, state, scratch, energy, limits)
 
 
@@ -130,7 +135,10 @@ def charge_block(
 def _load_state(
     block: int, time: float, by_compression: float, grid: Grid, state: ChargeState, scratch: np.ndarray
 ) -> float:
-    """Bring what the cells remember together by lanes, burnt as far as time has burnt them; the least fraction before."""
+    """Bring what the cells remember together by lanes and burn them as far as time does.
+
+    Returns the least fraction burnt before.
+    """
     slot = block * LANES
     least_burn = 1.0
     for lane in range(LANES):
@@ -143,7 +151,7 @@ def _load_state(
         scratch[_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
         scratch[_CONTENT * LANES + lane] = state.energy[cell]
         scratch[_LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
-        scratch[_MASS * LANES + lane] = grid.mass[slot + lane]
+        scratch[MASS * LANES + lane] = grid.mass[slot + lane]
         scratch[_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
         scratch[_STRESS * LANES + k] = 0.0
@@ -153,8 +161,9 @@ def _load_state(
 @block_kernel
 def _burn(material: np.ndarray, scratch: np.ndarray) -> None:
     """Burn the cells as far as their compression burns them."""
+    widest_vectors()
     for lane in range(LANES):
-        relative = scratch[VOLUME * LANES + lane] * material[0] / scratch[_MASS * LANES + lane]
+        relative = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
         compressed = scratch[_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
         scratch[_BURN * LANES + lane] = max(scratch[_BURN * LANES + lane], min(compressed, 1.0))
 
@@ -179,9 +188,10 @@ def _unlit_pressure(relative: float, material: np.ndarray) -> float:
 @block_kernel
 def _press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
     """Pressure of the products on the isentrope of Landau and Stanyukovich, mixed with that of the unlit part."""
+    widest_vectors()
     p0, pk, inverse_knee = material[10], material[11], 1.0 / material[12]
     for lane in range(LANES):
-        v = scratch[VOLUME * LANES + lane] * material[0] / scratch[_MASS * LANES + lane]
+        v = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
         root = _inverse_cube_root(v * inverse_knee)
         squared = root * root
         inverse = 1.0 / v
@@ -197,9 +207,10 @@ def _press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
     dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unlit part);
     P is linear in E, so the implicit step is solved directly.
     """
+    widest_vectors()
     a, b, r1, r2, omega = material[13], material[14], material[15], material[16], material[17]
     for lane in range(LANES):
-        per_volume = material[0] / scratch[_MASS * LANES + lane]
+        per_volume = material[0] / scratch[MASS * LANES + lane]
         v = scratch[VOLUME * LANES + lane] * per_volume
         xi = scratch[_BURN * LANES + lane]
         change = v - scratch[_OLD_VOLUME * LANES + lane] * per_volume
@@ -229,6 +240,7 @@ def _hold_by_strength(
 
     Its whole work is booked as plastic, since what is stored elastically is lost when the cell burns.
     """
+    widest_vectors()
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
@@ -245,7 +257,7 @@ def _hold_by_strength(
         txx, tyy, tzz = scaled(factor, (trial[0], trial[1], trial[2]))
         txy, tyz, tzx = scaled(factor, (trial[3], trial[4], trial[5]))
         store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, _STRESS, lane)
-        scratch[_POWER * LANES + lane] = 0.5 * (
+        scratch[_HELD * LANES + lane] = 0.5 * (
             dot((txx + old[0], tyy + old[1], tzz + old[2]), (rate[0][0], rate[1][1], rate[2][2]))
             + dot((txy + old[3], tyz + old[4], tzx + old[5]), (xy + yx, yz + zy, zx + xz))
         )
@@ -254,52 +266,52 @@ def _hold_by_strength(
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
             state.stress[cell, 0, k] = scratch[(_STRESS + k) * LANES + lane]
-        work += scratch[_POWER * LANES + lane] * step * scratch[VOLUME * LANES + lane]
+        work += scratch[_HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane]
     energy[0] += work
 
 
 @block_kernel
-def _resist(step: float, share: float, rounding: float, material: np.ndarray, scratch: np.ndarray) -> None:
-    """Nodal forces of pressure, strength, artificial viscosity and hourglass control, and the stable steps."""
+def _stiffen(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
+    """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter."""
+    widest_vectors()
     # While a cell may still light, the step allows for the products' sound speed at the front, 3/4 D.
     front_speed = 0.75 * material[7]
+    per_mass = 1.0 / (8.0 * step) if step > 0.0 else np.inf
+    count = 0
     for lane in range(LANES):
-        volume, frequency = scratch[VOLUME * LANES + lane], scratch[FREQUENCY * LANES + lane]
-        mass = scratch[_MASS * LANES + lane]
-        density = mass / volume
+        frequency, mass = scratch[FREQUENCY * LANES + lane], scratch[MASS * LANES + lane]
+        density = mass / scratch[VOLUME * LANES + lane]
         sound = np.sqrt(scratch[_STIFFNESS * LANES + lane] / density)
         fastest = max(sound, front_speed) if scratch[_BURN * LANES + lane] < 1.0 else sound
-        dilatation = (
-            scratch[RATE * LANES + lane] + scratch[(RATE + 4) * LANES + lane] + scratch[(RATE + 8) * LANES + lane]
+        viscous, stable = viscosity_and_step(
+            trace_of_rate(scratch, lane), 1.0 / frequency, density, sound, fastest, material[4], material[5]
         )
-        viscous, stable = viscosity_and_step(dilatation, frequency, density, sound, fastest, material[4], material[5])
-        scratch[_VISCOUS * LANES + lane] = viscous
-        scratch[_STABLE * LANES + lane] = stable
+        damping = 0.25 * material[6] * mass * sound * frequency
+        scratch[VISCOUS * LANES + lane] = viscous
+        scratch[STABLE * LANES + lane] = stable
+        scratch[DAMPING * LANES + lane] = damping
+        count += 1 if may_overdo(damping * (1.0 / MOST_DAMPED), mass * per_mass, scratch, lane) else 0
+    return count
 
-        slope = load_vector(scratch, SLOPE, lane)
-        square = max(
-            max(
-                hourglass_square(load_vector(scratch, WARP, lane), slope),
-                hourglass_square(load_vector(scratch, WARP + 3, lane), slope),
-            ),
-            max(
-                hourglass_square(load_vector(scratch, WARP + 6, lane), slope),
-                hourglass_square(load_vector(scratch, WARP + 9, lane), slope),
-            ),
-        )
-        bearable = mass / (8.0 * square * step) if step > 0.0 else np.inf
-        damping = min(0.25 * material[6] * mass * sound * frequency, MOST_DAMPED * bearable)
+
+@block_kernel
+def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+    """Nodal forces of pressure, strength, artificial viscosity and hourglass control."""
+    widest_vectors()
+    for lane in range(LANES):
+        b3, b5 = scratch[BEARABLE * LANES + lane], scratch[(BEARABLE + 1) * LANES + lane]
+        b6, b7 = scratch[(BEARABLE + 2) * LANES + lane], scratch[(BEARABLE + 3) * LANES + lane]
+        damping = min(scratch[DAMPING * LANES + lane], MOST_DAMPED * min(b3, b5, b6, b7))
         q3, q5 = load_vector(scratch, HOURGLASS, lane), load_vector(scratch, HOURGLASS + 3, lane)
         q6, q7 = load_vector(scratch, HOURGLASS + 6, lane), load_vector(scratch, HOURGLASS + 9, lane)
         resistance = (scaled(damping, q3), scaled(damping, q5), scaled(damping, q6), scaled(damping, q7))
-        scratch[_POWER * LANES + lane] = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
-
+        scratch[POWER * LANES + lane] = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
         xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
-        pressure = scratch[_LEAKAGE * LANES + lane] * scratch[_PRESSURE * LANES + lane] + viscous
+        pressure = (
+            scratch[_LEAKAGE * LANES + lane] * scratch[_PRESSURE * LANES + lane] + scratch[VISCOUS * LANES + lane]
+        )
         stress = (xx - pressure, yy - pressure, zz - pressure, xy, yz, zx)
-        gradient = load_gradient(scratch, GRADIENT, lane)
-        modes = force_modes(stress, resistance, gradient, volume, scratch, lane)
-        store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)
+        store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, FORCE, lane)
 
 
 @block_kernel
@@ -319,30 +331,24 @@ def _book(
     heat = work = hourglass = 0.0
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
-        volume, viscous = scratch[VOLUME * LANES + lane], scratch[_VISCOUS * LANES + lane]
-        pressure, stable = scratch[_PRESSURE * LANES + lane], scratch[_STABLE * LANES + lane]
+        volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
+        pressure, stable = scratch[_PRESSURE * LANES + lane], scratch[STABLE * LANES + lane]
         change = volume - scratch[_OLD_VOLUME * LANES + lane]
         # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
         heating = -0.5 * (grid.viscous[slot + lane] + viscous) * change
         heat += heating
         mean_pressure = 0.5 * (scratch[_OLD_PRESSURE * LANES + lane] + pressure)
         work += scratch[_LEAKAGE * LANES + lane] * mean_pressure * change
-        hourglass += scratch[_POWER * LANES + lane] * step
+        hourglass += scratch[POWER * LANES + lane]
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
-        if stable < share * limits[0]:
-            limits[0] = stable / share
-            limits[1] = cell
-        if not volume >= limits[2]:
-            # Not a number must not be overwritten by the next cell.
-            limits[2] = volume if volume == volume else -np.inf
-            limits[3] = cell
+        lower_limits(grid.cells[block, lane], stable, volume, share, limits)
         state.pressure[cell] = pressure
         state.burn_fraction[cell] = scratch[_BURN * LANES + lane]
         # The shock's heat enters the products' energy a step late, but whole.
-        state.energy[cell] = scratch[_CONTENT * LANES + lane] + heating * material[0] / scratch[_MASS * LANES + lane]
+        state.energy[cell] = scratch[_CONTENT * LANES + lane] + heating * material[0] / scratch[MASS * LANES + lane]
     energy[1] += heat
-    energy[2] += hourglass
+    energy[2] += hourglass * step
     energy[3] += work
     energy[4] += heat

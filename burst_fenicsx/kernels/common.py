@@ -1,7 +1,7 @@
 """What solid and charge cells share: how a block moves, viscosity and stable step, hourglass control, forces.
 
-A block's scratch is flat, entry `lane` of row `k` at `k * LANES + lane`. The rows named here hold what one loop over the
-lanes leaves to the next one; since all rows lie at constant distances, the compiler sees that they do not overlap.
+The rows of the scratch that are named here hold what one loop over the lanes leaves to the next one; since all rows lie
+at constant distances, the compiler sees that they do not overlap.
 """
 
 from __future__ import annotations
@@ -9,15 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.hexahedron import (
-    Gradient,
     Modes,
     cell_gradient,
     cell_modes,
+    load_gradient,
     squared_gradients,
     store_gradient,
     velocity_gradient,
 )
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.tensors import (
     Matrix,
     Symmetric,
@@ -25,6 +25,7 @@ from burst_fenicsx.kernels.tensors import (
     add_outer,
     add_scaled,
     apply,
+    dot,
     load_vector,
     outer,
     scaled,
@@ -34,21 +35,28 @@ from burst_fenicsx.kernels.tensors import (
 )
 
 __all__ = [
+    "BEARABLE",
+    "DAMPING",
     "FORCE",
     "FREE",
     "FREQUENCY",
     "GRADIENT",
     "HOURGLASS",
+    "MASS",
     "MOST_DAMPED",
     "POSITION",
+    "POWER",
     "RATE",
-    "SLOPE",
+    "STABLE",
     "VELOCITY",
+    "VISCOUS",
     "VOLUME",
-    "WARP",
+    "bound_hourglass",
     "force_modes",
-    "hourglass_square",
+    "lower_limits",
+    "may_overdo",
     "move_cells",
+    "trace_of_rate",
     "viscosity_and_step",
 ]
 
@@ -60,8 +68,13 @@ RATE = 78  # velocity gradient, 9 rows, 1/s
 HOURGLASS = 87  # hourglass rates of the modes 3, 5, 6, 7, 12 rows, m/s
 VOLUME = 99  # m3
 FREQUENCY = 100  # inverse of the length that governs the stable step, 1/m
-SLOPE = 101  # norms of the mean gradient over the nodes over the volume, 3 rows, 1/m
-FREE = 104  # first row for the material's own
+SLOPE = 101  # squares of the norms of the mean gradient over the nodes over the volume, 3 rows, 1/m2
+MASS = 104  # kg
+VISCOUS, STABLE = 105, 106  # artificial viscous pressure, Pa; stable step, s
+DAMPING = 107  # viscous hourglass coefficient, N s/m
+BEARABLE = 108  # the most that each of the modes 3, 5, 6, 7 bears of it, 4 rows, N s/m
+POWER = 112  # of the hourglass forces, W
+FREE = 113  # first row for the material's own
 
 MOST_DAMPED = 1.0
 """Share of an hourglass rate that viscosity may take away in one step; beyond it the rate would change its sign."""
@@ -71,13 +84,14 @@ _ROOT_8 = np.sqrt(8.0)
 
 @block_kernel
 def move_cells(step: float, scratch: np.ndarray) -> None:
-    """From nodal places and velocities to all that describes the cells' motion in the step (s) and their shape after it.
+    """From nodal places and velocities to what describes the cells' motion in the step (s) and their shape after it.
 
     The velocity gradient is the mean one on the mid-step configuration. The hourglass rates are
     q_ia = sum over nodes of gamma_a v_i (Flanagan and Belytschko 1981, Eq. 43-51): gamma is the mode less its linear
     part, so that rigid motion and uniform strain excite none. The length L, c dt <= L, is 2 c over the highest
     frequency, see `squared_gradients`.
     """
+    widest_vectors()
     for lane in range(LANES):
         place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
         # The transform is linear, so the places half a step ago need no gather of their own.
@@ -99,9 +113,8 @@ def move_cells(step: float, scratch: np.ndarray) -> None:
         inverse = 1.0 / volume
         scratch[VOLUME * LANES + lane] = volume
         scratch[FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
-        scratch[SLOPE * LANES + lane] = inverse * np.sqrt(8.0 * xx)
-        scratch[(SLOPE + 1) * LANES + lane] = inverse * np.sqrt(8.0 * yy)
-        scratch[(SLOPE + 2) * LANES + lane] = inverse * np.sqrt(8.0 * zz)
+        square = 8.0 * inverse * inverse
+        store_vector((square * xx, square * yy, square * zz), scratch, SLOPE, lane)
 
 
 @lane_function
@@ -121,7 +134,7 @@ def _half_step_ago(place: Modes, velocity: Modes, back: float) -> Modes:
 @lane_function
 def viscosity_and_step(
     dilatation: float,
-    frequency: float,
+    length: float,
     density: float,
     sound: float,
     fastest: float,
@@ -130,12 +143,11 @@ def viscosity_and_step(
 ) -> tuple[float, float]:
     """Artificial viscous pressure q (Pa) in compression and the stable step (s) with it.
 
-    q = rho L |D| (q1 c + q2 L |D|), D the rate of volume (von Neumann and Richtmyer 1950, Landshoff 1955), L the
-    inverse of `frequency`. The damped mode of frequency omega = 2 c/L with the ratio zeta = q1 + q2 L |D| / c of the
-    critical damping allows dt <= (2/omega) (sqrt(1 + zeta^2) - zeta) (Belytschko et al. 2000, section 6.2).
+    q = rho L |D| (q1 c + q2 L |D|), D the rate of volume (von Neumann and Richtmyer 1950, Landshoff 1955).
+    The damped mode of frequency omega = 2 c/L with the ratio zeta = q1 + q2 L |D| / c of the critical
+    damping allows dt <= (2/omega) (sqrt(1 + zeta^2) - zeta) (Belytschko et al. 2000, section 6.2).
     `fastest` is the sound speed that the step must allow for.
     """
-    length = 1.0 / frequency
     closing = length * max(-dilatation, 0.0)
     speed = quadratic * closing
     damped = linear * fastest + speed if dilatation < 0.0 else 0.0
@@ -144,7 +156,13 @@ def viscosity_and_step(
 
 
 @lane_function
-def hourglass_square(warp: Vector, slope: Vector) -> float:
+def trace_of_rate(scratch: np.ndarray, lane: int) -> float:
+    """Rate of volume over the volume (1/s)."""
+    return scratch[RATE * LANES + lane] + scratch[(RATE + 4) * LANES + lane] + scratch[(RATE + 8) * LANES + lane]
+
+
+@lane_function
+def _hourglass_square(warp: Vector, slope: Vector) -> float:
     """Bound on the square of an hourglass vector, |gamma| <= sqrt(8) + sum over i of |h x_i| |b_i| / V.
 
     8 in a brick; large where a cell is warped by more than it is thick. `warp` is the mode of the positions (m).
@@ -154,11 +172,51 @@ def hourglass_square(warp: Vector, slope: Vector) -> float:
 
 
 @lane_function
+def may_overdo(coefficient: float, bearable: float, scratch: np.ndarray, lane: int) -> bool:
+    """Whether an hourglass coefficient may be more than a cell bears; `bearable` belongs to vectors of square one.
+
+    Told without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
+    """
+    h3, h5 = load_vector(scratch, WARP, lane), load_vector(scratch, WARP + 3, lane)
+    h6, h7 = load_vector(scratch, WARP + 6, lane), load_vector(scratch, WARP + 9, lane)
+    warp = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
+    sx, sy, sz = load_vector(scratch, SLOPE, lane)
+    return coefficient * (10.0 + 5.0 * warp * (sx + sy + sz)) > bearable
+
+
+@block_kernel
+def bound_hourglass(step: float, needed: bool, scratch: np.ndarray) -> None:
+    """Find the hourglass coefficients that the step (s) lets each cell bear: where none is `needed`, without limit."""
+    widest_vectors()
+    if not needed:
+        for k in range(4 * LANES):
+            scratch[BEARABLE * LANES + k] = np.inf
+        return
+    for lane in range(LANES):
+        sx, sy, sz = load_vector(scratch, SLOPE, lane)
+        slope = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
+        bearable = scratch[MASS * LANES + lane] / (8.0 * step)
+        for a in range(4):
+            square = _hourglass_square(load_vector(scratch, WARP + 3 * a, lane), slope)
+            scratch[(BEARABLE + a) * LANES + lane] = bearable / square
+
+
+@lane_function
+def lower_limits(cell: int, stable: float, volume: float, share: float, limits: np.ndarray) -> None:
+    """Take a cell's stable step over `share` (s) and its volume (m3) into the least ones of `limits`."""
+    if stable < share * limits[0]:
+        limits[0] = stable / share
+        limits[1] = cell
+    if not volume >= limits[2]:
+        # Not a number must not be overwritten by the next cell.
+        limits[2] = volume if volume == volume else -np.inf
+        limits[3] = cell
+
+
+@lane_function
 def force_modes(
     stress: Symmetric,
     resistance: tuple[Vector, Vector, Vector, Vector],
-    gradient: Gradient,
-    volume: float,
     scratch: np.ndarray,
     lane: int,
 ) -> Modes:
@@ -168,8 +226,7 @@ def force_modes(
     ----------
     stress : sigma with the viscous pressure taken off (Pa).
     resistance : generalised hourglass forces Q of the modes 3, 5, 6, 7 (N).
-    gradient, volume : of the same configuration (m2, m3).
-    scratch : its rows `WARP` are read.
+    scratch : the rows `WARP`, `GRADIENT` and `VOLUME` are read.
     """
     h3, h5, h6, h7 = resistance
     # The linear part of gamma acts like a stress, which need not be symmetric.
@@ -178,8 +235,8 @@ def force_modes(
     linear = add_outer(linear, h6, load_vector(scratch, WARP + 6, lane))
     linear = add_outer(linear, h7, load_vector(scratch, WARP + 9, lane))
     xx, yy, zz, xy, yz, zx = stress
-    pull = _opposed(linear, 1.0 / volume, ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
-    p, q, s3, r, s5, s6 = gradient
+    pull = _opposed(linear, 1.0 / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
+    p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)
     return (
         apply(pull, p),
         apply(pull, q),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, viscosity_and_step
+from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, lower_limits, viscosity_and_step
 from burst_fenicsx.kernels.hexahedron import (
     Gradient,
     Modes,
@@ -22,7 +22,7 @@ from burst_fenicsx.kernels.hexahedron import (
     store_gradient,
     store_nodal_forces,
 )
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
@@ -55,6 +55,7 @@ _STRESS = 129  # at the point, 6 rows, Pa
 _SHEAR_STRAIN, _VOLUME_STRAIN, _SOFTENING = 135, 136, 137
 _COFACTOR = 138  # 9 rows, m2
 _DETERMINANT = 147  # volume of the point, m3
+_MIDDLE = 156  # the same half a step ago
 _VOLUME, _FREQUENCY = 148, 149  # m3, 1/m
 _DILATATION = 150  # mean over the cell, 1/s
 _TENSION = 151  # sum over the points of the mean stress times the volume, J
@@ -79,8 +80,8 @@ def solid_block_full(
     cells = grid.cells[block]
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
-    gather(cells, grid.dofmap, nodes.position, POSITION, scratch)
-    gather(cells, grid.dofmap, nodes.velocity, VELOCITY, scratch)
+    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
     _move_cells(block, step, state, scratch)
     for point in range(8):
         # In the order of dolfinx's quadrature space, zeta fastest, so that its functions mean what they say.
@@ -93,7 +94,7 @@ def solid_block_full(
         _add_point(xi, eta, zeta, scratch)
         _store_point(cells, count, point, state, scratch)
     _finish(block, share, nodes.rounding, material, grid, scratch)
-    add_nodal_forces(count, cells, grid.dofmap, FORCE, scratch, nodes.force)
+    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     _book(block, share, grid, scratch, energy, limits)
 
 
@@ -121,6 +122,7 @@ def _flux(velocity: Modes, gradient: Gradient) -> float:
 @block_kernel
 def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray) -> None:
     """Modes, mean dilatation on the mid-step configuration, and the shape after the step; sums are set to zero."""
+    widest_vectors()
     back = -0.5 * step
     for lane in range(LANES):
         place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
@@ -208,6 +210,7 @@ def _try_elastic(xi: float, eta: float, zeta: float, step: float, material: np.n
 
     The dilatation of the velocity gradient is replaced by the cell's mean one (B-bar).
     """
+    widest_vectors()
     shear = 0.5 * material[0] / (1.0 + material[1])
     lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
     back = -0.5 * step
@@ -221,6 +224,7 @@ def _try_elastic(xi: float, eta: float, zeta: float, step: float, material: np.n
         )
         cofactor, determinant = _cofactors(middle)
         whole = add_outer(add_outer(outer(speed[0], cofactor[0]), speed[1], cofactor[1]), speed[2], cofactor[2])
+        scratch[_MIDDLE * LANES + lane] = determinant
         inverse = 1.0 / determinant
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (
             scaled(inverse, whole[0]),
@@ -242,6 +246,7 @@ def _try_elastic(xi: float, eta: float, zeta: float, step: float, material: np.n
 @block_kernel
 def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
     """Return the stresses at a point; those within the strengths stay as they are."""
+    widest_vectors()
     for lane in range(LANES):
         tau, sigma = _strengths(material, scratch, lane)
         stress, shear_strain, volume_strain, dissipation = return_stress(
@@ -250,7 +255,7 @@ def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
         store_symmetric(stress, scratch, _STRESS, lane)
         scratch[_SHEAR_STRAIN * LANES + lane] += shear_strain
         scratch[_VOLUME_STRAIN * LANES + lane] += volume_strain
-        scratch[_PLASTIC * LANES + lane] += dissipation * scratch[_DETERMINANT * LANES + lane]
+        scratch[_PLASTIC * LANES + lane] += dissipation * scratch[_MIDDLE * LANES + lane]
 
 
 @lane_function
@@ -268,6 +273,7 @@ def _add_point(xi: float, eta: float, zeta: float, scratch: np.ndarray) -> None:
     dN_a/dxi = xi_a (1 + eta_a eta) (1 + zeta_a zeta) / 8, so a traction on xi enters the modes xi, xi eta,
     xi zeta and xi eta zeta. The hydrostatic part is summed up, to act with the mean gradient.
     """
+    widest_vectors()
     for lane in range(LANES):
         xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
         mean = (xx + yy + zz) * (1.0 / 3.0)
@@ -289,6 +295,7 @@ def _add_point(xi: float, eta: float, zeta: float, scratch: np.ndarray) -> None:
 @block_kernel
 def _finish(block: int, share: float, rounding: float, material: np.ndarray, grid: Grid, scratch: np.ndarray) -> None:
     """Viscosity and stable step; nodal forces of the points' sum and of the pressure, which is the mean one."""
+    widest_vectors()
     shear = 0.5 * material[0] / (1.0 + material[1])
     lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
     for lane in range(LANES):
@@ -297,7 +304,7 @@ def _finish(block: int, share: float, rounding: float, material: np.ndarray, gri
         sound = np.sqrt((lame + 2.0 * shear) / density)
         viscous, stable = viscosity_and_step(
             scratch[_DILATATION * LANES + lane],
-            scratch[_FREQUENCY * LANES + lane],
+            1.0 / scratch[_FREQUENCY * LANES + lane],
             density,
             sound,
             sound,
@@ -334,12 +341,6 @@ def _book(block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
-        if stable < share * limits[0]:
-            limits[0] = stable / share
-            limits[1] = grid.cells[block, lane]
-        if not smallest >= limits[2]:
-            # Not a number must not be overwritten by the next cell.
-            limits[2] = smallest if smallest == smallest else -np.inf
-            limits[3] = grid.cells[block, lane]
+        lower_limits(grid.cells[block, lane], stable, smallest, share, limits)
     energy[0] += plastic
     energy[1] += viscous_work

@@ -65,14 +65,15 @@ _SCALE = 1.0 / 64.0
 
 
 @block_kernel
-def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, row: int, scratch: np.ndarray) -> None:
-    """Copy a nodal vector field of a block's cells to 24 rows of `scratch` from `row` on, 3 n + i for node n.
+def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.ndarray) -> None:
+    """Copy a nodal vector field of a block's cells to 24 rows, 3 n + i for node n.
 
     Parameters
     ----------
     cells : (LANES,) int32, the block's cells (padded with its last one).
     dofmap : (cells, 8) int32, nodes in tensor-product order.
     field : (nodes, 3).
+    rows : (24 LANES or more,), overwritten.
     """
     for lane in range(LANES):
         # Unsigned, so that no code counts negative ones from the end.
@@ -80,7 +81,7 @@ def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, row: int, s
         for n in range(8):
             node = np.uint64(dofmap[cell, n])
             for i in range(3):
-                scratch[(row + 3 * n + i) * LANES + lane] = field[node, i]
+                rows[(3 * n + i) * LANES + lane] = field[node, i]
 
 
 @lane_function
@@ -107,7 +108,7 @@ def _walsh(scratch: np.ndarray, row: int, lane: int) -> tuple[float, float, floa
 
 @lane_function
 def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
-    """Modes 1 to 7 of a nodal vector field that `gather` has put at `row`."""
+    """Modes 1 to 7 of a nodal vector field that `gather` has put in the rows from `row` on."""
     x, y, z = _walsh(scratch, row, lane), _walsh(scratch, row + 1, lane), _walsh(scratch, row + 2, lane)
     return (
         (x[0], y[0], z[0]),
@@ -226,10 +227,8 @@ def store_nodal_forces(modes: Modes, share: float, rounding: float, scratch: np.
 
 
 @block_kernel
-def add_nodal_forces(
-    count: int, cells: np.ndarray, dofmap: np.ndarray, row: int, scratch: np.ndarray, force: np.ndarray
-) -> None:
-    """Add the rounded nodal forces at `row` to the nodes of the first `count` cells.
+def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, rows: np.ndarray, force: np.ndarray) -> None:
+    """Add the rounded nodal forces in 24 rows to the nodes of the first `count` cells.
 
     The sums do not depend on the order of the cells (see `exact`).
     """
@@ -238,7 +237,7 @@ def add_nodal_forces(
         for n in range(8):
             node = np.uint64(dofmap[cell, n])
             for i in range(3):
-                force[node, i] += scratch[(row + 3 * n + i) * LANES + lane]
+                force[node, i] += rows[(3 * n + i) * LANES + lane]
 
 
 @block_kernel
@@ -247,7 +246,7 @@ def gather_modes(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, modes
 
     `modes` (24 LANES,) is overwritten, row 3 m + i for component i of mode m; the other arguments as for `gather`.
     """
-    gather(cells, dofmap, field, 0, modes)
+    gather(cells, dofmap, field, modes)
     for lane in range(LANES):
         a, b, f, c, e, d, g = cell_modes(modes, 0, lane)
         store_vector(a, modes, 3, lane)

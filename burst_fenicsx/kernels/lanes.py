@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
+from numba import types
+from numba.extending import intrinsic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LANES", "block_kernel", "kernel", "lane_function", "parallel_kernel"]
+__all__ = ["LANES", "block_kernel", "kernel", "lane_function", "parallel_kernel", "widest_vectors"]
 
 LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones."""
@@ -37,13 +39,28 @@ def block_kernel(function: Callable[..., Any]) -> Any:
 
 
 def lane_function(function: Callable[..., Any]) -> Any:
-    """Compile `function` of one lane's numbers into whatever calls it, so that the loop over the lanes is vectorised."""
+    """Compile `function` of one lane's numbers into what calls it, so that the loop over the lanes is vectorised."""
     return _compile(function, _nrt=False, forceinline=True)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` with its `prange` loops shared by threads."""
     return _compile(function, parallel=True)
+
+
+@intrinsic
+def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Have the compiler use 512-bit vectors, where there are any, in the kernel that calls this.
+
+    By default it keeps to 256 bits on processors that once slowed down for more.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
+        # Straight into the set: llvmlite's own `add` knows no attributes of one kind of processor.
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    return types.none(), generate
 
 
 def _compile(function: Callable[..., Any], **options: bool) -> Any:

@@ -5,25 +5,31 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
+    BEARABLE,
+    DAMPING,
     FORCE,
     FREE,
     FREQUENCY,
-    GRADIENT,
     HOURGLASS,
+    MASS,
     MOST_DAMPED,
     POSITION,
+    POWER,
     RATE,
-    SLOPE,
+    STABLE,
     VELOCITY,
+    VISCOUS,
     VOLUME,
-    WARP,
+    bound_hourglass,
     force_modes,
-    hourglass_square,
+    lower_limits,
+    may_overdo,
     move_cells,
+    trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, load_gradient, store_nodal_forces
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
     Matrix,
@@ -36,8 +42,6 @@ from burst_fenicsx.kernels.tensors import (
     load_matrix,
     load_symmetric,
     load_vector,
-    scaled,
-    store_matrix,
     store_symmetric,
     store_vector,
     symmetric_square,
@@ -69,11 +73,9 @@ SCRATCH_ROWS = 204
 _STRESS = FREE  # 6 rows, Pa
 _SHEAR_STRAIN, _VOLUME_STRAIN = FREE + 6, FREE + 7
 _SOFTENING = FREE + 8  # inverse factor on the limit strains
-_MASS = FREE + 9  # kg
-_DISSIPATION = FREE + 10  # J/m3 in this step
+_DISSIPATION = FREE + 9  # J/m3 in this step
+_SPRING = FREE + 10  # hourglass springs' coefficient times the step, N s/m
 _STORED = FREE + 11  # stored elastic hourglass forces, 12 rows, N
-_VISCOUS, _STABLE = FREE + 23, FREE + 24  # Pa and s
-_POWER = FREE + 25  # of the hourglass forces, W
 
 
 @lane_function
@@ -124,7 +126,7 @@ def elastic_trial(
 
 @lane_function
 def is_elastic(stress: Symmetric, tau: float, sigma: float) -> bool:
-    """Whether bounds without principal values tell that a stress (Pa) keeps within the strengths `tau` and `sigma` (Pa).
+    """Whether bounds without principal values tell that a stress keeps within the strengths `tau` and `sigma` (Pa).
 
     (s1 - s3)/2 <= sqrt(J2) and s1 <= mean + 2 sqrt(J2/3).
     """
@@ -159,14 +161,15 @@ def solid_block(
     cells = grid.cells[block]
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
-    gather(cells, grid.dofmap, nodes.position, POSITION, scratch)
-    gather(cells, grid.dofmap, nodes.velocity, VELOCITY, scratch)
+    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
     _load_state(block, grid, state, scratch)
     move_cells(step, scratch)
     if _try_elastic(step, material, scratch) > 0:
         _return_plastic(material, scratch)
-    _resist(step, share, nodes.rounding, material, scratch)
-    add_nodal_forces(count, cells, grid.dofmap, FORCE, scratch, nodes.force)
+    bound_hourglass(step, _stiffen(step, material, scratch) > 0, scratch)
+    _resist(share, nodes.rounding, scratch)
+    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     _store_state(block, grid, state, scratch)
     _book(block, step, share, grid, scratch, energy, limits)
 
@@ -182,7 +185,7 @@ def _load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) 
         scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, 0]
         scratch[_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, 0]
         scratch[_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
-        scratch[_MASS * LANES + lane] = grid.mass[slot + lane]
+        scratch[MASS * LANES + lane] = grid.mass[slot + lane]
     for k in range(12 * LANES):
         scratch[_STORED * LANES + k] = state.hourglass[block, k]
 
@@ -201,6 +204,13 @@ def _store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray)
 
 
 @lane_function
+def _moduli(material: np.ndarray) -> tuple[float, float]:
+    """Shear modulus and Lame's first parameter (Pa)."""
+    shear = 0.5 * material[0] / (1.0 + material[1])
+    return shear, 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+
+
+@lane_function
 def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
     """Shear and tensile strength (Pa) after the strains so far."""
     scale = scratch[_SOFTENING * LANES + lane]
@@ -211,8 +221,8 @@ def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[fl
 @block_kernel
 def _try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
     """Turn what is stored and add the elastic increment; count the cells that may be plastic."""
-    shear = 0.5 * material[0] / (1.0 + material[1])
-    lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+    widest_vectors()
+    shear, lame = _moduli(material)
     plastic = 0
     for lane in range(LANES):
         rate = load_matrix(scratch, RATE, lane)
@@ -232,6 +242,7 @@ def _try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
 @block_kernel
 def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
     """Return the stresses of a block; those within the strengths stay as they are."""
+    widest_vectors()
     for lane in range(LANES):
         tau, sigma = _strengths(material, scratch, lane)
         stress, shear_strain, volume_strain, dissipation = return_stress(
@@ -244,60 +255,70 @@ def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
 
 
 @block_kernel
-def _resist(step: float, share: float, rounding: float, material: np.ndarray, scratch: np.ndarray) -> None:
-    """Nodal forces of the stresses, the artificial viscosity and the hourglass control, and the stable steps."""
-    shear = 0.5 * material[0] / (1.0 + material[1])
-    lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+def _stiffen(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
+    """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
+
+    Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
+    given as a fraction of what full integration would give, about rho c^2 L / 36.
+    """
+    widest_vectors()
+    shear, lame = _moduli(material)
     stiff = lame + 2.0 * shear
     # Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
     softened = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
-    spring = material[9] / 36.0 * stiff * step
+    per_mass = 1.0 / (8.0 * step) if step > 0.0 else np.inf
+    count = 0
     for lane in range(LANES):
         volume, frequency = scratch[VOLUME * LANES + lane], scratch[FREQUENCY * LANES + lane]
-        mass = scratch[_MASS * LANES + lane]
+        mass = scratch[MASS * LANES + lane]
         density = mass / volume
         sound = np.sqrt(stiff / density)
         tau, _ = _strengths(material, scratch, lane)
         fastest = sound if tau > 0.0 else softened * sound
-        dilatation = (
-            scratch[RATE * LANES + lane] + scratch[(RATE + 4) * LANES + lane] + scratch[(RATE + 8) * LANES + lane]
+        length = 1.0 / frequency
+        viscous, stable = viscosity_and_step(
+            trace_of_rate(scratch, lane), length, density, sound, fastest, material[6], material[7]
         )
-        viscous, stable = viscosity_and_step(dilatation, frequency, density, sound, fastest, material[6], material[7])
-        scratch[_VISCOUS * LANES + lane] = viscous
-        scratch[_STABLE * LANES + lane] = stable
-
-        slope = load_vector(scratch, SLOPE, lane)
         damping = 0.25 * material[8] * mass * sound * frequency
-        bearable = mass / (8.0 * step) if step > 0.0 else np.inf
-        h3, p3 = _resist_mode(0, bearable, damping, spring / frequency, slope, scratch, lane)
-        h5, p5 = _resist_mode(3, bearable, damping, spring / frequency, slope, scratch, lane)
-        h6, p6 = _resist_mode(6, bearable, damping, spring / frequency, slope, scratch, lane)
-        h7, p7 = _resist_mode(9, bearable, damping, spring / frequency, slope, scratch, lane)
-        scratch[_POWER * LANES + lane] = p3 + p5 + p6 + p7
+        spring = material[9] / 36.0 * stiff * step * length
+        scratch[VISCOUS * LANES + lane] = viscous
+        scratch[STABLE * LANES + lane] = stable
+        scratch[DAMPING * LANES + lane] = damping
+        scratch[_SPRING * LANES + lane] = spring
+        most = max(damping * (1.0 / MOST_DAMPED), spring * (1.0 / _MOST_STIFF))
+        count += 1 if may_overdo(most, mass * per_mass, scratch, lane) else 0
+    return count
 
+
+@block_kernel
+def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+    """Nodal forces of the stresses, the artificial viscosity and the hourglass control."""
+    widest_vectors()
+    for lane in range(LANES):
+        h3, p3 = _resist_mode(0, scratch, lane)
+        h5, p5 = _resist_mode(1, scratch, lane)
+        h6, p6 = _resist_mode(2, scratch, lane)
+        h7, p7 = _resist_mode(3, scratch, lane)
+        scratch[POWER * LANES + lane] = p3 + p5 + p6 + p7
+        viscous = scratch[VISCOUS * LANES + lane]
         xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
         stress = (xx - viscous, yy - viscous, zz - viscous, xy, yz, zx)
-        gradient = load_gradient(scratch, GRADIENT, lane)
-        modes = force_modes(stress, (h3, h5, h6, h7), gradient, volume, scratch, lane)
-        store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)
+        store_nodal_forces(force_modes(stress, (h3, h5, h6, h7), scratch, lane), share, rounding, scratch, FORCE, lane)
 
 
 @lane_function
-def _resist_mode(
-    row: int, bearable: float, damping: float, spring: float, slope: Vector, scratch: np.ndarray, lane: int
-) -> tuple[Vector, float]:
+def _resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
     """Force (N) against one hourglass mode, viscous + stored elastic one, and its power (W).
 
-    Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
-    given as a fraction of what full integration would give, about rho c^2 L / 36. Both are bounded by what the step
-    lets a cell bear whose hourglass vectors its distortion has made long. The stored forces have been turned with the
-    cell; they are advanced.
+    Both are bounded by what the step lets a cell bear whose hourglass vectors its distortion has made long. The stored
+    forces have been turned with the cell; they are advanced.
     """
-    warp, rate = load_vector(scratch, WARP + row, lane), load_vector(scratch, HOURGLASS + row, lane)
-    bearable /= hourglass_square(warp, slope)
-    elastic = add_scaled(load_vector(scratch, _STORED + row, lane), min(spring, _MOST_STIFF * bearable), rate)
-    store_vector(elastic, scratch, _STORED + row, lane)
-    force = add_scaled(elastic, min(damping, MOST_DAMPED * bearable), rate)
+    rate = load_vector(scratch, HOURGLASS + 3 * a, lane)
+    bearable = scratch[(BEARABLE + a) * LANES + lane]
+    spring = min(scratch[_SPRING * LANES + lane], _MOST_STIFF * bearable)
+    elastic = add_scaled(load_vector(scratch, _STORED + 3 * a, lane), spring, rate)
+    store_vector(elastic, scratch, _STORED + 3 * a, lane)
+    force = add_scaled(elastic, min(scratch[DAMPING * LANES + lane], MOST_DAMPED * bearable), rate)
     return force, dot(force, rate)
 
 
@@ -315,22 +336,16 @@ def _book(
     slot = block * LANES
     plastic = viscous_work = hourglass = 0.0
     for lane in range(grid.filled[block]):
-        volume, viscous = scratch[VOLUME * LANES + lane], scratch[_VISCOUS * LANES + lane]
-        stable = scratch[_STABLE * LANES + lane]
+        volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
+        stable = scratch[STABLE * LANES + lane]
         plastic += scratch[_DISSIPATION * LANES + lane] * volume
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
         viscous_work -= 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
-        hourglass += scratch[_POWER * LANES + lane] * step
+        hourglass += scratch[POWER * LANES + lane]
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
-        if stable < share * limits[0]:
-            limits[0] = stable / share
-            limits[1] = grid.cells[block, lane]
-        if not volume >= limits[2]:
-            # Not a number must not be overwritten by the next cell.
-            limits[2] = volume if volume == volume else -np.inf
-            limits[3] = grid.cells[block, lane]
+        lower_limits(grid.cells[block, lane], stable, volume, share, limits)
     energy[0] += plastic
     energy[1] += viscous_work
-    energy[2] += hourglass
+    energy[2] += hourglass * step

@@ -60,11 +60,11 @@ def principal_stresses(stress: Symmetric) -> tuple[float, float, float, bool, Sy
 
     Notes
     -----
-    In the manner of Scherzinger and Dohrmann (2008, Computer Methods in Applied Mechanics and Engineering 197): the value
-    farthest from the others is well conditioned, whatever they do, so it comes from the invariants. With B the deviator
-    over sqrt(J2/3), the value of B is eta = 2 cos(phi/3), cos(phi) = det(B)/2, and its dyad is the adjugate of B - eta
-    over its trace, which lies between 6 and 9. What is left of B in the plane across it is traceless and gives the
-    other two by its norm alone.
+    In the manner of Scherzinger and Dohrmann (2008, Computer Methods in Applied Mechanics and Engineering 197): the
+    value farthest from the others is well conditioned, whatever they do, so it comes from the invariants. With B the
+    deviator over sqrt(J2/3), the value of B is eta = 2 cos(phi/3), cos(phi) = det(B)/2, and its dyad is the adjugate
+    of B - eta over its trace, which lies between 6 and 9. What is left of B in the plane across it is traceless and
+    gives the other two by its norm alone. No trigonometry, no sweeps, and nothing is lost where values are equal.
     """
     xx, yy, zz, xy, yz, zx = stress
     mean = (xx + yy + zz) * _THIRD

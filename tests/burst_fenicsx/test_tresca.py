@@ -159,7 +159,7 @@ def test_return_turns_with_the_stress(trials):
 
 
 def test_principal_stresses_equal_lapacks_to_round_off(trials):
-    """Values to 1e-14 of the largest, in order; the dyads are those of orthonormal directions and rebuild the stress."""
+    """Values to 1e-14 of the largest, in order; the dyads are of orthonormal directions and rebuild the stress."""
     stress = trials[4]
     worst_value = worst_stress = worst_dyad = 0.0
     for s in stress:
