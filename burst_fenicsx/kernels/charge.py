@@ -5,25 +5,42 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
+    BEARABLE,
+    DAMPING,
+    FORCE,
+    FREE,
+    FREQUENCY,
+    HOURGLASS,
+    MASS,
     MOST_DAMPED,
+    POSITION,
+    POWER,
+    RATE,
+    STABLE,
+    VELOCITY,
+    VISCOUS,
+    VOLUME,
+    bound_hourglass,
     force_modes,
-    gradient_norms,
-    hourglass_rates,
-    hourglass_square,
-    resist_hourglass,
-    step_and_viscosity,
+    lower_limits,
+    may_overdo,
+    move_cells,
+    trace_of_rate,
+    viscosity_and_step,
 )
-from burst_fenicsx.kernels.hexahedron import (
-    add_nodal_forces,
-    gather_modes,
-    largest_gradient,
-    mean_gradient,
-    mid_step_modes,
-    velocity_gradient,
-)
-from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.solid import elastic_trial, spin
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes
+from burst_fenicsx.kernels.tensors import (
+    dot,
+    load_matrix,
+    load_symmetric,
+    load_vector,
+    scaled,
+    store_symmetric,
+    symmetric_square,
+)
 
 __all__ = ["PARAMETERS", "charge_block"]
 
@@ -51,7 +68,19 @@ PARAMETERS = (
 Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone."""
 
 
-@kernel
+_STRESS = FREE  # deviator of the unlit charge, 6 rows, Pa
+_STORED = FREE + 6  # the same before the step
+_OLD_VOLUME = FREE + 12  # m3
+_OLD_PRESSURE, _PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
+_BURN = FREE + 15  # burnt fraction
+_BY_COMPRESSION = FREE + 16  # burnt fraction over the compression
+_CONTENT = FREE + 17  # internal energy of the products, J/m3 of initial volume
+_LEAKAGE = FREE + 18
+_STIFFNESS = FREE + 19  # -V dP/dV, Pa
+_HELD = FREE + 20  # power of the deviator, W/m3
+
+
+@lane_function
 def _inverse_cube_root(x: float) -> np.float64:
     """x^(-1/3) by Newton's iteration from a guess made on the exponent; vectorises where a power does not."""
     bits = np.float64(x).view(np.int64)
@@ -62,109 +91,7 @@ def _inverse_cube_root(x: float) -> np.float64:
     return y
 
 
-@kernel
-def _landau_pressure(relative: np.ndarray, parameters: np.ndarray, pressure: np.ndarray, stiffness: np.ndarray) -> None:
-    """Pressure P (Pa) of the products at V/V0 and -V dP/dV (Pa), Landau-Stanyukovich."""
-    p0, pk, vk = parameters[10], parameters[11], parameters[12]
-    knee = pk * vk ** (4.0 / 3.0)
-    for lane in range(LANES):
-        v = relative[lane]
-        root = _inverse_cube_root(v)
-        squared = root * root
-        dense = v < vk
-        cubed = squared * root
-        p = p0 * cubed * cubed * cubed if dense else knee * squared * squared
-        pressure[lane] = p
-        stiffness[lane] = 3.0 * p if dense else 4.0 / 3.0 * p
-
-
-@kernel
-def _jwl_pressure(
-    relative: np.ndarray,
-    old_relative: np.ndarray,
-    burn: np.ndarray,
-    unlit: np.ndarray,
-    old_pressure: np.ndarray,
-    parameters: np.ndarray,
-    energy: np.ndarray,
-    pressure: np.ndarray,
-    stiffness: np.ndarray,
-) -> None:
-    """Pressure of Jones, Wilkins and Lee with its own internal energy, and -V dP/dV on the isentrope (Pa).
-
-    dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unlit part);
-    P is linear in E, so the implicit step is solved directly. `energy` (J/m3) is updated in place.
-    """
-    a, b, r1, r2, omega = parameters[13], parameters[14], parameters[15], parameters[16], parameters[17]
-    for lane in range(LANES):
-        v = relative[lane]
-        xi = burn[lane]
-        change = v - old_relative[lane]
-        e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
-        cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
-        rest = energy[lane] - 0.5 * (old_pressure[lane] + (1.0 - xi) * unlit[lane]) * change
-        p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
-        e = rest - 0.5 * xi * p * change
-        energy[lane] = e
-        pressure[lane] = p
-        slope = e1 * (r1 * v - omega - omega / (r1 * v)) + e2 * (r2 * v - omega - omega / (r2 * v))
-        stiffness[lane] = max(slope + omega * (e / v + p), p)
-
-
-@kernel
-def _add_unlit_deviator(
-    cells: np.ndarray,
-    count: int,
-    step: float,
-    rate: np.ndarray,
-    rotation: np.ndarray,
-    burn: np.ndarray,
-    volume: np.ndarray,
-    shear: float,
-    strength: float,
-    stored: np.ndarray,
-    stress: np.ndarray,
-    deviator: np.ndarray,
-    energy: np.ndarray,
-) -> None:
-    """Weak strength of the unlit charge: elastic, ideally plastic (von Mises in shear), fading as it burns.
-
-    `stored` (cells, points, 6) holds the deviators (Pa); `stress` (6 LANES,) is added to. Its whole work is booked
-    as plastic, since what is stored elastically is lost when the cell burns.
-    """
-    for lane in range(LANES):
-        cell = cells[lane]
-        mean = (rate[lane] + rate[4 * LANES + lane] + rate[8 * LANES + lane]) / 3.0
-        rate[lane] -= mean
-        rate[4 * LANES + lane] -= mean
-        rate[8 * LANES + lane] -= mean
-        for k in range(6):
-            deviator[k * LANES + lane] = stored[cell, 0, k]
-    spin(rate, step, rotation)
-    elastic_trial(deviator, rotation, rate, step, 0.0, shear)
-    for lane in range(count):
-        xx, yy, zz = deviator[lane], deviator[LANES + lane], deviator[2 * LANES + lane]
-        xy, yz, zx = deviator[3 * LANES + lane], deviator[4 * LANES + lane], deviator[5 * LANES + lane]
-        norm = np.sqrt(0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + yz * yz + zx * zx)
-        limit = (1.0 - burn[lane]) * strength
-        factor = limit / norm if norm > limit else 1.0
-        old = stored[cells[lane], 0]
-        power = (
-            (factor * xx + old[0]) * rate[lane]
-            + (factor * yy + old[1]) * rate[4 * LANES + lane]
-            + (factor * zz + old[2]) * rate[8 * LANES + lane]
-            + (factor * xy + old[3]) * (rate[LANES + lane] + rate[3 * LANES + lane])
-            + (factor * yz + old[4]) * (rate[5 * LANES + lane] + rate[7 * LANES + lane])
-            + (factor * zx + old[5]) * (rate[6 * LANES + lane] + rate[2 * LANES + lane])
-        )
-        energy[0] += 0.5 * power * step * volume[lane]
-        for k in range(6):
-            value = factor * deviator[k * LANES + lane]
-            stored[cells[lane], 0, k] = value
-            stress[k * LANES + lane] += value
-
-
-@kernel
+@block_kernel
 def charge_block(
     block: int,
     step: float,
@@ -179,144 +106,253 @@ def charge_block(
 ) -> None:
     """Advance one block of charge cells by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure, entry 4 the
-    part of it that the charge's own artificial viscosity turns to heat.
+    `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure,
+    entry 4 the part of it that the charge's own artificial viscosity turns to heat.
     """
     cells = grid.cells[block]
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
+    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
+    least_burn = _load_state(block, time, material[8], grid, state, scratch)
+    move_cells(step, scratch)
+    if least_burn < 1.0:
+        _burn(material, scratch)
+    if material[9] == 0.0:
+        _press_by_landau(material, scratch)
+    else:
+        _press_by_jwl(material, scratch)
+    # The step in which a cell burns out still takes its deviator to zero.
+    if least_burn < 1.0:
+        _hold_by_strength(block, step, material, grid, state, scratch, energy)
+    coming = max(step, share * grid.longest)
+    bound_hourglass(coming, _stiffen(coming, material, scratch) > 0, scratch)
+    _resist(share, nodes.rounding, scratch)
+    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
+    _book(block, step, share, material, grid, state, scratch, energy, limits)
+
+
+@block_kernel
+def _load_state(
+    block: int, time: float, by_compression: float, grid: Grid, state: ChargeState, scratch: np.ndarray
+) -> float:
+    """Bring what the cells remember together by lanes and burn them as far as time does.
+
+    Returns the least fraction burnt before.
+    """
     slot = block * LANES
-    mass = grid.mass[slot : slot + LANES]
-    position = scratch[: 24 * LANES]
-    velocity = scratch[24 * LANES : 48 * LANES]
-    middle = scratch[48 * LANES : 72 * LANES]
-    gradient = scratch[72 * LANES : 90 * LANES]
-    rate = scratch[90 * LANES : 99 * LANES]
-    stress = scratch[99 * LANES : 105 * LANES]
-    amplitude = scratch[105 * LANES : 117 * LANES]
-    rotation = scratch[117 * LANES : 126 * LANES]
-    volume = scratch[126 * LANES : 127 * LANES]
-    length = scratch[127 * LANES : 128 * LANES]
-    density = scratch[128 * LANES : 129 * LANES]
-    sound = scratch[129 * LANES : 130 * LANES]
-    viscous = scratch[130 * LANES : 131 * LANES]
-    stable = scratch[131 * LANES : 132 * LANES]
-    power = scratch[132 * LANES : 133 * LANES]
-    relative = scratch[133 * LANES : 134 * LANES]
-    old_relative = scratch[134 * LANES : 135 * LANES]
-    burn = scratch[135 * LANES : 136 * LANES]
-    pressure = scratch[136 * LANES : 137 * LANES]
-    stiffness = scratch[137 * LANES : 138 * LANES]
-    old_pressure = scratch[138 * LANES : 139 * LANES]
-    content = scratch[139 * LANES : 140 * LANES]
-    coefficient = scratch[140 * LANES : 141 * LANES]
-    fastest = scratch[141 * LANES : 142 * LANES]
-    total = scratch[142 * LANES : 143 * LANES]
-    unlit = scratch[143 * LANES : 144 * LANES]
-    leakage = scratch[144 * LANES : 145 * LANES]
-    deviator = scratch[145 * LANES : 151 * LANES]
-    slope = scratch[151 * LANES : 154 * LANES]
-
-    density0, unlit_bulk, unlit_shear, unlit_strength = material[0], material[1], material[2], material[3]
-    by_compression = material[8]
-    # While a cell may still light, the step allows for the products' sound speed at the front, 3/4 D.
-    front_speed = 0.75 * material[7]
-
-    gather_modes(cells, grid.dofmap, nodes.position, position)
-    gather_modes(cells, grid.dofmap, nodes.velocity, velocity)
-    mid_step_modes(position, velocity, 0.5 * step, middle)
-    mean_gradient(middle, gradient, volume)
-    velocity_gradient(velocity, gradient, volume, rate)
-    hourglass_rates(velocity, middle, rate, amplitude)
-    mean_gradient(position, gradient, volume)
-    largest_gradient(gradient, volume, length)
-
     least_burn = 1.0
     for lane in range(LANES):
-        cell = cells[lane]
-        relative[lane] = volume[lane] * density0 / mass[lane]
-        old_relative[lane] = grid.volume[slot + lane] * density0 / mass[lane]
-        density[lane] = mass[lane] / volume[lane]
-        old_burn = state.burn_fraction[cell]
+        cell = np.uint64(grid.cells[block, lane])
+        old = state.burn_fraction[cell]
+        least_burn = min(least_burn, old)
         by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
-        compressed = by_compression * (1.0 - relative[lane]) if time >= state.compression_from[cell] else 0.0
-        burn[lane] = min(max(old_burn, by_time, compressed), 1.0)
-        # The step in which a cell burns out still takes its deviator to zero.
-        least_burn = min(least_burn, old_burn)
-        # Pressed explosive parts in tension at about its strength.
-        unlit[lane] = max(unlit_bulk * (1.0 / relative[lane] - 1.0), -unlit_strength)
-        old_pressure[lane] = state.pressure[cell]
-        content[lane] = state.energy[cell]
-        leakage[lane] = state.leakage[state.axial_part[cell]]
+        scratch[_BURN * LANES + lane] = max(old, min(by_time, 1.0))
+        scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
+        scratch[_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
+        scratch[_CONTENT * LANES + lane] = state.energy[cell]
+        scratch[_LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
+        scratch[MASS * LANES + lane] = grid.mass[slot + lane]
+        scratch[_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
+    for k in range(6 * LANES):
+        scratch[_STRESS * LANES + k] = 0.0
+    return least_burn
 
-    if material[9] == 0.0:
-        _landau_pressure(relative, material, pressure, stiffness)
-    else:
-        _jwl_pressure(relative, old_relative, burn, unlit, old_pressure, material, content, pressure, stiffness)
 
+@block_kernel
+def _burn(material: np.ndarray, scratch: np.ndarray) -> None:
+    """Burn the cells as far as their compression burns them."""
+    widest_vectors()
     for lane in range(LANES):
-        xi = burn[lane]
-        pressure[lane] = xi * pressure[lane] + (1.0 - xi) * unlit[lane]
-        total[lane] = leakage[lane] * pressure[lane]
-        unlit_stiffness = unlit_bulk / relative[lane] + 4.0 / 3.0 * unlit_shear
-        stiffness[lane] = xi * stiffness[lane] + (1.0 - xi) * unlit_stiffness
-        sound[lane] = np.sqrt(stiffness[lane] / density[lane])
-        fastest[lane] = max(sound[lane], front_speed) if xi < 1.0 else sound[lane]
-    for k in range(6):
-        for lane in range(LANES):
-            stress[k * LANES + lane] = -total[lane] if k < 3 else 0.0
+        relative = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
+        compressed = scratch[_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
+        scratch[_BURN * LANES + lane] = max(scratch[_BURN * LANES + lane], min(compressed, 1.0))
 
-    step_and_viscosity(rate, length, density, sound, fastest, material[4], material[5], viscous, stable)
-    for lane in range(count):
-        cell = cells[lane]
-        change = volume[lane] - grid.volume[slot + lane]
-        # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
-        heating = -0.5 * (grid.viscous[slot + lane] + viscous[lane]) * change
-        grid.viscous[slot + lane] = viscous[lane]
-        energy[1] += heating
-        energy[4] += heating
-        energy[3] += 0.5 * leakage[lane] * (old_pressure[lane] + pressure[lane]) * change
-        grid.stable[slot + lane] = stable[lane]
-        if stable[lane] < share * limits[0]:
-            limits[0] = stable[lane] / share
-            limits[1] = cell
-        if not volume[lane] >= limits[2]:
-            # Not a number must not be overwritten by the next cell.
-            limits[2] = volume[lane] if volume[lane] == volume[lane] else -np.inf
-            limits[3] = cell
-        grid.volume[slot + lane] = volume[lane]
-        state.pressure[cell] = pressure[lane]
-        state.burn_fraction[cell] = burn[lane]
-        # The shock's heat enters the products' energy a step late, but whole.
-        state.energy[cell] = content[lane] + heating * density0 / mass[lane]
-    if least_burn < 1.0:
-        _add_unlit_deviator(
-            cells,
-            count,
-            step,
-            rate,
-            rotation,
-            burn,
-            volume,
-            unlit_shear,
-            unlit_strength,
-            state.stress,
-            stress,
-            deviator,
-            energy,
+
+@lane_function
+def _mix(
+    relative: float, products: float, stiffness: float, material: np.ndarray, scratch: np.ndarray, lane: int
+) -> None:
+    """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unlit part."""
+    xi = scratch[_BURN * LANES + lane]
+    unlit_stiffness = material[1] / relative + 4.0 / 3.0 * material[2]
+    scratch[_PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * _unlit_pressure(relative, material)
+    scratch[_STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unlit_stiffness
+
+
+@lane_function
+def _unlit_pressure(relative: float, material: np.ndarray) -> float:
+    """Pressure (Pa) of the unlit explosive at V/V0; pressed explosive parts in tension at about its strength."""
+    return max(material[1] * (1.0 / relative - 1.0), -material[3])
+
+
+@block_kernel
+def _press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
+    """Pressure of the products on the isentrope of Landau and Stanyukovich, mixed with that of the unlit part."""
+    widest_vectors()
+    p0, pk, inverse_knee = material[10], material[11], 1.0 / material[12]
+    for lane in range(LANES):
+        v = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
+        root = _inverse_cube_root(v * inverse_knee)
+        squared = root * root
+        inverse = 1.0 / v
+        dense = v < material[12]
+        p = p0 * (inverse * inverse * inverse) if dense else pk * (squared * squared)
+        _mix(v, p, 3.0 * p if dense else 4.0 / 3.0 * p, material, scratch, lane)
+
+
+@block_kernel
+def _press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
+    """Pressure of Jones, Wilkins and Lee with its own internal energy, mixed with that of the unlit part.
+
+    dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unlit part);
+    P is linear in E, so the implicit step is solved directly.
+    """
+    widest_vectors()
+    a, b, r1, r2, omega = material[13], material[14], material[15], material[16], material[17]
+    for lane in range(LANES):
+        per_volume = material[0] / scratch[MASS * LANES + lane]
+        v = scratch[VOLUME * LANES + lane] * per_volume
+        xi = scratch[_BURN * LANES + lane]
+        change = v - scratch[_OLD_VOLUME * LANES + lane] * per_volume
+        e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
+        cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
+        others = scratch[_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * _unlit_pressure(v, material)
+        rest = scratch[_CONTENT * LANES + lane] - 0.5 * others * change
+        p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
+        e = rest - 0.5 * xi * p * change
+        scratch[_CONTENT * LANES + lane] = e
+        slope = e1 * (r1 * v - omega - omega / (r1 * v)) + e2 * (r2 * v - omega - omega / (r2 * v))
+        # On the isentrope.
+        _mix(v, p, max(slope + omega * (e / v + p), p), material, scratch, lane)
+
+
+@block_kernel
+def _hold_by_strength(
+    block: int,
+    step: float,
+    material: np.ndarray,
+    grid: Grid,
+    state: ChargeState,
+    scratch: np.ndarray,
+    energy: np.ndarray,
+) -> None:
+    """Weak strength of the unlit charge: elastic, ideally plastic (von Mises in shear), fading as it burns.
+
+    Its whole work is booked as plastic, since what is stored elastically is lost when the cell burns.
+    """
+    widest_vectors()
+    for lane in range(LANES):
+        cell = np.uint64(grid.cells[block, lane])
+        for k in range(6):
+            scratch[(_STORED + k) * LANES + lane] = state.stress[cell, 0, k]
+    for lane in range(LANES):
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = load_matrix(scratch, RATE, lane)
+        mean = (xx + yy + zz) * (1.0 / 3.0)
+        rate = ((xx - mean, xy, xz), (yx, yy - mean, yz), (zx, zy, zz - mean))
+        old = load_symmetric(scratch, _STORED, lane)
+        trial = elastic_trial(old, spin(rate, step), rate, step, 0.0, material[2])
+        norm = np.sqrt(symmetric_square(trial))
+        limit = (1.0 - scratch[_BURN * LANES + lane]) * material[3]
+        factor = limit / norm if norm > limit else 1.0
+        txx, tyy, tzz = scaled(factor, (trial[0], trial[1], trial[2]))
+        txy, tyz, tzx = scaled(factor, (trial[3], trial[4], trial[5]))
+        store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, _STRESS, lane)
+        scratch[_HELD * LANES + lane] = 0.5 * (
+            dot((txx + old[0], tyy + old[1], tzz + old[2]), (rate[0][0], rate[1][1], rate[2][2]))
+            + dot((txy + old[3], tyz + old[4], tzx + old[5]), (xy + yx, yz + zy, zx + xz))
         )
+    work = 0.0
+    for lane in range(grid.filled[block]):
+        cell = np.uint64(grid.cells[block, lane])
+        for k in range(6):
+            state.stress[cell, 0, k] = scratch[(_STRESS + k) * LANES + lane]
+        work += scratch[_HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane]
+    energy[0] += work
 
-    gradient_norms(gradient, volume, slope)
-    bounded = max(step, share * grid.longest)
+
+@block_kernel
+def _stiffen(coming: float, material: np.ndarray, scratch: np.ndarray) -> int:
+    """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
+
+    What they can bear hangs on the `coming` step (s).
+    """
+    widest_vectors()
+    # While a cell may still light, the step allows for the products' sound speed at the front, 3/4 D.
+    front_speed = 0.75 * material[7]
+    per_mass = 1.0 / (8.0 * coming) if coming > 0.0 else np.inf
+    count = 0
     for lane in range(LANES):
-        square = 8.0
-        for a in range(4):
-            square = max(square, hourglass_square(lane, 3 if a == 0 else a + 4, position, slope))
-        bearable = mass[lane] / (8.0 * square * bounded) if bounded > 0.0 else np.inf
-        usual = 0.25 * material[6] * density[lane] * sound[lane] * volume[lane] / length[lane]
-        coefficient[lane] = min(usual, MOST_DAMPED * bearable)
-    resist_hourglass(coefficient, amplitude, power)
-    for lane in range(count):
-        energy[2] += power[lane] * step
-    force_modes(stress, viscous, amplitude, position, gradient, volume, velocity)
-    add_nodal_forces(count, cells, grid.dofmap, velocity, share, nodes.rounding, nodes.force)
+        frequency, mass = scratch[FREQUENCY * LANES + lane], scratch[MASS * LANES + lane]
+        density = mass / scratch[VOLUME * LANES + lane]
+        sound = np.sqrt(scratch[_STIFFNESS * LANES + lane] / density)
+        fastest = max(sound, front_speed) if scratch[_BURN * LANES + lane] < 1.0 else sound
+        viscous, stable = viscosity_and_step(
+            trace_of_rate(scratch, lane), 1.0 / frequency, density, sound, fastest, material[4], material[5]
+        )
+        damping = 0.25 * material[6] * mass * sound * frequency
+        scratch[VISCOUS * LANES + lane] = viscous
+        scratch[STABLE * LANES + lane] = stable
+        scratch[DAMPING * LANES + lane] = damping
+        count += 1 if may_overdo(damping * (1.0 / MOST_DAMPED), mass * per_mass, scratch, lane) else 0
+    return count
+
+
+@block_kernel
+def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+    """Nodal forces of pressure, strength, artificial viscosity and hourglass control."""
+    widest_vectors()
+    for lane in range(LANES):
+        b3, b5 = scratch[BEARABLE * LANES + lane], scratch[(BEARABLE + 1) * LANES + lane]
+        b6, b7 = scratch[(BEARABLE + 2) * LANES + lane], scratch[(BEARABLE + 3) * LANES + lane]
+        damping = min(scratch[DAMPING * LANES + lane], MOST_DAMPED * min(b3, b5, b6, b7))
+        q3, q5 = load_vector(scratch, HOURGLASS, lane), load_vector(scratch, HOURGLASS + 3, lane)
+        q6, q7 = load_vector(scratch, HOURGLASS + 6, lane), load_vector(scratch, HOURGLASS + 9, lane)
+        resistance = (scaled(damping, q3), scaled(damping, q5), scaled(damping, q6), scaled(damping, q7))
+        scratch[POWER * LANES + lane] = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
+        pressure = (
+            scratch[_LEAKAGE * LANES + lane] * scratch[_PRESSURE * LANES + lane] + scratch[VISCOUS * LANES + lane]
+        )
+        stress = (xx - pressure, yy - pressure, zz - pressure, xy, yz, zx)
+        store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, FORCE, lane)
+
+
+@block_kernel
+def _book(
+    block: int,
+    step: float,
+    share: float,
+    material: np.ndarray,
+    grid: Grid,
+    state: ChargeState,
+    scratch: np.ndarray,
+    energy: np.ndarray,
+    limits: np.ndarray,
+) -> None:
+    """Add up the work of the step, find the limits and write back what the cells remember."""
+    slot = block * LANES
+    heat = work = hourglass = 0.0
+    for lane in range(grid.filled[block]):
+        cell = np.uint64(grid.cells[block, lane])
+        volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
+        pressure, stable = scratch[_PRESSURE * LANES + lane], scratch[STABLE * LANES + lane]
+        change = volume - scratch[_OLD_VOLUME * LANES + lane]
+        # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
+        heating = -0.5 * (grid.viscous[slot + lane] + viscous) * change
+        heat += heating
+        mean_pressure = 0.5 * (scratch[_OLD_PRESSURE * LANES + lane] + pressure)
+        work += scratch[_LEAKAGE * LANES + lane] * mean_pressure * change
+        hourglass += scratch[POWER * LANES + lane]
+        grid.viscous[slot + lane] = viscous
+        grid.stable[slot + lane] = stable
+        grid.volume[slot + lane] = volume
+        lower_limits(grid.cells[block, lane], stable, volume, share, limits)
+        state.pressure[cell] = pressure
+        state.burn_fraction[cell] = scratch[_BURN * LANES + lane]
+        # The shock's heat enters the products' energy a step late, but whole.
+        state.energy[cell] = scratch[_CONTENT * LANES + lane] + heating * material[0] / scratch[MASS * LANES + lane]
+    energy[1] += heat
+    energy[2] += hourglass * step
+    energy[3] += work
+    energy[4] += heat

@@ -1,194 +1,259 @@
-"""What solid and charge cells share: viscosity and stable step, hourglass control, forces."""
+"""What solid and charge cells share: how a block moves, viscosity and stable step, hourglass control, forces.
+
+The rows of the scratch that are named here hold what one loop over the lanes leaves to the next one; since all rows lie
+at constant distances, the compiler sees that they do not overlap.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.hexahedron import (
+    Modes,
+    cell_gradient,
+    cell_modes,
+    load_gradient,
+    squared_gradients,
+    store_gradient,
+    velocity_gradient,
+)
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.tensors import (
+    Matrix,
+    Symmetric,
+    Vector,
+    add_outer,
+    add_scaled,
+    apply,
+    dot,
+    load_vector,
+    outer,
+    scaled,
+    store_matrix,
+    store_vector,
+    subtract_applied,
+)
 
 __all__ = [
+    "BEARABLE",
+    "DAMPING",
+    "FORCE",
+    "FREE",
+    "FREQUENCY",
+    "GRADIENT",
+    "HOURGLASS",
+    "MASS",
     "MOST_DAMPED",
+    "POSITION",
+    "POWER",
+    "RATE",
+    "STABLE",
+    "VELOCITY",
+    "VISCOUS",
+    "VOLUME",
+    "bound_hourglass",
     "force_modes",
-    "gradient_norms",
-    "hourglass_rates",
-    "hourglass_square",
-    "resist_hourglass",
-    "step_and_viscosity",
+    "lower_limits",
+    "may_overdo",
+    "move_cells",
+    "trace_of_rate",
+    "viscosity_and_step",
 ]
+
+POSITION, VELOCITY = 0, 24  # nodal values, m and m/s
+FORCE = 0  # nodal values, N; in the place of the positions
+GRADIENT = 48  # 18 rows, m2
+WARP = 66  # hourglass modes 3, 5, 6, 7 of the positions, 12 rows, m
+RATE = 78  # velocity gradient, 9 rows, 1/s
+HOURGLASS = 87  # hourglass rates of the modes 3, 5, 6, 7, 12 rows, m/s
+VOLUME = 99  # m3
+FREQUENCY = 100  # inverse of the length that governs the stable step, 1/m
+SLOPE = 101  # squares of the norms of the mean gradient over the nodes over the volume, 3 rows, 1/m2
+MASS = 104  # kg
+VISCOUS, STABLE = 105, 106  # artificial viscous pressure, Pa; stable step, s
+DAMPING = 107  # viscous hourglass coefficient, N s/m
+BEARABLE = 108  # the most that each of the modes 3, 5, 6, 7 bears of it, 4 rows, N s/m
+POWER = 112  # of the hourglass forces, W
+FREE = 113  # first row for the material's own
 
 MOST_DAMPED = 1.0
 """Share of an hourglass rate that viscosity may take away in one step; beyond it the rate would change its sign."""
 
-# Row of the stress component (i, j) in the order xx, yy, zz, xy, yz, zx.
-_ROW = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+_ROOT_8 = np.sqrt(8.0)
 
 
-@kernel
-def step_and_viscosity(
-    rate: np.ndarray,
-    length: np.ndarray,
-    density: np.ndarray,
-    sound: np.ndarray,
-    fastest: np.ndarray,
+@block_kernel
+def move_cells(step: float, scratch: np.ndarray) -> None:
+    """From nodal places and velocities to what describes the cells' motion in the step (s) and their shape after it.
+
+    The velocity gradient is the mean one on the mid-step configuration. The hourglass rates are
+    q_ia = sum over nodes of gamma_a v_i (Flanagan and Belytschko 1981, Eq. 43-51): gamma is the mode less its linear
+    part, so that rigid motion and uniform strain excite none. The length L, c dt <= L, is 2 c over the highest
+    frequency, see `squared_gradients`.
+    """
+    widest_vectors()
+    for lane in range(LANES):
+        place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
+        # The transform is linear, so the places half a step ago need no gather of their own.
+        middle = _half_step_ago(place, velocity, -0.5 * step)
+        gradient, volume = cell_gradient(middle)
+        rate = velocity_gradient(velocity, gradient, 1.0 / volume)
+        store_matrix(rate, scratch, RATE, lane)
+        store_vector(subtract_applied(velocity[2], rate, middle[2]), scratch, HOURGLASS, lane)
+        store_vector(subtract_applied(velocity[4], rate, middle[4]), scratch, HOURGLASS + 3, lane)
+        store_vector(subtract_applied(velocity[5], rate, middle[5]), scratch, HOURGLASS + 6, lane)
+        store_vector(subtract_applied(velocity[6], rate, middle[6]), scratch, HOURGLASS + 9, lane)
+        gradient, volume = cell_gradient(place)
+        store_gradient(gradient, scratch, GRADIENT, lane)
+        store_vector(place[2], scratch, WARP, lane)
+        store_vector(place[4], scratch, WARP + 3, lane)
+        store_vector(place[5], scratch, WARP + 6, lane)
+        store_vector(place[6], scratch, WARP + 9, lane)
+        (xx, yy, zz), largest = squared_gradients(gradient)
+        inverse = 1.0 / volume
+        scratch[VOLUME * LANES + lane] = volume
+        scratch[FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
+        square = 8.0 * inverse * inverse
+        store_vector((square * xx, square * yy, square * zz), scratch, SLOPE, lane)
+
+
+@lane_function
+def _half_step_ago(place: Modes, velocity: Modes, back: float) -> Modes:
+    """Modes of the places `back` (s, negative) from now."""
+    return (
+        add_scaled(place[0], back, velocity[0]),
+        add_scaled(place[1], back, velocity[1]),
+        add_scaled(place[2], back, velocity[2]),
+        add_scaled(place[3], back, velocity[3]),
+        add_scaled(place[4], back, velocity[4]),
+        add_scaled(place[5], back, velocity[5]),
+        add_scaled(place[6], back, velocity[6]),
+    )
+
+
+@lane_function
+def viscosity_and_step(
+    dilatation: float,
+    length: float,
+    density: float,
+    sound: float,
+    fastest: float,
     linear: float,
     quadratic: float,
-    viscous: np.ndarray,
-    stable: np.ndarray,
-) -> None:
+) -> tuple[float, float]:
     """Artificial viscous pressure q (Pa) in compression and the stable step (s) with it.
 
     q = rho L |D| (q1 c + q2 L |D|), D the rate of volume (von Neumann and Richtmyer 1950, Landshoff 1955).
     The damped mode of frequency omega = 2 c/L with the ratio zeta = q1 + q2 L |D| / c of the critical
     damping allows dt <= (2/omega) (sqrt(1 + zeta^2) - zeta) (Belytschko et al. 2000, section 6.2).
-    `fastest` is the sound speed that the step must allow for; all arrays (LANES,), `rate` (9 LANES,).
+    `fastest` is the sound speed that the step must allow for.
     """
-    for lane in range(LANES):
-        dilatation = rate[lane] + rate[4 * LANES + lane] + rate[8 * LANES + lane]
-        compression = max(-dilatation, 0.0)
-        speed = quadratic * length[lane] * compression
-        viscous[lane] = density[lane] * length[lane] * compression * (linear * sound[lane] + speed)
-        c = fastest[lane]
-        damped = linear * c + speed if compression > 0.0 else 0.0
-        stable[lane] = length[lane] / (np.sqrt(c * c + damped * damped) + damped)
+    closing = length * max(-dilatation, 0.0)
+    speed = quadratic * closing
+    damped = linear * fastest + speed if dilatation < 0.0 else 0.0
+    viscous = density * closing * (linear * sound + speed)
+    return viscous, length / (np.sqrt(fastest * fastest + damped * damped) + damped)
 
 
-@kernel
-def hourglass_rates(velocity: np.ndarray, middle: np.ndarray, rate: np.ndarray, amplitude: np.ndarray) -> None:
-    """Hourglass rates q_ia = sum over nodes of gamma_a v_i (m/s), rows 3 a + i, of the modes 3, 5, 6, 7.
-
-    Flanagan and Belytschko (1981), Eq. 43-51: gamma is the mode less its linear part, so that rigid motion
-    and uniform strain excite none. Velocities and the mid-step positions `middle` enter by their modes.
-    """
-    for a in range(4):
-        mode = 3 if a == 0 else a + 4
-        for i in range(3):
-            for lane in range(LANES):
-                amplitude[(3 * a + i) * LANES + lane] = (
-                    velocity[(3 * mode + i) * LANES + lane]
-                    - rate[(3 * i) * LANES + lane] * middle[(3 * mode) * LANES + lane]
-                    - rate[(3 * i + 1) * LANES + lane] * middle[(3 * mode + 1) * LANES + lane]
-                    - rate[(3 * i + 2) * LANES + lane] * middle[(3 * mode + 2) * LANES + lane]
-                )
+@lane_function
+def trace_of_rate(scratch: np.ndarray, lane: int) -> float:
+    """Rate of volume over the volume (1/s)."""
+    return scratch[RATE * LANES + lane] + scratch[(RATE + 4) * LANES + lane] + scratch[(RATE + 8) * LANES + lane]
 
 
-@kernel
-def gradient_norms(gradient: np.ndarray, volume: np.ndarray, slope: np.ndarray) -> None:
-    """Norms of the mean gradient over the nodes, |b_i| / V (1/m), rows i of `slope` (3 LANES,), overwritten.
-
-    `gradient` (18 LANES,) and `volume` (LANES,) as from `mean_gradient`.
-    """
-    for i in range(3):
-        for lane in range(LANES):
-            square = 0.0
-            for k in range(6):
-                square += gradient[(3 * k + i) * LANES + lane] ** 2
-            slope[i * LANES + lane] = np.sqrt(8.0 * square) / volume[lane]
-
-
-@kernel
-def hourglass_square(lane: int, mode: int, position: np.ndarray, slope: np.ndarray) -> float:
+@lane_function
+def _hourglass_square(warp: Vector, slope: Vector) -> float:
     """Bound on the square of an hourglass vector, |gamma| <= sqrt(8) + sum over i of |h x_i| |b_i| / V.
 
-    8 in a brick; large where a cell is warped by more than it is thick. `position` (24 LANES,) modes (m).
+    8 in a brick; large where a cell is warped by more than it is thick. `warp` is the mode of the positions (m).
     """
-    size = np.sqrt(8.0)
-    for i in range(3):
-        size += abs(position[(3 * mode + i) * LANES + lane]) * slope[i * LANES + lane]
+    size = _ROOT_8 + abs(warp[0]) * slope[0] + abs(warp[1]) * slope[1] + abs(warp[2]) * slope[2]
     return size * size
 
 
-@kernel
-def resist_hourglass(coefficient: np.ndarray, amplitude: np.ndarray, power: np.ndarray) -> None:
-    """Turn the hourglass rates into viscous generalised forces (N) in place; `power` (W) is overwritten."""
+@lane_function
+def may_overdo(coefficient: float, bearable: float, scratch: np.ndarray, lane: int) -> bool:
+    """Whether an hourglass coefficient may be more than a cell bears; `bearable` belongs to vectors of square one.
+
+    Told without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
+    """
+    h3, h5 = load_vector(scratch, WARP, lane), load_vector(scratch, WARP + 3, lane)
+    h6, h7 = load_vector(scratch, WARP + 6, lane), load_vector(scratch, WARP + 9, lane)
+    warp = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
+    sx, sy, sz = load_vector(scratch, SLOPE, lane)
+    return coefficient * (10.0 + 5.0 * warp * (sx + sy + sz)) > bearable
+
+
+@block_kernel
+def bound_hourglass(step: float, needed: bool, scratch: np.ndarray) -> None:
+    """Find the hourglass coefficients that the step (s) lets each cell bear: where none is `needed`, without limit."""
+    widest_vectors()
+    if not needed:
+        for k in range(4 * LANES):
+            scratch[BEARABLE * LANES + k] = np.inf
+        return
     for lane in range(LANES):
-        power[lane] = 0.0
-    for k in range(12):
-        for lane in range(LANES):
-            q = amplitude[k * LANES + lane]
-            amplitude[k * LANES + lane] = coefficient[lane] * q
-            power[lane] += coefficient[lane] * q * q
+        sx, sy, sz = load_vector(scratch, SLOPE, lane)
+        slope = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
+        bearable = scratch[MASS * LANES + lane] / (8.0 * step)
+        for a in range(4):
+            square = _hourglass_square(load_vector(scratch, WARP + 3 * a, lane), slope)
+            scratch[(BEARABLE + a) * LANES + lane] = bearable / square
 
 
-@kernel
+@lane_function
+def lower_limits(cell: int, stable: float, volume: float, share: float, limits: np.ndarray) -> None:
+    """Take a cell's stable step over `share` (s) and its volume (m3) into the least ones of `limits`."""
+    if stable < share * limits[0]:
+        limits[0] = stable / share
+        limits[1] = cell
+    if not volume >= limits[2]:
+        # Not a number must not be overwritten by the next cell.
+        limits[2] = volume if volume == volume else -np.inf
+        limits[3] = cell
+
+
+@lane_function
 def force_modes(
-    stress: np.ndarray,
-    viscous: np.ndarray,
-    resistance: np.ndarray,
-    position: np.ndarray,
-    gradient: np.ndarray,
-    volume: np.ndarray,
-    modes: np.ndarray,
-) -> None:
-    """Modes of the nodal forces (N), f_a = -(sigma - q 1) b_a - Q gamma_a.
+    stress: Symmetric,
+    resistance: tuple[Vector, Vector, Vector, Vector],
+    scratch: np.ndarray,
+    lane: int,
+) -> Modes:
+    """Modes of the nodal forces (N), f_a = -sigma b_a - Q gamma_a.
 
     Parameters
     ----------
-    stress : (6 LANES,) Pa; viscous : (LANES,) Pa.
-    resistance : (12 LANES,) generalised hourglass forces Q, rows 3 a + i (N).
-    position : (24 LANES,) modes of the positions (m).
-    gradient, volume : as from `mean_gradient`, on the same configuration.
-    modes : (24 LANES,), overwritten.
+    stress : sigma with the viscous pressure taken off (Pa).
+    resistance : generalised hourglass forces Q of the modes 3, 5, 6, 7 (N).
+    scratch : the rows `WARP`, `GRADIENT` and `VOLUME` are read.
     """
-    for i in range(3):
-        ix, iy, iz = _ROW[i, 0], _ROW[i, 1], _ROW[i, 2]
-        for lane in range(LANES):
-            inverse = 1.0 / volume[lane]
-            h3 = resistance[(0 + i) * LANES + lane]
-            h5 = resistance[(3 + i) * LANES + lane]
-            h6 = resistance[(6 + i) * LANES + lane]
-            h7 = resistance[(9 + i) * LANES + lane]
-            q = viscous[lane]
-            # The linear part of gamma acts like a stress, which need not be symmetric.
-            tx = (
-                (q if i == 0 else 0.0)
-                - stress[ix * LANES + lane]
-                + inverse
-                * (
-                    h3 * position[9 * LANES + lane]
-                    + h5 * position[15 * LANES + lane]
-                    + h6 * position[18 * LANES + lane]
-                    + h7 * position[21 * LANES + lane]
-                )
-            )
-            ty = (
-                (q if i == 1 else 0.0)
-                - stress[iy * LANES + lane]
-                + inverse
-                * (
-                    h3 * position[10 * LANES + lane]
-                    + h5 * position[16 * LANES + lane]
-                    + h6 * position[19 * LANES + lane]
-                    + h7 * position[22 * LANES + lane]
-                )
-            )
-            tz = (
-                (q if i == 2 else 0.0)
-                - stress[iz * LANES + lane]
-                + inverse
-                * (
-                    h3 * position[11 * LANES + lane]
-                    + h5 * position[17 * LANES + lane]
-                    + h6 * position[20 * LANES + lane]
-                    + h7 * position[23 * LANES + lane]
-                )
-            )
-            modes[i * LANES + lane] = 0.0
-            modes[(3 + i) * LANES + lane] = (
-                tx * gradient[lane] + ty * gradient[LANES + lane] + tz * gradient[2 * LANES + lane]
-            )
-            modes[(6 + i) * LANES + lane] = (
-                tx * gradient[3 * LANES + lane] + ty * gradient[4 * LANES + lane] + tz * gradient[5 * LANES + lane]
-            )
-            modes[(12 + i) * LANES + lane] = (
-                tx * gradient[6 * LANES + lane] + ty * gradient[7 * LANES + lane] + tz * gradient[8 * LANES + lane]
-            )
-            modes[(9 + i) * LANES + lane] = (
-                tx * gradient[9 * LANES + lane] + ty * gradient[10 * LANES + lane] + tz * gradient[11 * LANES + lane]
-            ) - h3
-            modes[(15 + i) * LANES + lane] = (
-                tx * gradient[12 * LANES + lane] + ty * gradient[13 * LANES + lane] + tz * gradient[14 * LANES + lane]
-            ) - h5
-            modes[(18 + i) * LANES + lane] = (
-                tx * gradient[15 * LANES + lane] + ty * gradient[16 * LANES + lane] + tz * gradient[17 * LANES + lane]
-            ) - h6
-            modes[(21 + i) * LANES + lane] = -h7
+    h3, h5, h6, h7 = resistance
+    # The linear part of gamma acts like a stress, which need not be symmetric.
+    linear = outer(h3, load_vector(scratch, WARP, lane))
+    linear = add_outer(linear, h5, load_vector(scratch, WARP + 3, lane))
+    linear = add_outer(linear, h6, load_vector(scratch, WARP + 6, lane))
+    linear = add_outer(linear, h7, load_vector(scratch, WARP + 9, lane))
+    xx, yy, zz, xy, yz, zx = stress
+    pull = _opposed(linear, 1.0 / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
+    p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)
+    return (
+        apply(pull, p),
+        apply(pull, q),
+        add_scaled(apply(pull, s3), -1.0, h3),
+        apply(pull, r),
+        add_scaled(apply(pull, s5), -1.0, h5),
+        add_scaled(apply(pull, s6), -1.0, h6),
+        scaled(-1.0, h7),
+    )
+
+
+@lane_function
+def _opposed(matrix: Matrix, factor: float, stress: Matrix) -> Matrix:
+    """Matrix k M - sigma."""
+    x, y, z = stress
+    return (
+        add_scaled(scaled(-1.0, x), factor, matrix[0]),
+        add_scaled(scaled(-1.0, y), factor, matrix[1]),
+        add_scaled(scaled(-1.0, z), factor, matrix[2]),
+    )

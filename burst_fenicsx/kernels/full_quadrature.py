@@ -9,114 +9,62 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import step_and_viscosity
+from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, lower_limits, viscosity_and_step
 from burst_fenicsx.kernels.hexahedron import (
+    Gradient,
+    Modes,
     add_nodal_forces,
-    gather_modes,
-    largest_gradient,
-    mean_gradient,
-    mid_step_modes,
-    velocity_gradient,
+    cell_gradient,
+    cell_modes,
+    gather,
+    load_gradient,
+    squared_gradients,
+    store_gradient,
+    store_nodal_forces,
 )
-from burst_fenicsx.kernels.lanes import LANES, kernel
-from burst_fenicsx.kernels.solid import elastic_trial, plastic_correction, spin
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
+from burst_fenicsx.kernels.tensors import (
+    Matrix,
+    Vector,
+    add_outer,
+    add_scaled,
+    apply,
+    cross,
+    dot,
+    load_matrix,
+    load_symmetric,
+    load_vector,
+    outer,
+    scaled,
+    store_matrix,
+    store_symmetric,
+    store_vector,
+)
+from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
 __all__ = ["solid_block_full"]
 
 _GAUSS = 1.0 / np.sqrt(3.0)
 
-
-@kernel
-def _jacobian(modes: np.ndarray, xi: float, eta: float, zeta: float, jacobian: np.ndarray) -> None:
-    """Derivative of the field by the reference coordinates at one point; rows 3 i + k, k = xi, eta, zeta."""
-    for i in range(3):
-        for lane in range(LANES):
-            a = modes[(3 + i) * LANES + lane]
-            b = modes[(6 + i) * LANES + lane]
-            f = modes[(9 + i) * LANES + lane]
-            c = modes[(12 + i) * LANES + lane]
-            e = modes[(15 + i) * LANES + lane]
-            d = modes[(18 + i) * LANES + lane]
-            g = modes[(21 + i) * LANES + lane]
-            jacobian[(3 * i) * LANES + lane] = 0.125 * (a + eta * f + zeta * e + eta * zeta * g)
-            jacobian[(3 * i + 1) * LANES + lane] = 0.125 * (b + xi * f + zeta * d + xi * zeta * g)
-            jacobian[(3 * i + 2) * LANES + lane] = 0.125 * (c + xi * e + eta * d + xi * eta * g)
+_PLACE, _SPEED = 48, 69  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
+_GRADIENT = 90  # 18 rows, m2
+_SUM = 108  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
+_STRESS = 129  # at the point, 6 rows, Pa
+_SHEAR_STRAIN, _VOLUME_STRAIN, _SOFTENING = 135, 136, 137
+_COFACTOR = 138  # 9 rows, m2
+_DETERMINANT = 147  # volume of the point, m3
+_MIDDLE = 156  # the same half a step ago
+_VOLUME, _FREQUENCY = 148, 149  # m3, 1/m
+_DILATATION = 150  # mean over the cell, 1/s
+_TENSION = 151  # sum over the points of the mean stress times the volume, J
+_PLASTIC = 152  # plastic work of the step, J
+_SMALLEST = 153  # eight times the smallest volume of a point, m3
+_VISCOUS, _STABLE = 154, 155  # Pa, s
 
 
-@kernel
-def _cofactors(jacobian: np.ndarray, cofactor: np.ndarray, determinant: np.ndarray) -> None:
-    """Cofactors (rows 3 i + k) and determinant of the Jacobian; grad N = cofactor . dN/dxi / determinant."""
-    for lane in range(LANES):
-        j00, j01, j02 = jacobian[lane], jacobian[LANES + lane], jacobian[2 * LANES + lane]
-        j10, j11, j12 = jacobian[3 * LANES + lane], jacobian[4 * LANES + lane], jacobian[5 * LANES + lane]
-        j20, j21, j22 = jacobian[6 * LANES + lane], jacobian[7 * LANES + lane], jacobian[8 * LANES + lane]
-        c00, c01, c02 = j11 * j22 - j12 * j21, j12 * j20 - j10 * j22, j10 * j21 - j11 * j20
-        cofactor[lane] = c00
-        cofactor[LANES + lane] = c01
-        cofactor[2 * LANES + lane] = c02
-        cofactor[3 * LANES + lane] = j21 * j02 - j22 * j01
-        cofactor[4 * LANES + lane] = j22 * j00 - j20 * j02
-        cofactor[5 * LANES + lane] = j20 * j01 - j21 * j00
-        cofactor[6 * LANES + lane] = j01 * j12 - j02 * j11
-        cofactor[7 * LANES + lane] = j02 * j10 - j00 * j12
-        cofactor[8 * LANES + lane] = j00 * j11 - j01 * j10
-        determinant[lane] = j00 * c00 + j01 * c01 + j02 * c02
-
-
-@kernel
-def _point_rate(
-    derivative: np.ndarray, cofactor: np.ndarray, determinant: np.ndarray, mean: np.ndarray, rate: np.ndarray
-) -> None:
-    """Velocity gradient at a point with its dilatation replaced by the cell's mean one (B-bar)."""
-    for lane in range(LANES):
-        inverse = 1.0 / determinant[lane]
-        for i in range(3):
-            for j in range(3):
-                rate[(3 * i + j) * LANES + lane] = inverse * (
-                    derivative[(3 * i) * LANES + lane] * cofactor[(3 * j) * LANES + lane]
-                    + derivative[(3 * i + 1) * LANES + lane] * cofactor[(3 * j + 1) * LANES + lane]
-                    + derivative[(3 * i + 2) * LANES + lane] * cofactor[(3 * j + 2) * LANES + lane]
-                )
-        own = rate[lane] + rate[4 * LANES + lane] + rate[8 * LANES + lane]
-        wanted = mean[lane] + mean[4 * LANES + lane] + mean[8 * LANES + lane]
-        for i in range(3):
-            rate[4 * i * LANES + lane] += (wanted - own) / 3.0
-
-
-@kernel
-def _add_point_force(
-    stress: np.ndarray, cofactor: np.ndarray, xi: float, eta: float, zeta: float, modes: np.ndarray
-) -> None:
-    """Add a point's deviatoric force to the modes of the nodal forces: -s . cofactor . dN/dxi, of weight one.
-
-    dN_a/dxi = xi_a (1 + eta_a eta) (1 + zeta_a zeta) / 8, so a traction on xi enters the modes xi, xi eta,
-    xi zeta and xi eta zeta.
-    """
-    for i in range(3):
-        for lane in range(LANES):
-            xx, yy, zz = stress[lane], stress[LANES + lane], stress[2 * LANES + lane]
-            mean = (xx + yy + zz) / 3.0
-            sx = (xx - mean) if i == 0 else (stress[3 * LANES + lane] if i == 1 else stress[5 * LANES + lane])
-            sy = stress[3 * LANES + lane] if i == 0 else ((yy - mean) if i == 1 else stress[4 * LANES + lane])
-            sz = stress[5 * LANES + lane] if i == 0 else (stress[4 * LANES + lane] if i == 1 else (zz - mean))
-            tx = -0.125 * (sx * cofactor[lane] + sy * cofactor[3 * LANES + lane] + sz * cofactor[6 * LANES + lane])
-            ty = -0.125 * (
-                sx * cofactor[LANES + lane] + sy * cofactor[4 * LANES + lane] + sz * cofactor[7 * LANES + lane]
-            )
-            tz = -0.125 * (
-                sx * cofactor[2 * LANES + lane] + sy * cofactor[5 * LANES + lane] + sz * cofactor[8 * LANES + lane]
-            )
-            modes[(3 + i) * LANES + lane] += tx
-            modes[(6 + i) * LANES + lane] += ty
-            modes[(9 + i) * LANES + lane] += eta * tx + xi * ty
-            modes[(12 + i) * LANES + lane] += tz
-            modes[(15 + i) * LANES + lane] += zeta * tx + xi * tz
-            modes[(18 + i) * LANES + lane] += zeta * ty + eta * tz
-            modes[(21 + i) * LANES + lane] += eta * zeta * tx + xi * zeta * ty + xi * eta * tz
-
-
-@kernel
+@block_kernel
 def solid_block_full(
     block: int,
     step: float,
@@ -132,117 +80,267 @@ def solid_block_full(
     cells = grid.cells[block]
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
-    slot = block * LANES
-    mass = grid.mass[slot : slot + LANES]
-    position = scratch[: 24 * LANES]
-    velocity = scratch[24 * LANES : 48 * LANES]
-    middle = scratch[48 * LANES : 72 * LANES]
-    gradient = scratch[72 * LANES : 90 * LANES]
-    mean_rate = scratch[90 * LANES : 99 * LANES]
-    stress = scratch[99 * LANES : 105 * LANES]
-    rate = scratch[105 * LANES : 114 * LANES]
-    rotation = scratch[114 * LANES : 123 * LANES]
-    volume = scratch[123 * LANES : 124 * LANES]
-    length = scratch[124 * LANES : 125 * LANES]
-    density = scratch[125 * LANES : 126 * LANES]
-    sound = scratch[126 * LANES : 127 * LANES]
-    viscous = scratch[127 * LANES : 128 * LANES]
-    stable = scratch[128 * LANES : 129 * LANES]
-    shear_strain = scratch[129 * LANES : 130 * LANES]
-    volume_strain = scratch[130 * LANES : 131 * LANES]
-    dissipation = scratch[131 * LANES : 132 * LANES]
-    mean_pressure = scratch[132 * LANES : 133 * LANES]
-    determinant = scratch[133 * LANES : 134 * LANES]
-    smallest = scratch[134 * LANES : 135 * LANES]
-    work = scratch[135 * LANES : 162 * LANES]
-    jacobian = work[: 9 * LANES]
-    cofactor = scratch[162 * LANES : 171 * LANES]
-    derivative = scratch[171 * LANES : 180 * LANES]
-    forces = scratch[180 * LANES : 204 * LANES]
-
-    modulus, poisson = material[0], material[1]
-    shear = 0.5 * modulus / (1.0 + poisson)
-    lame = modulus * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-
-    gather_modes(cells, grid.dofmap, nodes.position, position)
-    gather_modes(cells, grid.dofmap, nodes.velocity, velocity)
-    mid_step_modes(position, velocity, 0.5 * step, middle)
-    mean_gradient(middle, gradient, volume)
-    velocity_gradient(velocity, gradient, volume, mean_rate)
-    mean_gradient(position, gradient, volume)
-    largest_gradient(gradient, volume, length)
-    for lane in range(LANES):
-        density[lane] = mass[lane] / volume[lane]
-        sound[lane] = np.sqrt((lame + 2.0 * shear) / density[lane])
-        mean_pressure[lane] = 0.0
-        smallest[lane] = volume[lane]
-    step_and_viscosity(mean_rate, length, density, sound, sound, material[6], material[7], viscous, stable)
-
-    for k in range(24 * LANES):
-        forces[k] = 0.0
+    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
+    _move_cells(block, step, state, scratch)
     for point in range(8):
         # In the order of dolfinx's quadrature space, zeta fastest, so that its functions mean what they say.
         xi = _GAUSS if point & 4 else -_GAUSS
         eta = _GAUSS if point & 2 else -_GAUSS
         zeta = _GAUSS if point & 1 else -_GAUSS
-        _jacobian(middle, xi, eta, zeta, jacobian)
-        _cofactors(jacobian, cofactor, determinant)
-        _jacobian(velocity, xi, eta, zeta, derivative)
-        _point_rate(derivative, cofactor, determinant, mean_rate, rate)
-        for lane in range(LANES):
-            cell = cells[lane]
-            for k in range(6):
-                stress[k * LANES + lane] = state.stress[cell, point, k]
-            shear_strain[lane] = state.shear_strain[cell, point]
-            volume_strain[lane] = state.volume_strain[cell, point]
-        spin(rate, step, rotation)
-        elastic_trial(stress, rotation, rate, step, lame, shear)
-        plastic_correction(
-            count,
-            stress,
-            shear_strain,
-            volume_strain,
-            state.softening_scale[slot : slot + LANES],
-            material,
-            work,
-            dissipation,
-        )
-        for lane in range(count):
-            cell = cells[lane]
-            for k in range(6):
-                state.stress[cell, point, k] = stress[k * LANES + lane]
-            state.shear_strain[cell, point] = shear_strain[lane]
-            state.volume_strain[cell, point] = volume_strain[lane]
-            energy[0] += dissipation[lane] * determinant[lane]
-        _jacobian(position, xi, eta, zeta, jacobian)
-        _cofactors(jacobian, cofactor, determinant)
-        _add_point_force(stress, cofactor, xi, eta, zeta, forces)
-        for lane in range(LANES):
-            trace = stress[lane] + stress[LANES + lane] + stress[2 * LANES + lane]
-            mean_pressure[lane] -= trace / 3.0 * determinant[lane] / volume[lane]
-            smallest[lane] = min(smallest[lane], 8.0 * determinant[lane])
+        _load_point(cells, point, state, scratch)
+        if _try_elastic(xi, eta, zeta, step, material, scratch) > 0:
+            _return_plastic(material, scratch)
+        _add_point(xi, eta, zeta, scratch)
+        _store_point(cells, count, point, state, scratch)
+    _finish(block, share, nodes.rounding, material, grid, scratch)
+    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
+    _book(block, share, grid, scratch, energy, limits)
 
-    for i in range(3):
-        for lane in range(LANES):
-            pressure = mean_pressure[lane] + viscous[lane]
-            forces[(3 + i) * LANES + lane] += pressure * gradient[i * LANES + lane]
-            forces[(6 + i) * LANES + lane] += pressure * gradient[(3 + i) * LANES + lane]
-            forces[(12 + i) * LANES + lane] += pressure * gradient[(6 + i) * LANES + lane]
-            forces[(9 + i) * LANES + lane] += pressure * gradient[(9 + i) * LANES + lane]
-            forces[(15 + i) * LANES + lane] += pressure * gradient[(12 + i) * LANES + lane]
-            forces[(18 + i) * LANES + lane] += pressure * gradient[(15 + i) * LANES + lane]
+
+@lane_function
+def _store_modes(modes: Modes, scratch: np.ndarray, row: int, lane: int) -> None:
+    """Put an eighth of the modes in 21 rows."""
+    a, b, f, c, e, d, g = modes
+    store_vector(scaled(0.125, a), scratch, row, lane)
+    store_vector(scaled(0.125, b), scratch, row + 3, lane)
+    store_vector(scaled(0.125, f), scratch, row + 6, lane)
+    store_vector(scaled(0.125, c), scratch, row + 9, lane)
+    store_vector(scaled(0.125, e), scratch, row + 12, lane)
+    store_vector(scaled(0.125, d), scratch, row + 15, lane)
+    store_vector(scaled(0.125, g), scratch, row + 18, lane)
+
+
+@lane_function
+def _flux(velocity: Modes, gradient: Gradient) -> float:
+    """Rate of the volume (m3/s)."""
+    a, b, f, c, e, d, _ = velocity
+    p, q, s3, r, s5, s6 = gradient
+    return dot(a, p) + dot(b, q) + dot(f, s3) + dot(c, r) + dot(e, s5) + dot(d, s6)
+
+
+@block_kernel
+def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray) -> None:
+    """Modes, mean dilatation on the mid-step configuration, and the shape after the step; sums are set to zero."""
+    widest_vectors()
+    back = -0.5 * step
+    for lane in range(LANES):
+        place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
+        _store_modes(place, scratch, _PLACE, lane)
+        _store_modes(velocity, scratch, _SPEED, lane)
+        middle = (
+            add_scaled(place[0], back, velocity[0]),
+            add_scaled(place[1], back, velocity[1]),
+            add_scaled(place[2], back, velocity[2]),
+            add_scaled(place[3], back, velocity[3]),
+            add_scaled(place[4], back, velocity[4]),
+            add_scaled(place[5], back, velocity[5]),
+            place[6],  # plays no part
+        )
+        gradient, volume = cell_gradient(middle)
+        scratch[_DILATATION * LANES + lane] = _flux(velocity, gradient) / volume
+        gradient, volume = cell_gradient(place)
+        store_gradient(gradient, scratch, _GRADIENT, lane)
+        _, largest = squared_gradients(gradient)
+        scratch[_VOLUME * LANES + lane] = volume
+        scratch[_FREQUENCY * LANES + lane] = np.sqrt(16.0 * largest) / volume
+        scratch[_SMALLEST * LANES + lane] = volume
+        scratch[_TENSION * LANES + lane] = 0.0
+        scratch[_PLASTIC * LANES + lane] = 0.0
+    for k in range(21 * LANES):
+        scratch[_SUM * LANES + k] = 0.0
+    for lane in range(LANES):
+        scratch[_SOFTENING * LANES + lane] = state.softening_scale[block * LANES + lane]
+
+
+@block_kernel
+def _load_point(cells: np.ndarray, point: int, state: SolidState, scratch: np.ndarray) -> None:
+    """Bring what the cells remember of a point together by lanes."""
+    for lane in range(LANES):
+        cell = np.uint64(cells[lane])
+        for k in range(6):
+            scratch[(_STRESS + k) * LANES + lane] = state.stress[cell, point, k]
+        scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
+        scratch[_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
+
+
+@block_kernel
+def _store_point(cells: np.ndarray, count: int, point: int, state: SolidState, scratch: np.ndarray) -> None:
+    """Write back what the cells remember of a point."""
     for lane in range(count):
+        cell = np.uint64(cells[lane])
+        for k in range(6):
+            state.stress[cell, point, k] = scratch[(_STRESS + k) * LANES + lane]
+        state.shear_strain[cell, point] = scratch[_SHEAR_STRAIN * LANES + lane]
+        state.volume_strain[cell, point] = scratch[_VOLUME_STRAIN * LANES + lane]
+
+
+@lane_function
+def _tangents(xi: float, eta: float, zeta: float, scratch: np.ndarray, row: int, lane: int) -> Matrix:
+    """Derivatives of a field by xi, eta and zeta at one point, from an eighth of its modes."""
+    a, b, f = load_vector(scratch, row, lane), load_vector(scratch, row + 3, lane), load_vector(scratch, row + 6, lane)
+    c, e = load_vector(scratch, row + 9, lane), load_vector(scratch, row + 12, lane)
+    d, g = load_vector(scratch, row + 15, lane), load_vector(scratch, row + 18, lane)
+    return (
+        add_scaled(add_scaled(a, eta, f), zeta, add_scaled(e, eta, g)),
+        add_scaled(add_scaled(b, xi, f), zeta, add_scaled(d, xi, g)),
+        add_scaled(add_scaled(c, xi, e), eta, add_scaled(d, xi, g)),
+    )
+
+
+@lane_function
+def _cofactors(tangents: Matrix) -> tuple[Matrix, float]:
+    """Cofactors of the Jacobian, by reference coordinates, and its determinant: grad N = dN/dxi . cofactors / det."""
+    u, v, w = tangents
+    normal = cross(v, w)
+    return (normal, cross(w, u), cross(u, v)), dot(u, normal)
+
+
+@lane_function
+def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
+    """Shear and tensile strength (Pa) after the strains so far."""
+    scale = scratch[_SOFTENING * LANES + lane]
+    tau = softened_strength(material[2], scratch[_SHEAR_STRAIN * LANES + lane], material[4] * scale)
+    return tau, softened_strength(material[3], scratch[_VOLUME_STRAIN * LANES + lane], material[5] * scale)
+
+
+@block_kernel
+def _try_elastic(xi: float, eta: float, zeta: float, step: float, material: np.ndarray, scratch: np.ndarray) -> int:
+    """Add the elastic increment at a point; count the cells that may be plastic there.
+
+    The dilatation of the velocity gradient is replaced by the cell's mean one (B-bar).
+    """
+    widest_vectors()
+    shear = 0.5 * material[0] / (1.0 + material[1])
+    lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+    back = -0.5 * step
+    plastic = 0
+    for lane in range(LANES):
+        after, speed = _tangents(xi, eta, zeta, scratch, _PLACE, lane), _tangents(xi, eta, zeta, scratch, _SPEED, lane)
+        middle = (
+            add_scaled(after[0], back, speed[0]),
+            add_scaled(after[1], back, speed[1]),
+            add_scaled(after[2], back, speed[2]),
+        )
+        cofactor, determinant = _cofactors(middle)
+        whole = add_outer(add_outer(outer(speed[0], cofactor[0]), speed[1], cofactor[1]), speed[2], cofactor[2])
+        scratch[_MIDDLE * LANES + lane] = determinant
+        inverse = 1.0 / determinant
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (
+            scaled(inverse, whole[0]),
+            scaled(inverse, whole[1]),
+            scaled(inverse, whole[2]),
+        )
+        more = (scratch[_DILATATION * LANES + lane] - (xx + yy + zz)) * (1.0 / 3.0)
+        rate = ((xx + more, xy, xz), (yx, yy + more, yz), (zx, zy, zz + more))
+        stress = elastic_trial(load_symmetric(scratch, _STRESS, lane), spin(rate, step), rate, step, lame, shear)
+        store_symmetric(stress, scratch, _STRESS, lane)
+        tau, sigma = _strengths(material, scratch, lane)
+        plastic += 0 if is_elastic(stress, tau, sigma) else 1
+        cofactor, determinant = _cofactors(after)
+        store_matrix(cofactor, scratch, _COFACTOR, lane)
+        scratch[_DETERMINANT * LANES + lane] = determinant
+    return plastic
+
+
+@block_kernel
+def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
+    """Return the stresses at a point; those within the strengths stay as they are."""
+    widest_vectors()
+    for lane in range(LANES):
+        tau, sigma = _strengths(material, scratch, lane)
+        stress, shear_strain, volume_strain, dissipation = return_stress(
+            load_symmetric(scratch, _STRESS, lane), tau, sigma, material[0], material[1]
+        )
+        store_symmetric(stress, scratch, _STRESS, lane)
+        scratch[_SHEAR_STRAIN * LANES + lane] += shear_strain
+        scratch[_VOLUME_STRAIN * LANES + lane] += volume_strain
+        scratch[_PLASTIC * LANES + lane] += dissipation * scratch[_MIDDLE * LANES + lane]
+
+
+@lane_function
+def _add_vector(v: Vector, scratch: np.ndarray, row: int, lane: int) -> None:
+    """Add a vector to three rows."""
+    scratch[row * LANES + lane] += v[0]
+    scratch[(row + 1) * LANES + lane] += v[1]
+    scratch[(row + 2) * LANES + lane] += v[2]
+
+
+@block_kernel
+def _add_point(xi: float, eta: float, zeta: float, scratch: np.ndarray) -> None:
+    """Add a point's deviatoric force to the modes of the nodal forces: -s . cofactor . dN/dxi, of weight one.
+
+    dN_a/dxi = xi_a (1 + eta_a eta) (1 + zeta_a zeta) / 8, so a traction on xi enters the modes xi, xi eta,
+    xi zeta and xi eta zeta. The hydrostatic part is summed up, to act with the mean gradient.
+    """
+    widest_vectors()
+    for lane in range(LANES):
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
+        mean = (xx + yy + zz) * (1.0 / 3.0)
+        push = ((mean - xx, -xy, -zx), (-xy, mean - yy, -yz), (-zx, -yz, mean - zz))
+        cofactor = load_matrix(scratch, _COFACTOR, lane)
+        t, u, v = apply(push, cofactor[0]), apply(push, cofactor[1]), apply(push, cofactor[2])
+        _add_vector(t, scratch, _SUM, lane)
+        _add_vector(u, scratch, _SUM + 3, lane)
+        _add_vector(add_scaled(scaled(eta, t), xi, u), scratch, _SUM + 6, lane)
+        _add_vector(v, scratch, _SUM + 9, lane)
+        _add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, _SUM + 12, lane)
+        _add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, _SUM + 15, lane)
+        _add_vector(add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, _SUM + 18, lane)
+        determinant = scratch[_DETERMINANT * LANES + lane]
+        scratch[_TENSION * LANES + lane] += mean * determinant
+        scratch[_SMALLEST * LANES + lane] = min(scratch[_SMALLEST * LANES + lane], 8.0 * determinant)
+
+
+@block_kernel
+def _finish(block: int, share: float, rounding: float, material: np.ndarray, grid: Grid, scratch: np.ndarray) -> None:
+    """Viscosity and stable step; nodal forces of the points' sum and of the pressure, which is the mean one."""
+    widest_vectors()
+    shear = 0.5 * material[0] / (1.0 + material[1])
+    lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+    for lane in range(LANES):
+        volume = scratch[_VOLUME * LANES + lane]
+        density = grid.mass[block * LANES + lane] / volume
+        sound = np.sqrt((lame + 2.0 * shear) / density)
+        viscous, stable = viscosity_and_step(
+            scratch[_DILATATION * LANES + lane],
+            1.0 / scratch[_FREQUENCY * LANES + lane],
+            density,
+            sound,
+            sound,
+            material[6],
+            material[7],
+        )
+        scratch[_VISCOUS * LANES + lane] = viscous
+        scratch[_STABLE * LANES + lane] = stable
+        pressure = viscous - scratch[_TENSION * LANES + lane] / volume
+        p, q, s3, r, s5, s6 = load_gradient(scratch, _GRADIENT, lane)
+        modes = (
+            add_scaled(scaled(0.125, load_vector(scratch, _SUM, lane)), pressure, p),
+            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 3, lane)), pressure, q),
+            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 6, lane)), pressure, s3),
+            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 9, lane)), pressure, r),
+            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 12, lane)), pressure, s5),
+            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 15, lane)), pressure, s6),
+            scaled(0.125, load_vector(scratch, _SUM + 18, lane)),
+        )
+        store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)
+
+
+@block_kernel
+def _book(block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray) -> None:
+    """Add up the work of the step and find the limits."""
+    slot = block * LANES
+    plastic = viscous_work = 0.0
+    for lane in range(grid.filled[block]):
+        volume, viscous = scratch[_VOLUME * LANES + lane], scratch[_VISCOUS * LANES + lane]
+        smallest, stable = scratch[_SMALLEST * LANES + lane], scratch[_STABLE * LANES + lane]
+        plastic += scratch[_PLASTIC * LANES + lane]
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
-        mean_viscous = 0.5 * (grid.viscous[slot + lane] + viscous[lane])
-        energy[1] -= mean_viscous * (volume[lane] - grid.volume[slot + lane])
-        grid.viscous[slot + lane] = viscous[lane]
-        grid.stable[slot + lane] = stable[lane]
-        if stable[lane] < share * limits[0]:
-            limits[0] = stable[lane] / share
-            limits[1] = cells[lane]
-        if not smallest[lane] >= limits[2]:
-            # Not a number must not be overwritten by the next cell.
-            limits[2] = smallest[lane] if smallest[lane] == smallest[lane] else -np.inf
-            limits[3] = cells[lane]
-        grid.volume[slot + lane] = volume[lane]
-    add_nodal_forces(count, cells, grid.dofmap, forces, share, nodes.rounding, nodes.force)
+        viscous_work -= 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
+        grid.viscous[slot + lane] = viscous
+        grid.stable[slot + lane] = stable
+        grid.volume[slot + lane] = volume
+        lower_limits(grid.cells[block, lane], stable, smallest, share, limits)
+    energy[0] += plastic
+    energy[1] += viscous_work

@@ -1,4 +1,4 @@
-"""The trilinear hexahedron in modal form, for a block of cells.
+"""The trilinear hexahedron in modal form.
 
 The eight nodal values of a field are replaced by their Walsh transform: the sums over the nodes
 with the signs 1, xi, eta, zeta and their products. Node n of a cell sits at xi = +-1 by bit 0 of n,
@@ -14,231 +14,287 @@ times modes, the derivative of the cell's volume by the place of node a is
 
 exactly (the integral of the shape function's gradient over the cell).
 
-Scratch layout: a vector field's modes take 24 rows of `LANES`, row 3 m + i for component i of mode m.
+A cell's modes are a tuple of the vectors of modes 1 to 7 (mode 0, the sum, plays no part) and its mean gradient is
+the tuple (P, Q, S3, R, S5, S6), which belong to modes 1 to 6.
 """
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.tensors import (
+    Matrix,
+    Vector,
+    add_cross,
+    add_outer,
+    add_scaled,
+    cross,
+    dot,
+    fma,
+    load_vector,
+    outer,
+    scaled,
+    store_vector,
+)
 
 __all__ = [
+    "Gradient",
+    "Modes",
     "add_nodal_forces",
+    "cell_gradient",
+    "cell_modes",
+    "gather",
     "gather_modes",
-    "largest_gradient",
+    "load_gradient",
     "mean_gradient",
-    "mid_step_modes",
+    "squared_gradients",
+    "store_gradient",
+    "store_nodal_forces",
     "velocity_gradient",
 ]
 
+Modes: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector]
+Gradient: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
 
-@kernel
-def _transform(values: np.ndarray) -> None:
-    """Walsh transform over the eight rows 3 n + i of each component, in place; it is its own inverse times 8."""
-    for i in range(3):
-        for lane in range(LANES):
-            v0 = values[(0 + i) * LANES + lane]
-            v1 = values[(3 + i) * LANES + lane]
-            v2 = values[(6 + i) * LANES + lane]
-            v3 = values[(9 + i) * LANES + lane]
-            v4 = values[(12 + i) * LANES + lane]
-            v5 = values[(15 + i) * LANES + lane]
-            v6 = values[(18 + i) * LANES + lane]
-            v7 = values[(21 + i) * LANES + lane]
-            s01, d01 = v0 + v1, v1 - v0
-            s23, d23 = v2 + v3, v3 - v2
-            s45, d45 = v4 + v5, v5 - v4
-            s67, d67 = v6 + v7, v7 - v6
-            ss03, sd03 = s01 + s23, s23 - s01
-            ds03, dd03 = d01 + d23, d23 - d01
-            ss47, sd47 = s45 + s67, s67 - s45
-            ds47, dd47 = d45 + d67, d67 - d45
-            values[(0 + i) * LANES + lane] = ss03 + ss47
-            values[(3 + i) * LANES + lane] = ds03 + ds47
-            values[(6 + i) * LANES + lane] = sd03 + sd47
-            values[(9 + i) * LANES + lane] = dd03 + dd47
-            values[(12 + i) * LANES + lane] = ss47 - ss03
-            values[(15 + i) * LANES + lane] = ds47 - ds03
-            values[(18 + i) * LANES + lane] = sd47 - sd03
-            values[(21 + i) * LANES + lane] = dd47 - dd03
+_THIRD = 1.0 / 3.0
+_SCALE = 1.0 / 64.0
 
 
-@kernel
-def gather_modes(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, modes: np.ndarray) -> None:
-    """Gather a nodal vector field of a block's cells and transform it to modes.
+@block_kernel
+def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.ndarray) -> None:
+    """Copy a nodal vector field of a block's cells to 24 rows, 3 n + i for node n.
 
     Parameters
     ----------
     cells : (LANES,) int32, the block's cells (padded with its last one).
     dofmap : (cells, 8) int32, nodes in tensor-product order.
-    field : (nodes, 3) float64.
-    modes : (24 LANES,) float64, overwritten.
+    field : (nodes, 3).
+    rows : (24 LANES or more,), overwritten.
     """
     for lane in range(LANES):
-        cell = cells[lane]
+        # Unsigned, so that no code counts negative ones from the end.
+        cell = np.uint64(cells[lane])
         for n in range(8):
-            node = dofmap[cell, n]
+            node = np.uint64(dofmap[cell, n])
             for i in range(3):
-                modes[(3 * n + i) * LANES + lane] = field[node, i]
-    _transform(modes)
+                rows[(3 * n + i) * LANES + lane] = field[node, i]
 
 
-@kernel
-def mid_step_modes(position: np.ndarray, velocity: np.ndarray, half_step: float, middle: np.ndarray) -> None:
-    """Modes of the positions half a step ago; the transform is linear, so no second gather is needed."""
-    for k in range(3 * LANES, 24 * LANES):
-        middle[k] = position[k] - half_step * velocity[k]
+@lane_function
+def _walsh(scratch: np.ndarray, row: int, lane: int) -> tuple[float, float, float, float, float, float, float]:
+    """Modes 1 to 7 of one component, whose nodal values lie in every third row from `row` on."""
+    v0 = scratch[row * LANES + lane]
+    v1 = scratch[(row + 3) * LANES + lane]
+    v2 = scratch[(row + 6) * LANES + lane]
+    v3 = scratch[(row + 9) * LANES + lane]
+    v4 = scratch[(row + 12) * LANES + lane]
+    v5 = scratch[(row + 15) * LANES + lane]
+    v6 = scratch[(row + 18) * LANES + lane]
+    v7 = scratch[(row + 21) * LANES + lane]
+    s01, d01 = v0 + v1, v1 - v0
+    s23, d23 = v2 + v3, v3 - v2
+    s45, d45 = v4 + v5, v5 - v4
+    s67, d67 = v6 + v7, v7 - v6
+    ss03, sd03 = s01 + s23, s23 - s01
+    ds03, dd03 = d01 + d23, d23 - d01
+    ss47, sd47 = s45 + s67, s67 - s45
+    ds47, dd47 = d45 + d67, d67 - d45
+    return ds03 + ds47, sd03 + sd47, dd03 + dd47, ss47 - ss03, ds47 - ds03, sd47 - sd03, dd47 - dd03
 
 
-@kernel
-def mean_gradient(modes: np.ndarray, gradient: np.ndarray, volume: np.ndarray) -> None:
-    """Derivative of the cells' volumes by their nodes' places, in modal form, and the volumes.
+@lane_function
+def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
+    """Modes 1 to 7 of a nodal vector field that `gather` has put in the rows from `row` on."""
+    x, y, z = _walsh(scratch, row, lane), _walsh(scratch, row + 1, lane), _walsh(scratch, row + 2, lane)
+    return (
+        (x[0], y[0], z[0]),
+        (x[1], y[1], z[1]),
+        (x[2], y[2], z[2]),
+        (x[3], y[3], z[3]),
+        (x[4], y[4], z[4]),
+        (x[5], y[5], z[5]),
+        (x[6], y[6], z[6]),
+    )
 
-    Parameters
-    ----------
-    modes : (24 LANES,) modes of the positions (m).
-    gradient : (18 LANES,) rows 3 k + i: P, Q, R, S3, S5, S6 (m2), overwritten.
-    volume : (LANES,) volumes (m3), overwritten.
+
+@lane_function
+def cell_gradient(modes: Modes) -> tuple[Gradient, float]:
+    """Derivative of the cell's volume by its nodes' places, in modal form (m2), and the volume (m3).
+
+    `modes` are those of the positions (m).
 
     Notes
     -----
     Flanagan and Belytschko (1981), Eq. 15-21, rewritten for the coefficients a, b, c of xi, eta, zeta,
     d, e, f of eta zeta, xi zeta, xi eta (and g of xi eta zeta):
     P = b x c + f x e / 3, Q = c x a + d x f / 3, R = a x b + e x d / 3,
-    S3 = (b x d + e x a) / 3 and so on by cycling; g drops out.
+    S3 = (b x d + e x a) / 3 and so on by cycling. f x g / 3 in P's eta part cancels g x f / 3 in Q's xi part;
+    so do the other two pairs, and g drops out.
     """
-    third = 1.0 / 3.0
-    scale = 1.0 / 64.0
-    for lane in range(LANES):
-        volume[lane] = 0.0
-    for i in range(3):
-        j = (i + 1) % 3
-        k = (i + 2) % 3
-        for lane in range(LANES):
-            aj, ak = modes[(3 + j) * LANES + lane], modes[(3 + k) * LANES + lane]
-            bj, bk = modes[(6 + j) * LANES + lane], modes[(6 + k) * LANES + lane]
-            fj, fk = modes[(9 + j) * LANES + lane], modes[(9 + k) * LANES + lane]
-            cj, ck = modes[(12 + j) * LANES + lane], modes[(12 + k) * LANES + lane]
-            ej, ek = modes[(15 + j) * LANES + lane], modes[(15 + k) * LANES + lane]
-            dj, dk = modes[(18 + j) * LANES + lane], modes[(18 + k) * LANES + lane]
-            p = scale * ((bj * ck - bk * cj) + third * (fj * ek - fk * ej))
-            q = scale * ((cj * ak - ck * aj) + third * (dj * fk - dk * fj))
-            r = scale * ((aj * bk - ak * bj) + third * (ej * dk - ek * dj))
-            # f x g / 3 in P's eta part cancels g x f / 3 in Q's xi part; so do the other two pairs, and g drops out.
-            s3 = third * scale * ((bj * dk - bk * dj) + (ej * ak - ek * aj))
-            s5 = third * scale * ((dj * ck - dk * cj) + (aj * fk - ak * fj))
-            s6 = third * scale * ((cj * ek - ck * ej) + (fj * bk - fk * bj))
-            gradient[(0 + i) * LANES + lane] = p
-            gradient[(3 + i) * LANES + lane] = q
-            gradient[(6 + i) * LANES + lane] = r
-            gradient[(9 + i) * LANES + lane] = s3
-            gradient[(12 + i) * LANES + lane] = s5
-            gradient[(15 + i) * LANES + lane] = s6
-            # The volume is of third degree in the places: V = sum of x_a . b_a over three (Euler).
-            volume[lane] += third * (
-                modes[(3 + i) * LANES + lane] * p
-                + modes[(6 + i) * LANES + lane] * q
-                + modes[(12 + i) * LANES + lane] * r
-                + modes[(9 + i) * LANES + lane] * s3
-                + modes[(15 + i) * LANES + lane] * s5
-                + modes[(18 + i) * LANES + lane] * s6
-            )
+    a, b, f, c, e, d, _ = modes
+    p = scaled(_SCALE, add_scaled(cross(b, c), _THIRD, cross(f, e)))
+    q = scaled(_SCALE, add_scaled(cross(c, a), _THIRD, cross(d, f)))
+    r = scaled(_SCALE, add_scaled(cross(a, b), _THIRD, cross(e, d)))
+    s3 = scaled(_THIRD * _SCALE, add_cross(cross(b, d), e, a))
+    s5 = scaled(_THIRD * _SCALE, add_cross(cross(d, c), a, f))
+    s6 = scaled(_THIRD * _SCALE, add_cross(cross(c, e), f, b))
+    # The volume is of third degree in the places: V = sum of x_a . b_a over three (Euler).
+    volume = _THIRD * (dot(a, p) + dot(b, q) + dot(f, s3) + dot(c, r) + dot(e, s5) + dot(d, s6))
+    return (p, q, s3, r, s5, s6), volume
 
 
-@kernel
-def velocity_gradient(velocity: np.ndarray, gradient: np.ndarray, volume: np.ndarray, rate: np.ndarray) -> None:
-    """Mean velocity gradient L_ij = sum of v_ai b_aj / V (1/s), rows 3 i + j of `rate` (9 LANES,)."""
-    for i in range(3):
-        for j in range(3):
-            for lane in range(LANES):
-                rate[(3 * i + j) * LANES + lane] = (
-                    velocity[(3 + i) * LANES + lane] * gradient[(0 + j) * LANES + lane]
-                    + velocity[(6 + i) * LANES + lane] * gradient[(3 + j) * LANES + lane]
-                    + velocity[(12 + i) * LANES + lane] * gradient[(6 + j) * LANES + lane]
-                    + velocity[(9 + i) * LANES + lane] * gradient[(9 + j) * LANES + lane]
-                    + velocity[(15 + i) * LANES + lane] * gradient[(12 + j) * LANES + lane]
-                    + velocity[(18 + i) * LANES + lane] * gradient[(15 + j) * LANES + lane]
-                ) / volume[lane]
+@lane_function
+def _sum_of_products(first: Modes | Gradient, second: Gradient) -> Matrix:
+    """Sum over modes 1 to 6 of the products first_i second_j."""
+    total = outer(first[0], second[0])
+    total = add_outer(total, first[1], second[1])
+    total = add_outer(total, first[2], second[2])
+    total = add_outer(total, first[3], second[3])
+    total = add_outer(total, first[4], second[4])
+    return add_outer(total, first[5], second[5])
 
 
-@kernel
-def largest_gradient(gradient: np.ndarray, volume: np.ndarray, length: np.ndarray) -> None:
-    """Length of each cell that governs the stable step (m): c dt <= length.
+@lane_function
+def velocity_gradient(velocity: Modes, gradient: Gradient, inverse_volume: float) -> Matrix:
+    """Mean velocity gradient L_ij = sum of v_ai b_aj / V (1/s)."""
+    x, y, z = _sum_of_products(velocity, gradient)
+    return scaled(inverse_volume, x), scaled(inverse_volume, y), scaled(inverse_volume, z)
 
-    The highest frequency of the one-point cell with lumped mass is
-    omega^2 = 8 c^2 lambda / V^2 with lambda the largest eigenvalue of sum b_a b_a^T (Flanagan and
-    Belytschko 1981, Eq. 63), so length = 2 c / omega. The eigenvalue is bounded from above by
-    trace/3 + sqrt(2/3) |deviator|, which is exact for cubes and for flat cells.
+
+@lane_function
+def squared_gradients(gradient: Gradient) -> tuple[Vector, float]:
+    """An eighth of the sums of b_i^2 over the nodes (m4), and of a bound on the largest eigenvalue of b_a b_a^T.
+
+    The highest frequency of the one-point cell with lumped mass is omega^2 = 8 c^2 lambda / V^2 with lambda the
+    largest eigenvalue of the sum of b_a b_a^T over the nodes (Flanagan and Belytschko 1981, Eq. 63). It is bounded
+    from above by trace/3 + sqrt(2/3) |deviator|, which is exact for cubes and for flat cells.
     """
-    for lane in range(LANES):
-        xx = yy = zz = xy = yz = zx = 0.0
-        for k in range(6):
-            gx = gradient[(3 * k + 0) * LANES + lane]
-            gy = gradient[(3 * k + 1) * LANES + lane]
-            gz = gradient[(3 * k + 2) * LANES + lane]
-            xx += gx * gx
-            yy += gy * gy
-            zz += gz * gz
-            xy += gx * gy
-            yz += gy * gz
-            zx += gz * gx
-        mean = (xx + yy + zz) / 3.0
-        deviator = (xx - mean) ** 2 + (yy - mean) ** 2 + (zz - mean) ** 2 + 2.0 * (xy * xy + yz * yz + zx * zx)
-        largest = mean + np.sqrt(deviator * (2.0 / 3.0))
-        length[lane] = volume[lane] / np.sqrt(16.0 * largest)
+    (xx, xy, zx), (_, yy, yz), (_, _, zz) = _sum_of_products(gradient, gradient)
+    mean = (xx + yy + zz) * _THIRD
+    diagonal = (xx - mean, yy - mean, zz - mean)
+    side = (xy, yz, zx)
+    deviator = fma(2.0, dot(side, side), dot(diagonal, diagonal))
+    return (xx, yy, zz), mean + np.sqrt(deviator * (2.0 / 3.0))
 
 
-@kernel
-def add_nodal_forces(
-    count: int,
-    cells: np.ndarray,
-    dofmap: np.ndarray,
-    modes: np.ndarray,
+@lane_function
+def _store_component(
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    f5: float,
+    f6: float,
+    f7: float,
     share: float,
     rounding: float,
-    force: np.ndarray,
+    scratch: np.ndarray,
+    row: int,
+    lane: int,
 ) -> None:
-    """Transform the modes of the nodal forces back, round them and add them to the nodes of the first `count` cells.
+    """Sum of the modes at the nodes: f_n = share times the sum over m of sign(m, n) F_m, rounded."""
+    a2, a3 = f2 - f3, f2 + f3
+    a4, a5 = f4 - f5, f4 + f5
+    a6, a7 = f6 - f7, f6 + f7
+    b0, b2 = -f1 - a2, a2 - f1
+    b1, b3 = f1 - a3, f1 + a3
+    b4, b6 = a4 - a6, a4 + a6
+    b5, b7 = a5 - a7, a5 + a7
+    scratch[row * LANES + lane] = quantise(share * (b0 - b4), rounding)
+    scratch[(row + 3) * LANES + lane] = quantise(share * (b1 - b5), rounding)
+    scratch[(row + 6) * LANES + lane] = quantise(share * (b2 - b6), rounding)
+    scratch[(row + 9) * LANES + lane] = quantise(share * (b3 - b7), rounding)
+    scratch[(row + 12) * LANES + lane] = quantise(share * (b0 + b4), rounding)
+    scratch[(row + 15) * LANES + lane] = quantise(share * (b1 + b5), rounding)
+    scratch[(row + 18) * LANES + lane] = quantise(share * (b2 + b6), rounding)
+    scratch[(row + 21) * LANES + lane] = quantise(share * (b3 + b7), rounding)
 
-    `share` multiplies the forces; it is the cells' own step over the longest. `rounding` is the constant of `exact.quantise`: the sums do not depend on the order of the cells.
+
+@lane_function
+def store_nodal_forces(modes: Modes, share: float, rounding: float, scratch: np.ndarray, row: int, lane: int) -> None:
+    """Transform the modes of the nodal forces (N) back, times `share`, and put them rounded as `gather` puts fields.
+
+    The transform is its own inverse times 8. `rounding` is the constant of `exact.quantise`.
     """
-    _transform_back(modes, share, rounding)
+    f1, f2, f3, f4, f5, f6, f7 = modes
+    _store_component(f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0], share, rounding, scratch, row, lane)
+    _store_component(f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1], share, rounding, scratch, row + 1, lane)
+    _store_component(f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2], share, rounding, scratch, row + 2, lane)
+
+
+@block_kernel
+def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, rows: np.ndarray, force: np.ndarray) -> None:
+    """Add the rounded nodal forces in 24 rows to the nodes of the first `count` cells.
+
+    The sums do not depend on the order of the cells (see `exact`).
+    """
     for lane in range(count):
-        cell = cells[lane]
+        cell = np.uint64(cells[lane])
         for n in range(8):
-            node = dofmap[cell, n]
+            node = np.uint64(dofmap[cell, n])
             for i in range(3):
-                force[node, i] += modes[(3 * n + i) * LANES + lane]
+                force[node, i] += rows[(3 * n + i) * LANES + lane]
 
 
-@kernel
-def _transform_back(values: np.ndarray, share: float, rounding: float) -> None:
-    """Sum of the modes at the nodes: f_n = share times the sum over m of sign(m, n) F_m, in place, rounded."""
-    for i in range(3):
-        for lane in range(LANES):
-            v0 = values[(0 + i) * LANES + lane]
-            v1 = values[(3 + i) * LANES + lane]
-            v2 = values[(6 + i) * LANES + lane]
-            v3 = values[(9 + i) * LANES + lane]
-            v4 = values[(12 + i) * LANES + lane]
-            v5 = values[(15 + i) * LANES + lane]
-            v6 = values[(18 + i) * LANES + lane]
-            v7 = values[(21 + i) * LANES + lane]
-            a0, a1 = v0 - v1, v0 + v1
-            a2, a3 = v2 - v3, v2 + v3
-            a4, a5 = v4 - v5, v4 + v5
-            a6, a7 = v6 - v7, v6 + v7
-            b0, b2 = a0 - a2, a0 + a2
-            b1, b3 = a1 - a3, a1 + a3
-            b4, b6 = a4 - a6, a4 + a6
-            b5, b7 = a5 - a7, a5 + a7
-            values[(0 + i) * LANES + lane] = quantise(share * (b0 - b4), rounding)
-            values[(3 + i) * LANES + lane] = quantise(share * (b1 - b5), rounding)
-            values[(6 + i) * LANES + lane] = quantise(share * (b2 - b6), rounding)
-            values[(9 + i) * LANES + lane] = quantise(share * (b3 - b7), rounding)
-            values[(12 + i) * LANES + lane] = quantise(share * (b0 + b4), rounding)
-            values[(15 + i) * LANES + lane] = quantise(share * (b1 + b5), rounding)
-            values[(18 + i) * LANES + lane] = quantise(share * (b2 + b6), rounding)
-            values[(21 + i) * LANES + lane] = quantise(share * (b3 + b7), rounding)
+@block_kernel
+def gather_modes(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, modes: np.ndarray) -> None:
+    """Gather a nodal vector field of a block's cells and transform it to modes.
+
+    `modes` (24 LANES,) is overwritten, row 3 m + i for component i of mode m; the other arguments as for `gather`.
+    """
+    gather(cells, dofmap, field, modes)
+    for lane in range(LANES):
+        a, b, f, c, e, d, g = cell_modes(modes, 0, lane)
+        store_vector(a, modes, 3, lane)
+        store_vector(b, modes, 6, lane)
+        store_vector(f, modes, 9, lane)
+        store_vector(c, modes, 12, lane)
+        store_vector(e, modes, 15, lane)
+        store_vector(d, modes, 18, lane)
+        store_vector(g, modes, 21, lane)
+
+
+@block_kernel
+def mean_gradient(modes: np.ndarray, gradient: np.ndarray, volume: np.ndarray) -> None:
+    """Mean gradients (m2) and volumes (m3) of a block's cells.
+
+    Parameters
+    ----------
+    modes : (24 LANES,) modes of the positions (m), as from `gather_modes`.
+    gradient : (18 LANES,) rows of P, Q, S3, R, S5, S6, overwritten.
+    volume : (LANES,) overwritten.
+    """
+    for lane in range(LANES):
+        a, b, f = load_vector(modes, 3, lane), load_vector(modes, 6, lane), load_vector(modes, 9, lane)
+        c, e, d = load_vector(modes, 12, lane), load_vector(modes, 15, lane), load_vector(modes, 18, lane)
+        found, volume[lane] = cell_gradient((a, b, f, c, e, d, a))
+        store_gradient(found, gradient, 0, lane)
+
+
+@lane_function
+def store_gradient(gradient: Gradient, scratch: np.ndarray, row: int, lane: int) -> None:
+    """Put a mean gradient in 18 rows from `row` on."""
+    p, q, s3, r, s5, s6 = gradient
+    store_vector(p, scratch, row, lane)
+    store_vector(q, scratch, row + 3, lane)
+    store_vector(s3, scratch, row + 6, lane)
+    store_vector(r, scratch, row + 9, lane)
+    store_vector(s5, scratch, row + 12, lane)
+    store_vector(s6, scratch, row + 15, lane)
+
+
+@lane_function
+def load_gradient(scratch: np.ndarray, row: int, lane: int) -> Gradient:
+    """Take a mean gradient from 18 rows from `row` on."""
+    return (
+        load_vector(scratch, row, lane),
+        load_vector(scratch, row + 3, lane),
+        load_vector(scratch, row + 6, lane),
+        load_vector(scratch, row + 9, lane),
+        load_vector(scratch, row + 12, lane),
+        load_vector(scratch, row + 15, lane),
+    )

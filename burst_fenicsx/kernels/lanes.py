@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
+from numba import types
+from numba.extending import intrinsic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LANES", "kernel", "parallel_kernel"]
+__all__ = ["LANES", "block_kernel", "kernel", "lane_function", "parallel_kernel", "widest_vectors"]
 
 LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones."""
@@ -25,7 +27,20 @@ _FAST_MATH = {"nsz"}
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` for one thread."""
-    return _compile(function, parallel=False)
+    return _compile(function)
+
+
+def block_kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` for one thread, without counting references to arrays: that costs more than a block's sums.
+
+    Such a kernel may slice the arrays that it is given, but neither allocate nor return one.
+    """
+    return _compile(function, _nrt=False)
+
+
+def lane_function(function: Callable[..., Any]) -> Any:
+    """Compile `function` of one lane's numbers into what calls it, so that the loop over the lanes is vectorised."""
+    return _compile(function, _nrt=False, forceinline=True)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
@@ -33,7 +48,22 @@ def parallel_kernel(function: Callable[..., Any]) -> Any:
     return _compile(function, parallel=True)
 
 
-def _compile(function: Callable[..., Any], *, parallel: bool) -> Any:
+@intrinsic
+def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Have the compiler use 512-bit vectors, where there are any, in the kernel that calls this.
+
+    By default it keeps to 256 bits on processors that once slowed down for more.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
+        # Straight into the set: llvmlite's own `add` knows no attributes of one kind of processor.
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    return types.none(), generate
+
+
+def _compile(function: Callable[..., Any], **options: bool) -> Any:
     """Compile with a cache folder of its own for this state of all kernels' sources.
 
     Numba's cache looks at the source file of a kernel alone, and would keep code that calls kernels since changed
@@ -42,7 +72,7 @@ def _compile(function: Callable[..., Any], *, parallel: bool) -> Any:
     usual = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(Path(usual or _user_cache()) / f"burst-{_SOURCES}")
     try:
-        return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, parallel=parallel)(function)
+        return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = usual
 

@@ -5,26 +5,50 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
+    BEARABLE,
+    DAMPING,
+    FORCE,
+    FREE,
+    FREQUENCY,
+    HOURGLASS,
+    MASS,
     MOST_DAMPED,
+    POSITION,
+    POWER,
+    RATE,
+    STABLE,
+    VELOCITY,
+    VISCOUS,
+    VOLUME,
+    bound_hourglass,
     force_modes,
-    gradient_norms,
-    hourglass_rates,
-    hourglass_square,
-    step_and_viscosity,
+    lower_limits,
+    may_overdo,
+    move_cells,
+    trace_of_rate,
+    viscosity_and_step,
 )
-from burst_fenicsx.kernels.hexahedron import (
-    add_nodal_forces,
-    gather_modes,
-    largest_gradient,
-    mean_gradient,
-    mid_step_modes,
-    velocity_gradient,
-)
-from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
-from burst_fenicsx.materials.tresca import return_stresses, softened_strength
+from burst_fenicsx.kernels.tensors import (
+    Matrix,
+    Symmetric,
+    Vector,
+    add_scaled,
+    apply,
+    dot,
+    fma,
+    load_matrix,
+    load_symmetric,
+    load_vector,
+    store_symmetric,
+    store_vector,
+    symmetric_square,
+)
+from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
-__all__ = ["PARAMETERS", "SCRATCH_ROWS", "elastic_trial", "plastic_correction", "solid_block", "spin"]
+__all__ = ["PARAMETERS", "SCRATCH_ROWS", "elastic_trial", "is_elastic", "solid_block", "spin"]
 
 PARAMETERS = (
     "modulus",
@@ -46,145 +70,75 @@ SCRATCH_ROWS = 204
 """Rows of `LANES` doubles that a block of any kind needs."""
 
 
-@kernel
-def spin(rate: np.ndarray, step: float, rotation: np.ndarray) -> None:
+_STRESS = FREE  # 6 rows, Pa
+_SHEAR_STRAIN, _VOLUME_STRAIN = FREE + 6, FREE + 7
+_SOFTENING = FREE + 8  # inverse factor on the limit strains
+_DISSIPATION = FREE + 9  # J/m3 in this step
+_SPRING = FREE + 10  # hourglass springs' coefficient times the step, N s/m
+_STORED = FREE + 11  # stored elastic hourglass forces, 12 rows, N
+
+
+@lane_function
+def spin(rate: Matrix, step: float) -> Matrix:
     """Rotation of the step after Hughes and Winget (1980): Q = (1 - w/2)^-1 (1 + w/2), w = spin times step.
 
-    `rate` (9 LANES,) 1/s, `rotation` (9 LANES,) rows 3 i + j. Exact for a rigid rotation of any size
-    below half a turn, because the velocity gradient is taken on the mid-step configuration.
+    Exact for a rigid rotation of any size below half a turn, because the velocity gradient `rate` (1/s) is taken on the
+    mid-step configuration.
     """
-    for lane in range(LANES):
-        # Half the rotation vector of w.
-        x = 0.25 * step * (rate[7 * LANES + lane] - rate[5 * LANES + lane])
-        y = 0.25 * step * (rate[2 * LANES + lane] - rate[6 * LANES + lane])
-        z = 0.25 * step * (rate[3 * LANES + lane] - rate[LANES + lane])
-        f = 2.0 / (1.0 + x * x + y * y + z * z)
-        rotation[lane] = 1.0 - f * (y * y + z * z)
-        rotation[LANES + lane] = f * (x * y - z)
-        rotation[2 * LANES + lane] = f * (z * x + y)
-        rotation[3 * LANES + lane] = f * (x * y + z)
-        rotation[4 * LANES + lane] = 1.0 - f * (z * z + x * x)
-        rotation[5 * LANES + lane] = f * (y * z - x)
-        rotation[6 * LANES + lane] = f * (z * x - y)
-        rotation[7 * LANES + lane] = f * (y * z + x)
-        rotation[8 * LANES + lane] = 1.0 - f * (x * x + y * y)
+    # Half the rotation vector of w.
+    x = 0.25 * step * (rate[2][1] - rate[1][2])
+    y = 0.25 * step * (rate[0][2] - rate[2][0])
+    z = 0.25 * step * (rate[1][0] - rate[0][1])
+    xx, yy, zz = x * x, y * y, z * z
+    f = 2.0 / (1.0 + xx + yy + zz)
+    fx, fy, fz = f * x, f * y, f * z
+    return (
+        (1.0 - f * (yy + zz), fx * y - fz, fz * x + fy),
+        (fx * y + fz, 1.0 - f * (zz + xx), fy * z - fx),
+        (fz * x - fy, fy * z + fx, 1.0 - f * (xx + yy)),
+    )
 
 
-@kernel
+@lane_function
 def elastic_trial(
-    stress: np.ndarray, rotation: np.ndarray, rate: np.ndarray, step: float, lame: float, shear: float
-) -> None:
-    """Rotate the stresses and add the elastic increment: sigma = Q sigma Q^T + lambda tr(de) 1 + 2 G de.
+    stress: Symmetric, rotation: Matrix, rate: Matrix, step: float, lame: float, shear: float
+) -> Symmetric:
+    """Rotate a stress and add the elastic increment: Q sigma Q^T + lambda tr(de) 1 + 2 G de.
 
-    `stress` (6 LANES,) Pa in place; `rotation` (9 LANES,); `rate` (9 LANES,) 1/s; `lame`, `shear` moduli (Pa).
+    `stress` in Pa; `rate` is the velocity gradient (1/s); `lame` and `shear` moduli (Pa).
     """
-    for lane in range(LANES):
-        xx, yy, zz = stress[lane], stress[LANES + lane], stress[2 * LANES + lane]
-        xy, yz, zx = stress[3 * LANES + lane], stress[4 * LANES + lane], stress[5 * LANES + lane]
-        q00, q01, q02 = rotation[lane], rotation[LANES + lane], rotation[2 * LANES + lane]
-        q10, q11, q12 = rotation[3 * LANES + lane], rotation[4 * LANES + lane], rotation[5 * LANES + lane]
-        q20, q21, q22 = rotation[6 * LANES + lane], rotation[7 * LANES + lane], rotation[8 * LANES + lane]
-        a00, a01, a02 = q00 * xx + q01 * xy + q02 * zx, q00 * xy + q01 * yy + q02 * yz, q00 * zx + q01 * yz + q02 * zz
-        a10, a11, a12 = q10 * xx + q11 * xy + q12 * zx, q10 * xy + q11 * yy + q12 * yz, q10 * zx + q11 * yz + q12 * zz
-        a20, a21, a22 = q20 * xx + q21 * xy + q22 * zx, q20 * xy + q21 * yy + q22 * yz, q20 * zx + q21 * yz + q22 * zz
-        exx, eyy, ezz = rate[lane] * step, rate[4 * LANES + lane] * step, rate[8 * LANES + lane] * step
-        pressure = lame * (exx + eyy + ezz)
-        twice = 2.0 * shear
-        half = shear * step
-        stress[lane] = a00 * q00 + a01 * q01 + a02 * q02 + pressure + twice * exx
-        stress[LANES + lane] = a10 * q10 + a11 * q11 + a12 * q12 + pressure + twice * eyy
-        stress[2 * LANES + lane] = a20 * q20 + a21 * q21 + a22 * q22 + pressure + twice * ezz
-        stress[3 * LANES + lane] = (
-            a00 * q10 + a01 * q11 + a02 * q12 + half * (rate[LANES + lane] + rate[3 * LANES + lane])
-        )
-        stress[4 * LANES + lane] = (
-            a10 * q20 + a11 * q21 + a12 * q22 + half * (rate[5 * LANES + lane] + rate[7 * LANES + lane])
-        )
-        stress[5 * LANES + lane] = (
-            a20 * q00 + a21 * q01 + a22 * q02 + half * (rate[6 * LANES + lane] + rate[2 * LANES + lane])
-        )
+    xx, yy, zz, xy, yz, zx = stress
+    whole = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))
+    qx, qy, qz = rotation
+    # The stress is symmetric, so its products with the rows of Q are the rows of Q sigma.
+    ax, ay, az = apply(whole, qx), apply(whole, qy), apply(whole, qz)
+    twice, half = 2.0 * shear * step, shear * step
+    pressure = lame * step * (rate[0][0] + rate[1][1] + rate[2][2])
+    return (
+        dot(ax, qx) + fma(twice, rate[0][0], pressure),
+        dot(ay, qy) + fma(twice, rate[1][1], pressure),
+        dot(az, qz) + fma(twice, rate[2][2], pressure),
+        fma(half, rate[0][1] + rate[1][0], dot(ax, qy)),
+        fma(half, rate[1][2] + rate[2][1], dot(ay, qz)),
+        fma(half, rate[2][0] + rate[0][2], dot(az, qx)),
+    )
 
 
-@kernel
-def plastic_correction(
-    count: int,
-    stress: np.ndarray,
-    shear_strain: np.ndarray,
-    volume_strain: np.ndarray,
-    limit_scale: np.ndarray,
-    material: np.ndarray,
-    scratch: np.ndarray,
-    dissipation: np.ndarray,
-) -> None:
-    """Return the plastic lanes of a block; elastic ones are told by a bound and left alone.
+@lane_function
+def is_elastic(stress: Symmetric, tau: float, sigma: float) -> bool:
+    """Whether bounds without principal values tell that a stress keeps within the strengths `tau` and `sigma` (Pa).
 
-    Parameters
-    ----------
-    count : lanes that count.
-    stress : (6 LANES,) trial stresses (Pa), in place.
-    shear_strain, volume_strain : (LANES,) accumulated plastic strains, in place.
-    limit_scale : (LANES,) inverse of the factor on the limit strains.
-    material : row of the parameters.
-    scratch : (27 LANES,).
-    dissipation : (LANES,) plastic work per volume of this step (J/m3), overwritten.
-
-    Notes
-    -----
-    (s1 - s3)/2 <= sqrt(J2) and s1 <= mean + 2 sqrt(J2/3), so most elastic lanes need no principal values. The plastic
-    lanes are moved together, so that the return runs over full vectors.
+    (s1 - s3)/2 <= sqrt(J2) and s1 <= mean + 2 sqrt(J2/3).
     """
-    tau0, sigma0 = material[2], material[3]
-    packed = scratch[: 6 * LANES]
-    tau = scratch[6 * LANES : 7 * LANES]
-    sigma = scratch[7 * LANES : 8 * LANES]
-    shear_step = scratch[8 * LANES : 9 * LANES]
-    volume_step = scratch[9 * LANES : 10 * LANES]
-    work = scratch[10 * LANES : 11 * LANES]
-    matrix = scratch[11 * LANES : 17 * LANES]
-    vectors = scratch[17 * LANES : 26 * LANES]
-    flag = scratch[26 * LANES : 27 * LANES]
-    for lane in range(LANES):
-        xx, yy, zz = stress[lane], stress[LANES + lane], stress[2 * LANES + lane]
-        xy, yz, zx = stress[3 * LANES + lane], stress[4 * LANES + lane], stress[5 * LANES + lane]
-        mean = (xx + yy + zz) / 3.0
-        xx -= mean
-        yy -= mean
-        zz -= mean
-        j2 = 0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + yz * yz + zx * zx
-        current_tau = softened_strength(tau0, shear_strain[lane], material[4] * limit_scale[lane])
-        current_sigma = softened_strength(sigma0, volume_strain[lane], material[5] * limit_scale[lane])
-        # The cut-off bound without a root: 4 J2 / 3 <= (sigma - mean)^2.
-        room = max(current_sigma - mean, 0.0)
-        elastic = j2 <= current_tau * current_tau and (4.0 / 3.0) * j2 <= room * room and mean <= current_sigma
-        flag[lane] = 0.0 if elastic else 1.0
-        tau[lane] = current_tau
-        sigma[lane] = current_sigma
-        dissipation[lane] = 0.0
-    plastic = 0
-    for lane in range(count):
-        if flag[lane] > 0.0:
-            for k in range(6):
-                packed[k * LANES + plastic] = stress[k * LANES + lane]
-            tau[plastic] = tau[lane]
-            sigma[plastic] = sigma[lane]
-            flag[plastic] = lane
-            plastic += 1
-    if plastic == 0:
-        return
-    for lane in range(plastic, LANES):
-        for k in range(6):
-            packed[k * LANES + lane] = 0.0
-    return_stresses(packed, tau, sigma, material[0], material[1], matrix, vectors, shear_step, volume_step, work)
-    for k in range(plastic):
-        lane = int(flag[k])
-        for row in range(6):
-            stress[row * LANES + lane] = packed[row * LANES + k]
-        shear_strain[lane] += shear_step[k]
-        volume_strain[lane] += volume_step[k]
-        dissipation[lane] = work[k]
+    xx, yy, zz, xy, yz, zx = stress
+    mean = (xx + yy + zz) * (1.0 / 3.0)
+    j2 = symmetric_square((xx - mean, yy - mean, zz - mean, xy, yz, zx))
+    # The cut-off bound without a root: 4 J2 / 3 <= (sigma - mean)^2.
+    room = max(sigma - mean, 0.0)
+    return (j2 <= tau * tau) & ((4.0 / 3.0) * j2 <= room * room) & (mean <= sigma)
 
 
-@kernel
+@block_kernel
 def solid_block(
     block: int,
     step: float,
@@ -207,163 +161,193 @@ def solid_block(
     cells = grid.cells[block]
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
+    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
+    _load_state(block, grid, state, scratch)
+    move_cells(step, scratch)
+    if _try_elastic(step, material, scratch) > 0:
+        _return_plastic(material, scratch)
+    coming = max(step, share * grid.longest)
+    bound_hourglass(coming, _stiffen(step, coming, material, scratch) > 0, scratch)
+    _resist(share, nodes.rounding, scratch)
+    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
+    _store_state(block, grid, state, scratch)
+    _book(block, step, share, grid, scratch, energy, limits)
+
+
+@block_kernel
+def _load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+    """Bring what the cells remember together by lanes."""
     slot = block * LANES
-    mass = grid.mass[slot : slot + LANES]
-    position = scratch[: 24 * LANES]
-    velocity = scratch[24 * LANES : 48 * LANES]
-    middle = scratch[48 * LANES : 72 * LANES]
-    gradient = scratch[72 * LANES : 90 * LANES]
-    rate = scratch[90 * LANES : 99 * LANES]
-    stress = scratch[99 * LANES : 105 * LANES]
-    amplitude = scratch[105 * LANES : 117 * LANES]
-    rotation = scratch[117 * LANES : 126 * LANES]
-    volume = scratch[126 * LANES : 127 * LANES]
-    length = scratch[127 * LANES : 128 * LANES]
-    density = scratch[128 * LANES : 129 * LANES]
-    sound = scratch[129 * LANES : 130 * LANES]
-    viscous = scratch[130 * LANES : 131 * LANES]
-    stable = scratch[131 * LANES : 132 * LANES]
-    shear_strain = scratch[132 * LANES : 133 * LANES]
-    volume_strain = scratch[133 * LANES : 134 * LANES]
-    dissipation = scratch[134 * LANES : 135 * LANES]
-    power = scratch[135 * LANES : 136 * LANES]
-    work = scratch[136 * LANES : 163 * LANES]
-    fastest = scratch[163 * LANES : 164 * LANES]
-    slope = scratch[164 * LANES : 167 * LANES]
-    limit_scale = state.softening_scale[slot : slot + LANES]
-
-    modulus, poisson = material[0], material[1]
-    shear = 0.5 * modulus / (1.0 + poisson)
-    lame = modulus * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-
-    gather_modes(cells, grid.dofmap, nodes.position, position)
-    gather_modes(cells, grid.dofmap, nodes.velocity, velocity)
-    mid_step_modes(position, velocity, 0.5 * step, middle)
-    mean_gradient(middle, gradient, volume)
-    velocity_gradient(velocity, gradient, volume, rate)
-    hourglass_rates(velocity, middle, rate, amplitude)
-    mean_gradient(position, gradient, volume)
-
     for lane in range(LANES):
-        cell = cells[lane]
+        cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
-            stress[k * LANES + lane] = state.stress[cell, 0, k]
-        shear_strain[lane] = state.shear_strain[cell, 0]
-        volume_strain[lane] = state.volume_strain[cell, 0]
-    spin(rate, step, rotation)
-    elastic_trial(stress, rotation, rate, step, lame, shear)
-    plastic_correction(
-        count,
-        stress,
-        shear_strain,
-        volume_strain,
-        limit_scale,
-        material,
-        work,
-        dissipation,
-    )
-    for lane in range(count):
-        cell = cells[lane]
-        for k in range(6):
-            state.stress[cell, 0, k] = stress[k * LANES + lane]
-        state.shear_strain[cell, 0] = shear_strain[lane]
-        state.volume_strain[cell, 0] = volume_strain[lane]
+            scratch[(_STRESS + k) * LANES + lane] = state.stress[cell, 0, k]
+        scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, 0]
+        scratch[_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, 0]
+        scratch[_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
+        scratch[MASS * LANES + lane] = grid.mass[slot + lane]
+    for k in range(12 * LANES):
+        scratch[_STORED * LANES + k] = state.hourglass[block, k]
 
-    largest_gradient(gradient, volume, length)
+
+@block_kernel
+def _store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+    """Write back what the cells remember."""
+    for lane in range(grid.filled[block]):
+        cell = np.uint64(grid.cells[block, lane])
+        for k in range(6):
+            state.stress[cell, 0, k] = scratch[(_STRESS + k) * LANES + lane]
+        state.shear_strain[cell, 0] = scratch[_SHEAR_STRAIN * LANES + lane]
+        state.volume_strain[cell, 0] = scratch[_VOLUME_STRAIN * LANES + lane]
+    for k in range(12 * LANES):
+        state.hourglass[block, k] = scratch[_STORED * LANES + k]
+
+
+@lane_function
+def _moduli(material: np.ndarray) -> tuple[float, float]:
+    """Shear modulus and Lame's first parameter (Pa)."""
+    shear = 0.5 * material[0] / (1.0 + material[1])
+    return shear, 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+
+
+@lane_function
+def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
+    """Shear and tensile strength (Pa) after the strains so far."""
+    scale = scratch[_SOFTENING * LANES + lane]
+    tau = softened_strength(material[2], scratch[_SHEAR_STRAIN * LANES + lane], material[4] * scale)
+    return tau, softened_strength(material[3], scratch[_VOLUME_STRAIN * LANES + lane], material[5] * scale)
+
+
+@block_kernel
+def _try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
+    """Turn what is stored and add the elastic increment; count the cells that may be plastic."""
+    widest_vectors()
+    shear, lame = _moduli(material)
+    plastic = 0
     for lane in range(LANES):
-        density[lane] = mass[lane] / volume[lane]
-        sound[lane] = np.sqrt((lame + 2.0 * shear) / density[lane])
-        # Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
-        tau = softened_strength(material[2], shear_strain[lane], material[4] * limit_scale[lane])
-        fastest[lane] = sound[lane] if tau > 0.0 else np.sqrt((lame + 2.0 / 3.0 * shear) / density[lane])
-    step_and_viscosity(rate, length, density, sound, fastest, material[6], material[7], viscous, stable)
-    _resist_hourglass(
-        state.hourglass[block],
-        rotation,
-        position,
-        gradient,
-        slope,
-        sound,
-        density,
-        length,
-        volume,
-        material[8],
-        material[9],
-        step,
-        max(step, share * grid.longest),
-        amplitude,
-        power,
-    )
-    for lane in range(count):
-        energy[0] += dissipation[lane] * volume[lane]
-        # Mean of both ends of the step, as the forces work: at a front q changes within it.
-        mean_viscous = 0.5 * (grid.viscous[slot + lane] + viscous[lane])
-        energy[1] -= mean_viscous * (volume[lane] - grid.volume[slot + lane])
-        grid.viscous[slot + lane] = viscous[lane]
-        energy[2] += power[lane] * step
-        grid.stable[slot + lane] = stable[lane]
-        if stable[lane] < share * limits[0]:
-            limits[0] = stable[lane] / share
-            limits[1] = cells[lane]
-        if not volume[lane] >= limits[2]:
-            # Not a number must not be overwritten by the next cell.
-            limits[2] = volume[lane] if volume[lane] == volume[lane] else -np.inf
-            limits[3] = cells[lane]
-        grid.volume[slot + lane] = volume[lane]
-    force_modes(stress, viscous, amplitude, position, gradient, volume, velocity)
-    add_nodal_forces(count, cells, grid.dofmap, velocity, share, nodes.rounding, nodes.force)
+        rate = load_matrix(scratch, RATE, lane)
+        rotation = spin(rate, step)
+        stress = elastic_trial(load_symmetric(scratch, _STRESS, lane), rotation, rate, step, lame, shear)
+        store_symmetric(stress, scratch, _STRESS, lane)
+        store_vector(apply(rotation, load_vector(scratch, _STORED, lane)), scratch, _STORED, lane)
+        store_vector(apply(rotation, load_vector(scratch, _STORED + 3, lane)), scratch, _STORED + 3, lane)
+        store_vector(apply(rotation, load_vector(scratch, _STORED + 6, lane)), scratch, _STORED + 6, lane)
+        store_vector(apply(rotation, load_vector(scratch, _STORED + 9, lane)), scratch, _STORED + 9, lane)
+        tau, sigma = _strengths(material, scratch, lane)
+        plastic += 0 if is_elastic(stress, tau, sigma) else 1
+        scratch[_DISSIPATION * LANES + lane] = 0.0
+    return plastic
 
 
-@kernel
-def _resist_hourglass(
-    stored: np.ndarray,
-    rotation: np.ndarray,
-    position: np.ndarray,
-    gradient: np.ndarray,
-    slope: np.ndarray,
-    sound: np.ndarray,
-    density: np.ndarray,
-    length: np.ndarray,
-    volume: np.ndarray,
-    viscous: float,
-    stiffness: float,
-    step: float,
-    bounded: float,
-    amplitude: np.ndarray,
-    power: np.ndarray,
-) -> None:
-    """Turn the hourglass rates into forces (N), viscous + stored elastic ones, in place; `power` (W) overwritten.
+@block_kernel
+def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
+    """Return the stresses of a block; those within the strengths stay as they are."""
+    widest_vectors()
+    for lane in range(LANES):
+        tau, sigma = _strengths(material, scratch, lane)
+        stress, shear_strain, volume_strain, dissipation = return_stress(
+            load_symmetric(scratch, _STRESS, lane), tau, sigma, material[0], material[1]
+        )
+        store_symmetric(stress, scratch, _STRESS, lane)
+        scratch[_SHEAR_STRAIN * LANES + lane] += shear_strain
+        scratch[_VOLUME_STRAIN * LANES + lane] += volume_strain
+        scratch[_DISSIPATION * LANES + lane] = dissipation
+
+
+@block_kernel
+def _stiffen(step: float, coming: float, material: np.ndarray, scratch: np.ndarray) -> int:
+    """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
 
     Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
-    given as a fraction of what full integration would give, about rho c^2 L / 36. The stored forces turn with the cell.
-    Both are bounded by what a step of `bounded` (s) lets a cell bear whose hourglass vectors its distortion has made long.
+    given as a fraction of what full integration would give, about rho c^2 L / 36. What cells can bear hangs on the
+    `coming` step (s).
     """
-    gradient_norms(gradient, volume, slope)
+    widest_vectors()
+    shear, lame = _moduli(material)
+    stiff = lame + 2.0 * shear
+    # Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
+    softened = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
+    per_mass = 1.0 / (8.0 * coming) if coming > 0.0 else np.inf
+    count = 0
     for lane in range(LANES):
-        power[lane] = 0.0
-    for a in range(4):
-        mode = 3 if a == 0 else a + 4
-        for lane in range(LANES):
-            square = hourglass_square(lane, mode, position, slope)
-            bearable = density[lane] * volume[lane] / (8.0 * square * bounded) if bounded > 0.0 else np.inf
-            damping = 0.25 * viscous * density[lane] * sound[lane] * volume[lane] / length[lane]
-            damping = min(damping, MOST_DAMPED * bearable)
-            spring = stiffness / 36.0 * density[lane] * sound[lane] * sound[lane] * length[lane] * step
-            spring = min(spring, _MOST_STIFF * bearable)
-            x, y, z = (
-                stored[(3 * a) * LANES + lane],
-                stored[(3 * a + 1) * LANES + lane],
-                stored[(3 * a + 2) * LANES + lane],
-            )
-            for i in range(3):
-                q = amplitude[(3 * a + i) * LANES + lane]
-                elastic = (
-                    rotation[(3 * i) * LANES + lane] * x
-                    + rotation[(3 * i + 1) * LANES + lane] * y
-                    + rotation[(3 * i + 2) * LANES + lane] * z
-                    + spring * q
-                )
-                stored[(3 * a + i) * LANES + lane] = elastic
-                force = elastic + damping * q
-                amplitude[(3 * a + i) * LANES + lane] = force
-                power[lane] += force * q
+        volume, frequency = scratch[VOLUME * LANES + lane], scratch[FREQUENCY * LANES + lane]
+        mass = scratch[MASS * LANES + lane]
+        density = mass / volume
+        sound = np.sqrt(stiff / density)
+        tau, _ = _strengths(material, scratch, lane)
+        fastest = sound if tau > 0.0 else softened * sound
+        length = 1.0 / frequency
+        viscous, stable = viscosity_and_step(
+            trace_of_rate(scratch, lane), length, density, sound, fastest, material[6], material[7]
+        )
+        damping = 0.25 * material[8] * mass * sound * frequency
+        spring = material[9] / 36.0 * stiff * step * length
+        scratch[VISCOUS * LANES + lane] = viscous
+        scratch[STABLE * LANES + lane] = stable
+        scratch[DAMPING * LANES + lane] = damping
+        scratch[_SPRING * LANES + lane] = spring
+        most = max(damping * (1.0 / MOST_DAMPED), spring * (1.0 / _MOST_STIFF))
+        count += 1 if may_overdo(most, mass * per_mass, scratch, lane) else 0
+    return count
+
+
+@block_kernel
+def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+    """Nodal forces of the stresses, the artificial viscosity and the hourglass control."""
+    widest_vectors()
+    for lane in range(LANES):
+        h3, p3 = _resist_mode(0, scratch, lane)
+        h5, p5 = _resist_mode(1, scratch, lane)
+        h6, p6 = _resist_mode(2, scratch, lane)
+        h7, p7 = _resist_mode(3, scratch, lane)
+        scratch[POWER * LANES + lane] = p3 + p5 + p6 + p7
+        viscous = scratch[VISCOUS * LANES + lane]
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
+        stress = (xx - viscous, yy - viscous, zz - viscous, xy, yz, zx)
+        store_nodal_forces(force_modes(stress, (h3, h5, h6, h7), scratch, lane), share, rounding, scratch, FORCE, lane)
+
+
+@lane_function
+def _resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+    """Force (N) against one hourglass mode, viscous + stored elastic one, and its power (W).
+
+    Both are bounded by what the step lets a cell bear whose hourglass vectors its distortion has made long. The stored
+    forces have been turned with the cell; they are advanced.
+    """
+    rate = load_vector(scratch, HOURGLASS + 3 * a, lane)
+    bearable = scratch[(BEARABLE + a) * LANES + lane]
+    spring = min(scratch[_SPRING * LANES + lane], _MOST_STIFF * bearable)
+    elastic = add_scaled(load_vector(scratch, _STORED + 3 * a, lane), spring, rate)
+    store_vector(elastic, scratch, _STORED + 3 * a, lane)
+    force = add_scaled(elastic, min(scratch[DAMPING * LANES + lane], MOST_DAMPED * bearable), rate)
+    return force, dot(force, rate)
+
+
+@block_kernel
+def _book(
+    block: int,
+    step: float,
+    share: float,
+    grid: Grid,
+    scratch: np.ndarray,
+    energy: np.ndarray,
+    limits: np.ndarray,
+) -> None:
+    """Add up the work of the step and find the limits; arguments as for `solid_block`."""
+    slot = block * LANES
+    plastic = viscous_work = hourglass = 0.0
+    for lane in range(grid.filled[block]):
+        volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
+        stable = scratch[STABLE * LANES + lane]
+        plastic += scratch[_DISSIPATION * LANES + lane] * volume
+        # Mean of both ends of the step, as the forces work: at a front q changes within it.
+        viscous_work -= 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
+        hourglass += scratch[POWER * LANES + lane]
+        grid.viscous[slot + lane] = viscous
+        grid.stable[slot + lane] = stable
+        grid.volume[slot + lane] = volume
+        lower_limits(grid.cells[block, lane], stable, volume, share, limits)
+    energy[0] += plastic
+    energy[1] += viscous_work
+    energy[2] += hourglass * step
