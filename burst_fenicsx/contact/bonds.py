@@ -87,10 +87,11 @@ class BondedFaces:
         self._vectors = np.zeros((len(self.faces), 3))
         self._state = state
 
-    def add_forces(self, stiffness: float, step: float, force: np.ndarray) -> None:
+    def add_forces(self, stiffness: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on this rank's nodes to `force` (nodes, 3) in N.
 
-        `stiffness` is a pair's over its reduced mass (1/s2), `step` the step (s) that led here.
+        `stiffness` is a pair's over its reduced mass (1/s2), `step` the step (s) that led here, and `velocity`
+        (nodes, 3) the mean one over it (m/s).
         """
         nodes = self._state.nodes
         settings = self.settings
@@ -103,7 +104,7 @@ class BondedFaces:
             self._release,
         )
         face_vectors(nodes.position, self.faces, self._vectors)
-        join_twins(law, self.bonds, self._vectors, self._state.mass, nodes.position, nodes.velocity, force)
+        join_twins(law, self.bonds, self._vectors, self._state.mass, nodes.position, velocity, force)
 
     def release(self) -> np.ndarray:
         """Leave the pairs that have slid far to the colliding surfaces: their rows in the whole mesh's twins."""

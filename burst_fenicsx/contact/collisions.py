@@ -183,14 +183,15 @@ class CollidingSurfaces:
         state.pressed[nodes] = 0.0
         state.held[nodes] = 0.0
 
-    def add_forces(self, budget: float, step: float, force: np.ndarray) -> None:
+    def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
 
-        `budget` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here.
+        `budget` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here and `velocity`
+        (nodes, 3) the mean one over it (m/s).
         """
         if not len(self._near):
             return
-        self._exchange_motion()
+        self._exchange_motion(velocity)
         law = CollisionLaw(budget, step, self._friction)
         find_contacts(law, self.state, self._position, self._velocity, self._mass)
         self._sums[self._near] = 0.0
@@ -202,11 +203,11 @@ class CollidingSurfaces:
         self.state.load[self._near] = self._sums[self._near, 3]
         force[self._near_local] += self._sums[self._near_rows, :3]
 
-    def _exchange_motion(self) -> None:
+    def _exchange_motion(self, velocity: np.ndarray) -> None:
         """Bring places and speeds of the near nodes to every rank."""
-        nodes, rows, local = self._fields.nodes, self._near_rows, self._near_local
-        copy_rows(nodes.position, local, rows, self._position)
-        copy_rows(nodes.velocity, local, rows, self._velocity)
+        rows, local = self._near_rows, self._near_local
+        copy_rows(self._fields.nodes.position, local, rows, self._position)
+        copy_rows(velocity, local, rows, self._velocity)
         if self._comm.size > 1:
             motion = np.zeros((len(self._near), 6))
             at = np.searchsorted(self._near, rows)

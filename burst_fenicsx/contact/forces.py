@@ -131,9 +131,10 @@ class ContactForces:
             return
         clear_rows(self.force, self._nodes)
         budget = self._budget / stable_for**2
+        velocity = self._fields.nodes.velocity
         deepest = self.penetrations
         if self.bonds is not None:
-            self.bonds.add_forces(budget, step, self.force)
+            self.bonds.add_forces(budget, step, velocity, self.force)
             if front_near:
                 deepest.bond_at_front = max(deepest.bond_at_front, self.bonds.deepest)
             else:
@@ -141,12 +142,13 @@ class ContactForces:
         if self.collisions is not None:
             if self.collisions.search_is_due(step):
                 self.collisions.search(self._let_go())
-            self.collisions.add_forces(budget * (1.0 - _PLANE_SHARE if self.planes else 1.0), step, self.force)
+            share = 1.0 - _PLANE_SHARE if self.planes else 1.0
+            self.collisions.add_forces(budget * share, step, velocity, self.force)
             deepest.collision = max(deepest.collision, self.collisions.deepest)
         if self.planes:
             before = sum_rows(self.force, self.planes[0].state.node)
             for plane in self.planes:
-                plane.add_forces(budget * _PLANE_SHARE, step, self.force)
+                plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
                 deepest.plane = max(deepest.plane, plane.deepest)
             pushed = sum_rows(self.force, self.planes[0].state.node) - before
             self.plane_impulse += 0.5 * step * (self.plane_force + pushed)

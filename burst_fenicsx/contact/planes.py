@@ -42,11 +42,14 @@ class PlaneContact:
             booked=np.zeros((count, 3)),
         )
 
-    def add_forces(self, budget: float, step: float, force: np.ndarray) -> None:
-        """Add the plane's forces to `force` (nodes, 3) in N; `budget` is its stiffness over a node's mass (1/s2)."""
+    def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+        """Add the plane's forces to `force` (nodes, 3) in N.
+
+        `budget` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here and `velocity` (nodes, 3)
+        the mean one over it (m/s).
+        """
         law = PlaneLaw(self._normal, self._level, budget, step, self._friction)
-        nodes = self._fields.nodes
-        push_from_plane(law, self.state, self._fields.mass, nodes.position, nodes.velocity, force)
+        push_from_plane(law, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
 
     @property
     def booked(self) -> np.ndarray:
