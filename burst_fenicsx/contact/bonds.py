@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.bonds import BondLaw, Bonds, face_vectors, join_twins
-from burst_fenicsx.meshing.faces import boundary_faces
+from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -23,14 +23,8 @@ _RELEASE = 0.5  # a broken pair that has slid by half an edge is left to the con
 
 def interface_faces(mesh: HexahedralMesh) -> np.ndarray:
     """Faces at which charge and casing or fuze were parted: the casing's nodes (faces, 4), outward from the casing."""
-    charge = mesh.part == Part.CHARGE
-    twin = np.arange(len(mesh.nodes))
-    twin[mesh.twins[:, 0]] = mesh.twins[:, 1]
-    solid, _ = boundary_faces(mesh.cells[~charge])
-    behind, _ = boundary_faces(mesh.cells[charge])
-    of_charge = {key.tobytes() for key in np.sort(twin[behind], axis=1)}
-    both = np.array([key.tobytes() in of_charge for key in np.sort(solid, axis=1)], dtype=bool)
-    return solid[both]
+    faces, _, behind = outer_faces(mesh, np.where(mesh.part == Part.CHARGE, -1, 0))
+    return faces[behind >= 0]
 
 
 class BondedFaces:

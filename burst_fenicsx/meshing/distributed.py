@@ -63,19 +63,16 @@ class DistributedMesh:
 
     def local_node(self, numbers: np.ndarray) -> np.ndarray:
         """Local nodes (int32) of nodes of the mesh that was given, in the shape of `numbers`; -1 where absent."""
-        order = self._node_order
-        ranked = self.node[order]
-        where = np.minimum(np.searchsorted(ranked, numbers), max(len(ranked) - 1, 0))
-        found = np.full(np.shape(numbers), -1, dtype=np.int32)
-        if len(ranked):
-            here = ranked[where] == numbers
-            found[here] = order[where[here]]
-        return found
+        table = self._local_nodes
+        known = np.less(numbers, len(table))
+        return np.where(known, table[np.where(known, numbers, 0)], np.int32(-1))
 
     @cached_property
-    def _node_order(self) -> np.ndarray:
-        """Local nodes in the order of their numbers in the mesh that was given."""
-        return np.argsort(self.node)
+    def _local_nodes(self) -> np.ndarray:
+        """Local node by number in the mesh that was given, up to the largest that this rank has; -1 where absent."""
+        table = np.full(int(self.node.max(initial=0)) + 1, -1, dtype=np.int32)
+        table[self.node] = np.arange(len(self.node), dtype=np.int32)
+        return table
 
     def gather_cells(self, values: np.ndarray) -> np.ndarray | None:
         """Values of all cells in the order of the mesh that was given, on rank 0; None elsewhere."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.faces import face_neighbours
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -58,6 +60,19 @@ class HexahedralMesh:
     segments: tuple[tuple[Segment, ...], ...] = ()
     lengths: tuple[float, ...] = ()
     twins: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """One number for each place (nodes,): a charge's node is named by its twin."""
+        place = np.arange(len(self.nodes), dtype=np.int64)
+        place[self.twins[:, 0]] = self.twins[:, 1]
+        return place
+
+    @cached_property
+    def neighbours(self) -> NDArray[np.int32]:
+        """The cell behind each of a cell's faces (cells, 6), across splits too; -1 where there is none."""
+        found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
+        return found
 
 
 def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
