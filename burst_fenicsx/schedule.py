@@ -56,41 +56,36 @@ def arrange(order: np.ndarray, dofmap: np.ndarray, material: np.ndarray, is_char
     material : (cells,) int32 row of the cell's material.
     is_charge : (materials,) bool.
     """
-    rows: list[np.ndarray] = []
-    counts: list[int] = []
-    materials: list[int] = []
-    first_block = [0]
-    first_charge = []
-    chunk_of_cell = np.empty(len(material), dtype=np.int32)
-    ranked = np.lexsort((np.arange(len(is_charge)), is_charge))
     size = chunk_size(len(order))
-    for chunk, start in enumerate(range(0, len(order), size)):
-        members = order[start : start + size]
-        chunk_of_cell[members] = chunk
-        charge_starts = None
-        for row in ranked:
-            if is_charge[row] and charge_starts is None:
-                charge_starts = len(rows)
-            own = members[material[members] == row]
-            for k in range(0, len(own), LANES):
-                block = own[k : k + LANES]
-                rows.append(np.concatenate([block, np.full(LANES - len(block), block[-1])]))
-                counts.append(len(block))
-                materials.append(int(row))
-        first_charge.append(len(rows) if charge_starts is None else charge_starts)
-        first_block.append(len(rows))
-    colour = _colour_chunks(chunk_of_cell, dofmap, len(first_charge))
+    chunks = -(-len(order) // size)
+    chunk_of_cell = np.empty(len(material), dtype=np.int32)
+    chunk_of_cell[order] = np.arange(len(order), dtype=np.int32) // size
+    # Within a chunk the solid materials come first, and the cells of each keep their order.
+    rank = np.empty(len(is_charge), dtype=np.int64)
+    rank[np.lexsort((np.arange(len(is_charge)), is_charge))] = np.arange(len(is_charge))
+    key = chunk_of_cell[order] * np.int64(len(is_charge)) + rank[material[order]]
+    sorted_cells, runs = order[np.argsort(key, kind="stable")], np.bincount(key, minlength=chunks * len(is_charge))
+    blocks_of_run = -(-runs // LANES)
+    run = np.repeat(np.arange(len(runs)), blocks_of_run)
+    within = np.arange(len(run)) - (np.cumsum(blocks_of_run) - blocks_of_run)[run]
+    start = (np.cumsum(runs) - runs)[run] + LANES * within
+    counts = np.minimum(runs[run] - LANES * within, LANES)
+    cells = sorted_cells[start[:, None] + np.minimum(np.arange(LANES), counts[:, None] - 1)]
+    materials = material[cells[:, 0]]
+    of_chunk = blocks_of_run.reshape(chunks, len(is_charge))
+    first_block = np.concatenate([[0], np.cumsum(of_chunk.sum(axis=1))])
+    solid_blocks = of_chunk[:, : np.count_nonzero(~is_charge)].sum(axis=1)
+    colour = _colour_chunks(chunk_of_cell, dofmap, chunks)
     chunk_order = np.argsort(colour, kind="stable")
     colours = int(colour.max()) + 1 if len(colour) else 0
     offset = np.searchsorted(colour[chunk_order], np.arange(colours + 1))
     schedule = Schedule(
         colour_offset=offset.astype(np.int32),
         chunk=chunk_order.astype(np.int32),
-        first_block=np.array(first_block, dtype=np.int32),
-        first_charge=np.array(first_charge, dtype=np.int32),
+        first_block=first_block.astype(np.int32),
+        first_charge=(first_block[:-1] + solid_blocks).astype(np.int32),
     )
-    cells = np.array(rows, dtype=np.int32).reshape(-1, LANES)
-    return Blocks(cells, np.array(counts, dtype=np.int32), np.array(materials, dtype=np.int32), schedule)
+    return Blocks(cells.astype(np.int32), counts.astype(np.int32), materials.astype(np.int32), schedule)
 
 
 def _colour_chunks(chunk_of_cell: np.ndarray, dofmap: np.ndarray, chunks: int) -> np.ndarray:
