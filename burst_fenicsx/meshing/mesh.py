@@ -10,6 +10,7 @@ import numpy as np
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.kernels.faces import face_neighbours
+from burst_fenicsx.kernels.shapes import hexahedron_volumes
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -113,23 +114,12 @@ def cell_centres(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
 
 def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
-    """Return the exact volume of each trilinear cell (m3), shape (m,).
-
-    Three triple products of diagonal sums, over twelve (Grandy 1997, UCRL-ID-128886, the long form).
-    """
-    x = [mesh.nodes[mesh.cells[:, corner]] for corner in range(8)]
-    first = _triple((x[3] - x[1]) + (x[7] - x[2]), x[6] - x[3], x[2] - x[0])
-    second = _triple((x[4] - x[3]) + (x[5] - x[7]), x[6] - x[4], x[7] - x[0])
-    third = _triple((x[1] - x[4]) + (x[2] - x[5]), x[6] - x[1], x[5] - x[0])
-    return (first + second + third) / 12.0
+    """Return the exact volume of each trilinear cell (m3), shape (m,)."""
+    volumes: NDArray[np.float64] = hexahedron_volumes(mesh.nodes, mesh.cells)
+    return volumes
 
 
 def part_volumes(mesh: HexahedralMesh) -> dict[Part, float]:
     """Return the mesh's volume of each part that it has (m3)."""
     totals = np.bincount(mesh.part, weights=cell_volumes(mesh), minlength=len(Part))
     return {part: float(totals[part]) for part in Part if np.any(mesh.part == part)}
-
-
-def _triple(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    volume: NDArray[np.float64] = np.einsum("ij,ij->i", a, np.cross(b, c))
-    return volume
