@@ -196,7 +196,7 @@ def _nodal_masses(mesh: DistributedMesh, function: fem.Function, cell_mass: np.n
     share = quantise(cell_mass / 8.0, rounding_constant(_largest(mesh, cell_mass)))
     mass = function.x.array.reshape(-1, 3)
     for corner in range(8):
-        np.add.at(mass[:, 0], mesh.dofmap[:, corner], share)
+        mass[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(mass))
     compat.add_to_owners(function)
     compat.send_to_ghosts(function)
     return mass[:, 0].copy()
