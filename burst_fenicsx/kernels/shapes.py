@@ -56,7 +56,7 @@ def _scaled_determinant(v: np.ndarray) -> float:
 
 @kernel
 def _triple(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
-    """a . (b x c)."""
+    """Triple product a . (b x c)."""
     return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[2] * (b[0] * c[1] - b[1] * c[0]) + a[1] * (b[2] * c[0] - b[0] * c[2])
 
 
