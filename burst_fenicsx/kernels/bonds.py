@@ -164,7 +164,8 @@ def _sum_faces(first_face: np.ndarray, face: np.ndarray, vectors: np.ndarray, no
             y += vectors[face[k], 1]
             z += vectors[face[k], 2]
         size = np.sqrt(x * x + y * y + z * z)
-        normal[spring, 0], normal[spring, 1], normal[spring, 2] = x / size, y / size, z / size
+        inverse = 1.0 / size
+        normal[spring, 0], normal[spring, 1], normal[spring, 2] = inverse * x, inverse * y, inverse * z
         normal[spring, 3] = size
 
 
@@ -205,7 +206,7 @@ def _join_runs(
             stiffness = of_pair * size / whole_area
             area = 0.25 * size  # Eq. 14: each of a face's four nodes has a quarter of it
             now = dx * nx + dy * ny + dz * nz
-            slid = slid or distance - now * now > law.release * law.release * size
+            slid |= distance - now * now > law.release * law.release * size
 
             # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
             sx, sy, sz = slip[spring, 0], slip[spring, 1], slip[spring, 2]
@@ -217,22 +218,24 @@ def _join_runs(
             old_gap, old, old_slip = gap[spring], held[spring], np.sqrt(sx * sx + sy * sy + sz * sz)
             whole = bonded[spring] != 0
             tension = stiffness * now
-            apart = (whole and tension >= law.tensile_strength * area) or (not whole and now >= 0.0)  # Eq. 15 (1)
+            apart = tension >= (law.tensile_strength * area if whole else 0.0)  # Eq. 15 (1)
             length = np.sqrt(tx * tx + ty * ty + tz * tz)
             limit = max((law.cohesion * area if whole else 0.0) - tension * law.friction, 0.0)
-            slides = not apart and stiffness * length > limit  # Eq. 15 (2)
-            kept = limit / stiffness if slides else length
+            slides = (not apart) & (stiffness * length > limit)  # Eq. 15 (2)
+            kept, shrink = limit / stiffness, limit / (stiffness * length)
+            kept, shrink = kept if slides else length, shrink if slides else 1.0
             heat += 0.5 * (old * old_slip + limit) * (length - kept)
             # What the spring held is lost where a bond breaks; an open gap held nothing but the last step's bit.
-            heat += 0.5 * old * (old_gap * old_gap + old_slip * old_slip) if apart and whole else 0.0
-            stiffness = 0.0 if apart else stiffness
-            shrink = 0.0 if apart else (kept / length if slides else 1.0)
-            tx, ty, tz, kept = shrink * tx, shrink * ty, shrink * tz, 0.0 if apart else kept
-            work += 0.5 * (stiffness - old) * (now * old_gap + kept * old_slip) if old > 0.0 and not apart else 0.0
+            lost = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
+            heat += lost if apart & whole else 0.0
+            stiffness, shrink, kept = 0.0 if apart else stiffness, 0.0 if apart else shrink, 0.0 if apart else kept
+            tx, ty, tz = shrink * tx, shrink * ty, shrink * tz
+            change = 0.5 * (stiffness - old) * (now * old_gap + kept * old_slip)
+            work += change if (not apart) & (old > 0.0) else 0.0
             stored += 0.5 * stiffness * (now * now + kept * kept)
             deepest = max(deepest, 0.0 if apart else -now)
-            whole = whole and not (apart or slides)
-            holds = holds or whole
+            whole &= not (apart | slides)
+            holds |= whole
             bonded[spring] = whole
             slip[spring, 0], slip[spring, 1], slip[spring, 2] = tx, ty, tz
             gap[spring], held[spring] = now, stiffness

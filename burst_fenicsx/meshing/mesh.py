@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.kernels.faces import face_neighbours
-from burst_fenicsx.kernels.shapes import hexahedron_volumes
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -72,6 +70,8 @@ class HexahedralMesh:
     @cached_property
     def neighbours(self) -> NDArray[np.int32]:
         """The cell behind each of a cell's faces (cells, 6), across splits too; -1 where there is none."""
+        from burst_fenicsx.kernels.faces import face_neighbours  # kernels are imported where they are used
+
         found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
         return found
 
@@ -115,6 +115,8 @@ def cell_centres(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
 def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return the exact volume of each trilinear cell (m3), shape (m,)."""
+    from burst_fenicsx.kernels.shapes import hexahedron_volumes
+
     volumes: NDArray[np.float64] = hexahedron_volumes(mesh.nodes, mesh.cells)
     return volumes
 

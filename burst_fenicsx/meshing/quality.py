@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.shapes import edge_extremes, least_scaled_jacobians
 from burst_fenicsx.meshing.mesh import part_volumes
 from burst_fenicsx.problem import Part
 
@@ -53,12 +52,16 @@ class MeshQuality:
 
 def scaled_jacobians(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return each cell's smallest scaled Jacobian over its corners and its centre, shape (m,)."""
+    from burst_fenicsx.kernels.shapes import least_scaled_jacobians  # kernels are imported where they are used
+
     found: NDArray[np.float64] = least_scaled_jacobians(mesh.nodes, mesh.cells)
     return found
 
 
 def edge_lengths(mesh: HexahedralMesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return each cell's shortest and longest edge (m), shapes (m,)."""
+    from burst_fenicsx.kernels.shapes import edge_extremes
+
     shortest, longest = edge_extremes(mesh.nodes, mesh.cells)
     return shortest, longest
 
