@@ -7,11 +7,20 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["CORNER_NEIGHBOURS", "EDGES", "edge_extremes", "hexahedron_volumes", "least_scaled_jacobians"]
+__all__ = [
+    "CORNER_NEIGHBOURS",
+    "EDGES",
+    "edge_extremes",
+    "folded_cells",
+    "hexahedron_volumes",
+    "least_scaled_jacobians",
+]
 
 CORNER_NEIGHBOURS = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 """A corner's three neighbours along the cell's own directions, in right-handed order; corners in VTK order."""
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
+TENSOR_NEIGHBOURS = np.array([[1, 2, 4], [3, 0, 5], [0, 3, 6], [2, 1, 7], [6, 5, 0], [4, 7, 1], [7, 4, 2], [5, 6, 3]])
+"""The same with corners in tensor-product order."""
 _DIAGONALS = ((3, 1, 7, 2, 2), (4, 3, 5, 7, 7), (1, 4, 2, 5, 5))  # corners of the volume's triple products
 _RUN = 256  # cells that share scratch
 
@@ -99,3 +108,24 @@ def edge_extremes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.
             low, high = min(low, square), max(high, square)
         shortest[cell], longest[cell] = np.sqrt(low), np.sqrt(high)
     return shortest, longest
+
+
+@parallel_kernel
+def folded_cells(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
+    """Whether a corner of each cell is turned inside out (cells,).
+
+    `position` (nodes, 3) m, `dofmap` (cells, 8) in tensor-product order.
+    """
+    count = dofmap.shape[0]
+    folded = np.zeros(count, dtype=np.bool_)
+    for run in numba.prange(count // _RUN + 1):
+        vectors = np.empty((3, 3))
+        for cell in range(run * _RUN, min((run + 1) * _RUN, count)):
+            for corner in range(8):
+                here = position[dofmap[cell, corner]]
+                for k in range(3):
+                    there = position[dofmap[cell, TENSOR_NEIGHBOURS[corner, k]]]
+                    for i in range(3):
+                        vectors[k, i] = there[i] - here[i]
+                folded[cell] |= _triple(vectors[2], vectors[0], vectors[1]) <= 0.0
+    return folded
