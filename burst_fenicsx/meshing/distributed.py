@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.rows import place_rows
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -139,8 +140,8 @@ def distribute(
 
 def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarray | None:
     if comm.size == 1:
-        result = np.empty_like(values)
-        result[places] = values
+        result = np.empty(values.shape, dtype=values.dtype)
+        _place(places, values, result)
         return result
     pieces = comm.gather((places, values), root=0)
     if pieces is None:
@@ -148,5 +149,13 @@ def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarra
     total = sum(len(where) for where, _ in pieces)
     result = np.empty((total, *values.shape[1:]), dtype=values.dtype)
     for where, what in pieces:
-        result[where] = what
+        _place(where, what, result)
     return result
+
+
+def _place(places: np.ndarray, values: np.ndarray, result: np.ndarray) -> None:
+    """Copy `values` to the places, one a row, of `result`."""
+    if values.dtype == np.float64:
+        place_rows(np.ascontiguousarray(values).reshape(len(values), -1), places, result.reshape(len(result), -1))
+    else:
+        result[places] = values
