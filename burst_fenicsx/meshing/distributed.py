@@ -65,7 +65,7 @@ class DistributedMesh:
     def local_node(self, numbers: np.ndarray) -> np.ndarray:
         """Local nodes (int32) of nodes of the mesh that was given, in the shape of `numbers`; -1 where absent."""
         table = self._local_nodes
-        known = np.less(numbers, len(table))
+        known = np.greater_equal(numbers, 0) & np.less(numbers, len(table))
         return np.where(known, table[np.where(known, numbers, 0)], np.int32(-1))
 
     @cached_property
