@@ -46,13 +46,18 @@ def ignition_times(centres: np.ndarray, places: np.ndarray, delays: np.ndarray, 
     return times
 
 
+@kernel
 def largest_faces(corners: np.ndarray) -> np.ndarray:
     """Area of each cell's largest face (m2); `corners` (cells, 8, 3) in tensor order (m)."""
-    areas = []
-    for a, b, c, d in _FACES:
-        normal = 0.5 * np.cross(corners[:, c] - corners[:, a], corners[:, d] - corners[:, b])
-        areas.append(np.linalg.norm(normal, axis=1))
-    return np.max(areas, axis=0)
+    areas = np.zeros(corners.shape[0])
+    for cell in range(corners.shape[0]):
+        x = corners[cell]
+        for a, b, c, d in _FACES:
+            x1, y1, z1 = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+            x2, y2, z2 = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
+            nx, ny, nz = 0.5 * (y1 * z2 - z1 * y2), 0.5 * (z1 * x2 - x1 * z2), 0.5 * (x1 * y2 - y1 * x2)
+            areas[cell] = max(areas[cell], np.sqrt(nx * nx + ny * ny + nz * nz))
+    return areas
 
 
 def burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.ndarray:

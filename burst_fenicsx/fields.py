@@ -85,14 +85,15 @@ class BurstFields:
 
         grid, solid = self.grid, self.solid
         self.blocks = new
-        self.grid = Grid(
-            grid.dofmap,
-            new.cells,
-            new.count,
-            new.material,
-            new.level,
-            *(moved(values) for values in (grid.mass, grid.volume, grid.viscous, grid.stable)),
-            grid.longest,
+        self.grid = grid._replace(
+            cells=new.cells,
+            filled=new.count,
+            material=new.material,
+            level=new.level,
+            mass=moved(grid.mass),
+            volume=moved(grid.volume),
+            viscous=moved(grid.viscous),
+            stable=moved(grid.stable),
         )
         self.solid = solid._replace(
             hourglass=hourglass_by_block(moved(hourglass_by_slot(solid.hourglass))),
@@ -229,7 +230,7 @@ def _nodal_masses(mesh: DistributedMesh, function: fem.Function, cell_mass: np.n
     share = quantise(cell_mass / 8.0, rounding_constant(_largest(mesh, cell_mass)))
     mass = function.x.array.reshape(-1, 3)
     for corner in range(8):
-        np.add.at(mass[:, 0], mesh.dofmap[:, corner], share)
+        mass[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(mass))
     compat.add_to_owners(function)
     compat.send_to_ghosts(function)
     return mass[:, 0].copy()

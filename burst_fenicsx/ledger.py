@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.assembly import kinetic_energy, mean_velocities, strain_energies
+from burst_fenicsx.kernels.balance import node_sums, solid_sums
 from burst_fenicsx.materials.products import JwlProducts
 from burst_fenicsx.problem import Part
 
@@ -109,29 +109,34 @@ class Ledger:
         """
         mesh, nodes = fields_now.mesh, fields_now.nodes
         owned = mesh.owned_nodes
-        partial = np.zeros(_PARTIAL_SUMS)
-        kinetic_energy(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], partial)
-        speeds = np.linalg.norm(mean_velocities(nodes.velocity, mesh.dofmap), axis=1)
-        casing = mesh.part == Part.CASING
+        of_nodes, of_solids = np.zeros((_PARTIAL_SUMS, 5)), np.zeros((_PARTIAL_SUMS, 4))
+        node_sums(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], of_nodes)
         material = len(Part) * mesh.round + mesh.part
-        modulus = np.where(mesh.part == Part.CHARGE, 0.0, fields_now.solid.parameters[material, 0])
-        poisson = fields_now.solid.parameters[material, 1]
-        strain = strain_energies(fields_now.solid.stress, mesh.dofmap, modulus, poisson, nodes.position).sum()
-        centred = nodes.velocity[:owned] + 0.5 * step * fields_now.inverse_mass[:owned, None] * force[:owned]
-        momentum = fields_now.mass[:owned, None] * centred
-        casing_mass = fields_now.cell_mass[casing]
+        solid_sums(
+            nodes.position,
+            nodes.velocity,
+            mesh.dofmap,
+            mesh.part == Part.CASING,
+            fields_now.cell_mass,
+            fields_now.solid.stress,
+            fields_now.solid.parameters[material, 0],  # zero for a charge
+            fields_now.solid.parameters[material, 1],
+            of_solids,
+        )
+        moving, momentum, momentum_size = of_nodes[:, 0].sum(), of_nodes[:, 1:4].sum(axis=0), of_nodes[:, 4].sum()
+        strain, casing_mass, casing_momentum, casing_energy = of_solids.sum(axis=0)
         local = np.array(
             [
-                partial.sum(),
-                0.5 * (casing_mass * speeds[casing] ** 2).sum(),
+                moving,
+                casing_energy,
                 strain,
                 *self.sums,
                 self.external_work,
                 _energies_left(fields_now).sum(),
-                casing_mass.sum(),
-                (casing_mass * speeds[casing]).sum(),
-                *(momentum.sum(axis=0) - (contact.plane_impulse if contact is not None else 0.0)),
-                np.linalg.norm(momentum, axis=1).sum(),
+                casing_mass,
+                casing_momentum,
+                *(momentum - (contact.plane_impulse if contact is not None else 0.0)),
+                momentum_size,
                 contact.energy if contact is not None else 0.0,
             ]
         )

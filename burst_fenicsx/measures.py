@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
+from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -63,19 +64,6 @@ class Distortion:
     folded_casing_mass: float
 
 
-# Each corner with its neighbours along xi, eta, zeta, in right-handed order (tensor order of the nodes).
-_CORNERS = (
-    (0, 1, 2, 4),
-    (1, 3, 0, 5),
-    (2, 0, 3, 6),
-    (3, 2, 1, 7),
-    (4, 6, 5, 0),
-    (5, 4, 7, 1),
-    (6, 7, 4, 2),
-    (7, 5, 6, 3),
-)
-
-
 class Measures:
     """Reads diameters and speeds off the distributed state.
 
@@ -127,11 +115,7 @@ class Measures:
     def distortion(self) -> Distortion:
         """Count lost and folded cells over all ranks."""
         state = self._state
-        corners = state.nodes.position[state.mesh.dofmap]
-        folded = np.zeros(state.mesh.cells, dtype=bool)
-        for corner, a, b, c in _CORNERS:
-            first, second, third = (corners[:, k] - corners[:, corner] for k in (a, b, c))
-            folded |= np.einsum("ij,ij->i", np.cross(first, second), third) <= 0.0
+        folded = folded_cells(state.nodes.position, state.mesh.dofmap)
         lost = cell_volumes(state.nodes.position, state.mesh.dofmap) <= 0.0
         casing = folded & (state.mesh.part == Part.CASING)
         counts = self._sum(np.array([lost.sum(), folded.sum(), state.cell_mass[casing].sum()], dtype=float))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from burst_fenicsx.kernels.colours import colour_groups
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
 
@@ -125,22 +126,12 @@ class Chunks:
 
 def _colour_chunks(chunk_of_cell: np.ndarray, dofmap: np.ndarray, chunks: int) -> np.ndarray:
     """Greedy colouring of the chunks, two being neighbours if they share a node."""
-    nodes = dofmap[: len(chunk_of_cell)].ravel().astype(np.int64)
-    pairs = np.unique(nodes * chunks + np.repeat(chunk_of_cell, 8))
-    node, chunk = pairs // max(chunks, 1), pairs % max(chunks, 1)
-    neighbours: list[set[int]] = [set() for _ in range(chunks)]
-    shift = 1
-    while True:
-        same = node[shift:] == node[:-shift]
-        if not same.any():
-            break
-        first, second = chunk[:-shift][same], chunk[shift:][same]
-        for a, b in np.unique(np.stack([first, second], axis=1), axis=0):
-            neighbours[a].add(int(b))
-            neighbours[b].add(int(a))
-        shift += 1
-    colour = np.full(chunks, -1, dtype=np.int32)
-    for k in range(chunks):
-        taken = {int(colour[other]) for other in neighbours[k]}
-        colour[k] = next(c for c in range(chunks + 1) if c not in taken)
+    order = np.argsort(chunk_of_cell, kind="stable")
+    first = np.searchsorted(chunk_of_cell[order], np.arange(chunks + 1))
+    colour = np.empty(chunks, dtype=np.int32)
+    words = 1
+    while not colour_groups(
+        order, first, dofmap, np.zeros((int(dofmap.max(initial=-1)) + 1, words), np.uint64), colour
+    ):
+        words *= 2
     return colour

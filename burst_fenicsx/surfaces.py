@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.meshing.faces import boundary_faces
+from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.meshing.placement import frame, to_local
 from burst_fenicsx.problem import Part
 
@@ -66,7 +66,7 @@ def radial_surfaces(
     bin_station = []
     for index, item in enumerate(rounds):
         mine = np.flatnonzero(mesh.round == index)
-        used = np.unique(mesh.cells[mine])
+        used = np.flatnonzero(_marked(mesh.cells[mine], nodes))
         local = to_local(mesh.nodes[used], item.position, item.axis)
         distance = np.hypot(local[:, 0], local[:, 1])
         radius[used] = distance
@@ -83,13 +83,14 @@ def radial_surfaces(
             back = length - height[mesh.cells[charge]].min()
             fraction = (mesh.station[charge] - front) / (back - front)
             cell_part[charge] = index * parts_per_round + _cut(fraction, parts_per_round)
-            surface = _lateral_nodes(mesh, charge, outward)
+            surface = np.flatnonzero(_lateral_nodes(mesh, charge, outward))
             fraction = (length - height[surface] - front) / (back - front)
             charge_part[surface] = index * parts_per_round + _cut(fraction, parts_per_round)
 
         # The outer surface of the whole round, of which the casing's share is kept.
-        surface = _lateral_nodes(mesh, mine, outward)
-        surface = np.intersect1d(surface, np.unique(mesh.cells[mine[mesh.part[mine] == Part.CASING]]))
+        lateral = _lateral_nodes(mesh, mine, outward)
+        casing = _marked(mesh.cells[mine[mesh.part[mine] == Part.CASING]], nodes)
+        surface = np.flatnonzero(lateral & casing)
         fraction = (length - height[surface]) / length
         casing_bin[surface] = index * bins_per_round + _cut(fraction, bins_per_round)
         bin_station.append((np.arange(bins_per_round) + 0.5) * length / bins_per_round)
@@ -110,11 +111,20 @@ def _cut(fraction: np.ndarray, parts: int) -> np.ndarray:
 
 
 def _lateral_nodes(mesh: HexahedralMesh, cells: np.ndarray, outward: np.ndarray) -> np.ndarray:
-    """Nodes of the boundary faces of `cells` that look away from the axis."""
-    faces, _ = boundary_faces(mesh.cells[cells])
+    """Mark the nodes (nodes,) of the outer faces of `cells` that look away from the axis."""
+    group = np.full(len(mesh.cells), -1, dtype=np.int8)
+    group[cells] = 0
+    faces, _, _ = outer_faces(mesh, group)
     corner = mesh.nodes[faces]
     normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     middle = outward[faces].mean(axis=1)
     looks_out = np.einsum("ij,ij->i", normal, middle) > _LATERAL
-    return np.unique(faces[looks_out])
+    return _marked(faces[looks_out], len(mesh.nodes))
+
+
+def _marked(numbers: np.ndarray, count: int) -> np.ndarray:
+    """Mark (count,) the numbers that occur."""
+    marked = np.zeros(count, dtype=bool)
+    marked[numbers] = True
+    return marked

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.bonds import BondLaw, Bonds, face_vectors, join_twins
-from burst_fenicsx.meshing.faces import boundary_faces
+from burst_fenicsx.kernels.bonds import BondLaw, Bonds, face_vectors, group_faces, join_twins
+from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -23,14 +23,8 @@ _RELEASE = 0.5  # a broken pair that has slid by half an edge is left to the con
 
 def interface_faces(mesh: HexahedralMesh) -> np.ndarray:
     """Faces at which charge and casing or fuze were parted: the casing's nodes (faces, 4), outward from the casing."""
-    charge = mesh.part == Part.CHARGE
-    twin = np.arange(len(mesh.nodes))
-    twin[mesh.twins[:, 0]] = mesh.twins[:, 1]
-    solid, _ = boundary_faces(mesh.cells[~charge])
-    behind, _ = boundary_faces(mesh.cells[charge])
-    of_charge = {key.tobytes() for key in np.sort(twin[behind], axis=1)}
-    both = np.array([key.tobytes() in of_charge for key in np.sort(solid, axis=1)], dtype=bool)
-    return solid[both]
+    faces, _, behind = outer_faces(mesh, np.where(mesh.part == Part.CHARGE, -1, 0))
+    return faces[behind >= 0]
 
 
 class BondedFaces:
@@ -71,12 +65,15 @@ class BondedFaces:
         if (self.faces < 0).any() or (charge < 0).any() or (solid < 0).any():
             raise RuntimeError("a rank lacks a side of a split face")
         springs = len(first_face) - 1
+        masses = state.mass[charge], state.mass[solid]
         self.bonds = Bonds(
             charge=charge.astype(np.int32),
             solid=solid.astype(np.int32),
+            reduced=masses[0] * masses[1] / (masses[0] + masses[1]),
             first=first,
             first_face=first_face,
             face=face,
+            normal=np.zeros((springs, 4)),
             bonded=np.ones(springs, dtype=np.int8),
             slip=np.zeros((springs, 3)),
             gap=np.zeros(springs),
@@ -104,7 +101,7 @@ class BondedFaces:
             self._release,
         )
         face_vectors(nodes.position, self.faces, self._vectors)
-        join_twins(law, self.bonds, self._vectors, self._state.mass, nodes.position, velocity, force)
+        join_twins(law, self.bonds, self._vectors, nodes.position, velocity, force)
 
     def release(self) -> np.ndarray:
         """Leave the pairs that have slid far to the colliding surfaces: their rows in the whole mesh's twins."""
@@ -135,26 +132,11 @@ class BondedFaces:
 
 
 def _springs(nodes: np.ndarray, faces: np.ndarray, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Group the faces around each node by direction: the spring's offsets by node, face offsets by spring, faces."""
+    """Springs of the pairs of nodes `solid`, grouped from their faces: see `group_faces`."""
     corner = nodes[faces]
     normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    around: dict[int, list[int]] = {int(node): [] for node in solid}
-    for face, row in enumerate(faces):
-        for node in row:
-            if int(node) in around:
-                around[int(node)].append(face)
-    first, first_face, order = [0], [0], []
-    for node in solid:
-        groups: list[list[int]] = []
-        for face in around[int(node)]:
-            same = next((group for group in groups if normal[group[0]] @ normal[face] > _SMOOTH), None)
-            if same is None:
-                groups.append([face])
-            else:
-                same.append(face)
-        for group in groups:
-            order.extend(group)
-            first_face.append(len(order))
-        first.append(len(first_face) - 1)
-    return tuple(np.array(values, dtype=np.int32) for values in (first, first_face, order))  # type: ignore[return-value]
+    row = np.full(len(nodes), -1, dtype=np.int32)
+    row[solid] = np.arange(len(solid), dtype=np.int32)
+    first, first_face, face = group_faces(faces, normal, row, len(solid), _SMOOTH)
+    return first, first_face, face

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.booking import NodeContact
 from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import copy_rows, largest_speed
@@ -20,9 +21,10 @@ __all__ = ["CollidingSurfaces"]
 
 _MARGIN = 0.5  # of an edge: how deep a node may lie and still be found
 _LARGEST_LOAD = 2.0**10
+_SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
 
 
-class CollidingSurfaces:
+class CollidingSurfaces(NodeContact):
     """Contact of every surface with every other, and of a casing with itself.
 
     Each rank looks for the faces that its own nodes meet. Between two searches, the faces a node may meet are known,
@@ -70,7 +72,7 @@ class CollidingSurfaces:
         self._mass = self._everywhere(fields.mass[:, None])[:, 0]
         self.searched_at = np.zeros((0, 3))
         self.travel = np.inf
-        self.state = self._make_state(np.zeros((count, 3)))
+        self.state: Collisions = self._make_state(np.zeros((count, 3)))
         self._near = self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
 
     def _make_state(self, slip: np.ndarray) -> Collisions:
@@ -83,6 +85,8 @@ class CollidingSurfaces:
             face_body=self.surfaces.face_body,
             node_body=self.surfaces.node_body,
             edge=self.surfaces.edge,
+            near=np.zeros(0, dtype=np.int32),
+            bound=np.zeros((len(self.surfaces.faces), 25)),
             touching=np.zeros(count, dtype=np.int32),
             normal=np.zeros((count, 3)),
             slip=slip,
@@ -149,16 +153,20 @@ class CollidingSurfaces:
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
-        cell = float(np.median((boxes[:, 3:] - boxes[:, :3]).max(axis=1)))
+        some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
+        cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
         first, candidate = find_candidates(position, bodies, active, self.free, normals, boxes, cell)
         some = np.diff(first) > 0
         self._forget(active[~some])
         slaves = active[some]
+        met = np.zeros(len(surfaces.faces), dtype=bool)
+        met[candidate] = True
         count = len(slaves)
         self.state = self.state._replace(
             node=slaves,
             first=np.append(first[:-1][some], first[-1]),
             candidate=candidate,
+            near=np.flatnonzero(met).astype(np.int32),
             face=np.full(count, -1, dtype=np.int32),
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
@@ -166,7 +174,7 @@ class CollidingSurfaces:
         )
         near = np.zeros(len(surfaces.node), dtype=np.int8)
         near[slaves] = 1
-        near[surfaces.faces[candidate]] = 1
+        near[surfaces.faces[met]] = 1
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, near, op=MPI.MAX)
         self._near = np.flatnonzero(near).astype(np.int32)
@@ -214,12 +222,6 @@ class CollidingSurfaces:
             motion[at, :3], motion[at, 3:] = self._position[rows], self._velocity[rows]
             self._comm.Allreduce(MPI.IN_PLACE, motion)
             self._position[self._near], self._velocity[self._near] = motion[:, :3], motion[:, 3:]
-
-    @property
-    def booked(self) -> np.ndarray:
-        """Spring energy now, friction and work of the stiffness in the last step (J), on this rank's nodes."""
-        total: np.ndarray = self.state.booked.sum(axis=0)
-        return total
 
     @property
     def deepest(self) -> float:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.contact.booking import NodeContact
 from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["PlaneContact"]
 
 
-class PlaneContact:
+class PlaneContact(NodeContact):
     """One rigid plane against the given nodes of this rank.
 
     Parameters
@@ -34,7 +35,7 @@ class PlaneContact:
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
         self._friction = 0.0 if plane.symmetry else float(np.tan(np.radians(plane.friction_angle)))
         count = len(nodes)
-        self.state = PlaneState(
+        self.state: PlaneState = PlaneState(
             node=np.asarray(nodes, dtype=np.int32),
             slip=np.zeros((count, 3)),
             depth=np.zeros(count),
@@ -50,12 +51,6 @@ class PlaneContact:
         """
         law = PlaneLaw(self._normal, self._level, budget, step, self._friction)
         push_from_plane(law, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
-
-    @property
-    def booked(self) -> np.ndarray:
-        """Spring energy now, friction and work of the stiffness in the last step (J), on this rank's nodes."""
-        total: np.ndarray = self.state.booked.sum(axis=0)
-        return total
 
     @property
     def deepest(self) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.meshing.faces import boundary_faces
+from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -45,22 +45,16 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     body = 2 * mesh.round.astype(np.int64)
     if split:
         body += mesh.part == Part.CHARGE
-    merged = np.arange(len(mesh.nodes))
-    merged[mesh.twins[:, 0]] = mesh.twins[:, 1]
-    outer, _ = boundary_faces(merged[mesh.cells])
+    found, cell, behind = outer_faces(mesh, body)
     outside = np.zeros(len(mesh.nodes), dtype=bool)
-    outside[outer] = True
-    outside[mesh.twins[:, 0]] &= outside[mesh.twins[:, 1]]
+    outside[mesh.places[found[behind < 0]]] = True  # of twins the casing's
 
-    faces, bodies = [], []
-    for number in np.unique(body):
-        found, _ = boundary_faces(mesh.cells[body == number])
-        faces.append(found)
-        bodies.append(np.full(len(found), number, dtype=np.int32))
-    all_faces = np.concatenate(faces)
-    node, rows = np.unique(all_faces, return_inverse=True)
-    numbered = rows.reshape(-1, 4).astype(np.int32)
-    face_body = np.concatenate(bodies)
+    order = np.argsort(body[cell], kind="stable")
+    all_faces, face_body = found[order], body[cell[order]].astype(np.int32)
+    used = np.zeros(len(mesh.nodes), dtype=bool)
+    used[all_faces] = True
+    node = np.flatnonzero(used)
+    numbered = (np.cumsum(used, dtype=np.int32) - 1)[all_faces]
     node_body = np.zeros(len(node), dtype=np.int32)
     for corner in range(4):
         node_body[numbered[:, corner]] = face_body

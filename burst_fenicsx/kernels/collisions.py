@@ -26,6 +26,9 @@ _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this ma
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
 _LATE = 0.1  # of the face's initial edge: a node that came in beside a face is taken up where it lies no deeper
 _OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it may have entered
+_ROUND_OFF = 1e-9  # of a face's size: much more than the rounding of its corners' places
+_TIE = 1e-9  # distances that differ by less, relatively, are one
+_ALIKE = 1e-6  # cosines, and places over the face's initial edge, that differ by less are one
 _LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
 
 
@@ -47,6 +50,10 @@ class Collisions(NamedTuple):
     face_body: np.ndarray  # (faces,) int32
     node_body: np.ndarray  # (nodes,) int32
     edge: np.ndarray  # (faces,) m, square root of the initial area
+    near: np.ndarray  # (near faces,) int32, the faces in `candidate`, each once
+    bound: np.ndarray  # (faces, 25) of `near`, in this step: the middle (m), square of the radius of a ball around it
+    # (m2) that holds all that may touch, largest speed of a corner (m/s), and for each corner the unit normal there and
+    # how low and how high the corners lie along it (m, from the middle)
     touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none, LET_GO for what its bond held till now
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
@@ -88,10 +95,13 @@ def closest_point(x: float, y: float, z: float, corner: np.ndarray, result: np.n
         uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
         ru, rv = rx * ux + ry * uy + rz * uz, rx * vx + ry * vy + rz * vz
         determinant = uu * vv - uv * uv
+        last_xi, last_eta = xi, eta
         if determinant > 1e-12 * uu * vv:
             xi += (vv * ru - uv * rv) / determinant
             eta += (uu * rv - uv * ru) / determinant
         xi, eta = min(max(xi, -1.0), 1.0), min(max(eta, -1.0), 1.0)
+        if xi == last_xi and eta == last_eta:
+            break
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     size = np.sqrt(nx * nx + ny * ny + nz * nz)
     inverse = 1.0 / size if size > 0.0 else 0.0
@@ -100,16 +110,83 @@ def closest_point(x: float, y: float, z: float, corner: np.ndarray, result: np.n
     result[5], result[6], result[7] = nx * inverse, ny * inverse, nz * inverse
 
 
-@parallel_kernel
+@kernel
 def find_contacts(
     law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
 ) -> None:
     """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
+    _bound_faces(position, velocity, state.faces, state.edge, state.near, state.bound)
+    _find_all(law, state, position, velocity, mass)
+
+
+@parallel_kernel
+def _find_all(
+    law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
+) -> None:
     slaves = state.node.size
     parts = slaves // _RUN + 1
     for part in numba.prange(parts):
         first, last = part * slaves // parts, (part + 1) * slaves // parts
         _find_run(first, last, law, state, position, velocity, mass)
+
+
+@parallel_kernel
+def _bound_faces(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    faces: np.ndarray,
+    edge: np.ndarray,
+    near: np.ndarray,
+    bound: np.ndarray,
+) -> None:
+    """Bounds of the faces `near`, by which most candidates are told off: see `Collisions.bound`."""
+    parts = near.size // _RUN + 1
+    for part in numba.prange(parts):
+        x = np.empty((4, 3))
+        for k in range(part * near.size // parts, (part + 1) * near.size // parts):
+            _bound_face(near[k], position, velocity, faces, edge, x, bound)
+
+
+@kernel
+def _bound_face(
+    face: int,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    faces: np.ndarray,
+    edge: np.ndarray,
+    x: np.ndarray,
+    bound: np.ndarray,
+) -> None:
+    """Bounds of one face; `x` (4, 3) is scratch."""
+    a, c = faces[face, 0], faces[face, 2]
+    for i in range(3):
+        bound[face, i] = 0.5 * (position[a, i] + position[c, i])
+    size, speed = 0.0, 0.0
+    for n in range(4):
+        node = faces[face, n]
+        speed = max(speed, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
+        for i in range(3):
+            x[n, i] = position[node, i] - bound[face, i]
+        size = max(size, x[n, 0] ** 2 + x[n, 1] ** 2 + x[n, 2] ** 2)
+    bound[face, 3] = (np.sqrt(size) + _DEEPEST * edge[face]) ** 2
+    bound[face, 4] = np.sqrt(speed)
+    slack = _ROUND_OFF * np.sqrt(size)
+    for n in range(4):
+        # The normal at a corner of the bilinear face, from the two edges that end there.
+        after, before = (n + 1) % 4, (n + 3) % 4
+        ux, uy, uz = x[after, 0] - x[n, 0], x[after, 1] - x[n, 1], x[after, 2] - x[n, 2]
+        vx, vy, vz = x[before, 0] - x[n, 0], x[before, 1] - x[n, 1], x[before, 2] - x[n, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        square = nx * nx + ny * ny + nz * nz
+        inverse = 1.0 / np.sqrt(square) if square > 0.0 else 0.0
+        nx, ny, nz = inverse * nx, inverse * ny, inverse * nz
+        low, high = np.inf, -np.inf
+        for m in range(4):
+            height = x[m, 0] * nx + x[m, 1] * ny + x[m, 2] * nz
+            low, high = min(low, height), max(high, height)
+        at = 5 + 5 * n
+        bound[face, at], bound[face, at + 1], bound[face, at + 2] = nx, ny, nz
+        bound[face, at + 3], bound[face, at + 4] = low - slack, high + slack
 
 
 @kernel
@@ -125,41 +202,49 @@ def _find_run(
     """Find the contacts of the nodes from `start` to `stop`; a call for every node would cost more than most nodes."""
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
-    faces, edge, candidate = state.faces, state.edge, state.candidate
+    faces, face_body, edge, candidate, bound = state.faces, state.face_body, state.edge, state.candidate, state.bound
+    first, nodes, node_body, before = state.first, state.node, state.node_body, state.touching
+    booked, push, found, depths = state.booked, state.push, state.face, state.depth
     for k in range(start, stop):
-        node = state.node[k]
-        state.booked[k, :] = 0.0
-        state.push[k, :] = 0.0
-        state.face[k] = -1
+        node = nodes[k]
+        booked[k, 0], booked[k, 1], booked[k, 2] = 0.0, 0.0, 0.0
+        push[k, 0], push[k, 1], push[k, 2], push[k, 3] = 0.0, 0.0, 0.0, 0.0
+        found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]
+        speed = np.sqrt(velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
+        touching, depth_before, own_round = before[node], depths[node], node_body[node] // 2
         best, nearest, unloaded = -1, np.inf, 0.0
-        for c in range(state.first[k], state.first[k + 1]):
+        for c in range(first[k], first[k + 1]):
             face = candidate[c]
-            reach = _DEEPEST * edge[face]
-            # Most candidates lie outside a ball around their middle: told here, without a call.
-            a, b = faces[face, 0], faces[face, 2]
-            middle_x = 0.5 * (position[a, 0] + position[b, 0])
-            middle_y = 0.5 * (position[a, 1] + position[b, 1])
-            middle_z = 0.5 * (position[a, 2] + position[b, 2])
-            square = (x - middle_x) ** 2 + (y - middle_y) ** 2 + (z - middle_z) ** 2
-            size = 0.0
-            for n in range(4):
-                other = faces[face, n]
-                away = (
-                    (position[other, 0] - middle_x) ** 2
-                    + (position[other, 1] - middle_y) ** 2
-                    + (position[other, 2] - middle_z) ** 2
-                )
-                size = max(size, away)
-            if square > (np.sqrt(size) + reach) ** 2:
+            # Most candidates are told off here, without a call: outside the ball, in front, or too deep to have come in
+            # by this face. A node above all corners along all four normals is in front of whatever lies between them.
+            dx, dy, dz = x - bound[face, 0], y - bound[face, 1], z - bound[face, 2]
+            if dx**2 + dy**2 + dz**2 > bound[face, 3]:
                 continue
+            deepest = _ENTRY * law.step * (speed + bound[face, 4])
+            if touching == 1 + face_body[face]:
+                deepest += depth_before + _LATE * edge[face]
+            elif face_body[face] // 2 != own_round:
+                deepest += _LATE * edge[face]
+            elif touching == LET_GO:
+                deepest = np.inf
+            in_front, too_deep = True, True
+            for n in range(5, 25, 5):
+                along = dx * bound[face, n] + dy * bound[face, n + 1] + dz * bound[face, n + 2]
+                in_front &= along > bound[face, n + 4]
+                too_deep &= along < bound[face, n + 3] - deepest
+            if in_front or too_deep:
+                continue
+            reach = _DEEPEST * edge[face]
             for n in range(4):
                 for i in range(3):
                     corner[n, i] = position[faces[face, n], i]
             distance, height = _locate(node, position, corner, trial)
             # Off the face's rim by more than it lies behind it: not under this face at all.
             depth = -height
-            if depth <= 0.0 or depth > reach or distance > 1.5 * depth or distance >= nearest:
+            if depth <= 0.0 or depth > reach or distance > 1.5 * depth or distance > (1.0 + _TIE) * nearest:
+                continue
+            if distance >= (1.0 - _TIE) * nearest and not _comes_first(node, face, best, trial, point, edge, state):
                 continue
             _weigh(trial[0], trial[1], weight)
             _relative_velocity(node, faces[face], weight, velocity, relative)
@@ -225,6 +310,26 @@ def _relative_velocity(
         relative[i] = velocity[node, i]
         for n in range(4):
             relative[i] -= weight[n] * velocity[nodes[n], i]
+
+
+@kernel
+def _comes_first(
+    node: int, face: int, best: int, trial: np.ndarray, point: np.ndarray, edge: np.ndarray, state: Collisions
+) -> bool:
+    """Whether of two equally near faces `face`, at `trial`, is taken and not `best`, at `point`: by geometry alone.
+
+    The one that looks more towards the node's own surface; then the one whose middle comes first by x, y, z.
+    """
+    facing = 0.0
+    for i in range(3):
+        facing += state.outward[node, i] * (trial[5 + i] - point[5 + i])
+    if abs(facing) > _ALIKE:
+        return facing < 0.0
+    for i in range(3):
+        apart = state.bound[face, i] - state.bound[best, i]
+        if abs(apart) > _ALIKE * edge[face]:
+            return apart < 0.0
+    return False
 
 
 @kernel

@@ -7,7 +7,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "move_rows", "sum_rows"]
+__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "move_rows", "place_rows", "sum_rows"]
 
 
 @parallel_kernel
@@ -42,6 +42,14 @@ def copy_rows(source: np.ndarray, at: np.ndarray, to: np.ndarray, target: np.nda
     for k in numba.prange(at.size):
         for i in range(3):
             target[to[k], i] = source[at[k], i]
+
+
+@parallel_kernel
+def place_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
+    """Copy `source` (n, m) to the given rows of `target` (k, m)."""
+    for k in numba.prange(rows.size):
+        for i in range(source.shape[1]):
+            target[rows[k], i] = source[k, i]
 
 
 @kernel

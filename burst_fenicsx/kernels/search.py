@@ -17,6 +17,7 @@ __all__ = ["Bodies", "face_boxes", "find_candidates", "node_normals"]
 
 # A node meets a face of its own body only where their normals are opposed: cosine below this.
 _OPPOSED = -0.2
+_ROOM = 64  # faces of a node that the first look has room for
 
 
 class Bodies(NamedTuple):
@@ -88,27 +89,6 @@ def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, 
 
 
 @kernel
-def _may_meet(
-    node: int, face: int, bodies: Bodies, free: np.ndarray, normals: np.ndarray, position: np.ndarray
-) -> bool:
-    """Whether a node within a face's box may touch the face before the next search."""
-    if bodies.node_round[node] != bodies.face_round[face]:
-        return True
-    a, b, c, d = bodies.faces[face, 0], bodies.faces[face, 1], bodies.faces[face, 2], bodies.faces[face, 3]
-    if bodies.node_body[node] != bodies.face_body[face]:
-        return free[node] != 0  # charge and casing of one round: only where their bond has let go
-    if node in (a, b, c, d):
-        return False
-    x1, x2 = position[c, 0] - position[a, 0], position[d, 0] - position[b, 0]
-    y1, y2 = position[c, 1] - position[a, 1], position[d, 1] - position[b, 1]
-    z1, z2 = position[c, 2] - position[a, 2], position[d, 2] - position[b, 2]
-    nx, ny, nz = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
-    along = nx * normals[node, 0] + ny * normals[node, 1] + nz * normals[node, 2]
-    square = (nx * nx + ny * ny + nz * nz) * (normals[node, 0] ** 2 + normals[node, 1] ** 2 + normals[node, 2] ** 2)
-    return along < _OPPOSED * np.sqrt(square)
-
-
-@kernel
 def find_candidates(
     position: np.ndarray,
     bodies: Bodies,
@@ -134,22 +114,84 @@ def find_candidates(
         mask *= 2
     mask -= 1
     offset, entries = _fill_table(boxes, cell, mask)
+    areas = np.empty((boxes.shape[0], 3))
+    _area_vectors(position, bodies.faces, areas)
+    found = np.empty((active.size, _ROOM), dtype=np.int32)
     first = np.zeros(active.size + 1, dtype=np.int64)
-    _look_up(position, bodies, active, free, normals, boxes, cell, mask, offset, entries, first, entries[:0])
+    _look_up(
+        position,
+        bodies.faces,
+        bodies.face_body,
+        bodies.node_body,
+        bodies.face_round,
+        bodies.node_round,
+        active,
+        free,
+        normals,
+        areas,
+        boxes,
+        cell,
+        mask,
+        offset,
+        entries,
+        first,
+        found,
+    )
+    if first.max() > _ROOM:  # rare: look once more, with room for the most
+        found = np.empty((active.size, first.max()), dtype=np.int32)
+        _look_up(
+            position,
+            bodies.faces,
+            bodies.face_body,
+            bodies.node_body,
+            bodies.face_round,
+            bodies.node_round,
+            active,
+            free,
+            normals,
+            areas,
+            boxes,
+            cell,
+            mask,
+            offset,
+            entries,
+            first,
+            found,
+        )
     for k in range(active.size):
         first[k + 1] += first[k]
-    found = np.empty(first[-1], dtype=np.int32)
-    _look_up(position, bodies, active, free, normals, boxes, cell, mask, offset, entries, first, found)
-    return first, found
+    candidates = np.empty(first[-1], dtype=np.int32)
+    for k in range(active.size):
+        for c in range(first[k + 1] - first[k]):
+            candidates[first[k] + c] = found[k, c]
+    return first, candidates
+
+
+@parallel_kernel
+def _area_vectors(position: np.ndarray, faces: np.ndarray, areas: np.ndarray) -> None:
+    """Twice the areas of the faces times their outward normals (faces, 3) in m2."""
+    for face in numba.prange(faces.shape[0]):
+        a, b, c, d = faces[face, 0], faces[face, 1], faces[face, 2], faces[face, 3]
+        x1, x2 = position[c, 0] - position[a, 0], position[d, 0] - position[b, 0]
+        y1, y2 = position[c, 1] - position[a, 1], position[d, 1] - position[b, 1]
+        z1, z2 = position[c, 2] - position[a, 2], position[d, 2] - position[b, 2]
+        areas[face, 0] = y1 * z2 - z1 * y2
+        areas[face, 1] = z1 * x2 - x1 * z2
+        areas[face, 2] = x1 * y2 - y1 * x2
 
 
 @parallel_kernel
 def _look_up(
     position: np.ndarray,
-    bodies: Bodies,
+    faces: np.ndarray,
+    face_body: np.ndarray,
+    node_body: np.ndarray,
+    face_round: np.ndarray,
+    node_round: np.ndarray,
     active: np.ndarray,
     free: np.ndarray,
     normals: np.ndarray,
+    areas: np.ndarray,
     boxes: np.ndarray,
     cell: float,
     mask: int,
@@ -158,26 +200,41 @@ def _look_up(
     first: np.ndarray,
     found: np.ndarray,
 ) -> None:
-    """Count each active node's faces into `first[k + 1]`, or, once `found` has room, write them."""
+    """Write each active node's faces into its row of `found`, as far as there is room, and their count behind it.
+
+    The conditions stand here and not in a function: most faces fail them, and a call costs more than the look.
+    """
+    room = found.shape[1]
     for k in numba.prange(active.size):
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
+        nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
+        body, own_round, let_go = node_body[node], node_round[node], free[node] != 0
         bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
         last = -1
         count = 0
         for entry in range(offset[bucket], offset[bucket + 1]):
             face = entries[entry]
-            # The box is looked at here and not in a function: most faces fail, and a call costs more than the look.
-            if px < boxes[face, 0] or px > boxes[face, 3] or py < boxes[face, 1] or py > boxes[face, 4]:
-                continue
-            if pz < boxes[face, 2] or pz > boxes[face, 5]:
-                continue
-            if face == last:  # entered twice: two of its cells share the bucket; entries of a bucket ascend
+            # One branch for all six planes: which of them a face fails is anyone's guess.
+            inside = (px >= boxes[face, 0]) & (px <= boxes[face, 3]) & (py >= boxes[face, 1]) & (py <= boxes[face, 4])
+            inside &= (pz >= boxes[face, 2]) & (pz <= boxes[face, 5])
+            if not inside or face == last:  # the last again: two of its cells share the bucket, whose entries ascend
                 continue
             last = face
-            if _may_meet(node, face, bodies, free, normals, position):
-                if found.size:
-                    found[first[k] + count] = face
-                count += 1
-        if not found.size:
-            first[k + 1] = count
+            if face_round[face] == own_round:
+                if face_body[face] != body:
+                    if not let_go:  # charge and casing of one round: only where their bond has let go
+                        continue
+                else:
+                    ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]
+                    square = (ax * ax + ay * ay + az * az) * (nx**2 + ny**2 + nz**2)
+                    if not ax * nx + ay * ny + az * nz < _OPPOSED * np.sqrt(square):
+                        continue
+                    if faces[face, 0] == node or faces[face, 1] == node or faces[face, 2] == node:
+                        continue
+                    if faces[face, 3] == node:
+                        continue
+            if count < room:
+                found[k, count] = face
+            count += 1
+        first[k + 1] = count

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.rows import place_rows
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -63,19 +64,16 @@ class DistributedMesh:
 
     def local_node(self, numbers: np.ndarray) -> np.ndarray:
         """Local nodes (int32) of nodes of the mesh that was given, in the shape of `numbers`; -1 where absent."""
-        order = self._node_order
-        ranked = self.node[order]
-        where = np.minimum(np.searchsorted(ranked, numbers), max(len(ranked) - 1, 0))
-        found = np.full(np.shape(numbers), -1, dtype=np.int32)
-        if len(ranked):
-            here = ranked[where] == numbers
-            found[here] = order[where[here]]
-        return found
+        table = self._local_nodes
+        known = np.greater_equal(numbers, 0) & np.less(numbers, len(table))
+        return np.where(known, table[np.where(known, numbers, 0)], np.int32(-1))
 
     @cached_property
-    def _node_order(self) -> np.ndarray:
-        """Local nodes in the order of their numbers in the mesh that was given."""
-        return np.argsort(self.node)
+    def _local_nodes(self) -> np.ndarray:
+        """Local node by number in the mesh that was given, up to the largest that this rank has; -1 where absent."""
+        table = np.full(int(self.node.max(initial=0)) + 1, -1, dtype=np.int32)
+        table[self.node] = np.arange(len(self.node), dtype=np.int32)
+        return table
 
     def gather_cells(self, values: np.ndarray) -> np.ndarray | None:
         """Values of all cells in the order of the mesh that was given, on rank 0; None elsewhere."""
@@ -142,8 +140,8 @@ def distribute(
 
 def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarray | None:
     if comm.size == 1:
-        result = np.empty_like(values)
-        result[places] = values
+        result = np.empty(values.shape, dtype=values.dtype)
+        _place(places, values, result)
         return result
     pieces = comm.gather((places, values), root=0)
     if pieces is None:
@@ -151,5 +149,13 @@ def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarra
     total = sum(len(where) for where, _ in pieces)
     result = np.empty((total, *values.shape[1:]), dtype=values.dtype)
     for where, what in pieces:
-        result[where] = what
+        _place(where, what, result)
     return result
+
+
+def _place(places: np.ndarray, values: np.ndarray, result: np.ndarray) -> None:
+    """Copy `values` to the places, one a row, of `result`."""
+    if values.dtype == np.float64:
+        place_rows(np.ascontiguousarray(values).reshape(len(values), -1), places, result.reshape(len(result), -1))
+    else:
+        result[places] = values

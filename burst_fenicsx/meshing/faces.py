@@ -1,25 +1,33 @@
-"""Faces on the outside of a set of hexahedra."""
+"""Faces on the outside of groups of hexahedra."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-__all__ = ["boundary_faces"]
+from burst_fenicsx.kernels.faces import FACES
 
-# VTK order, outward normals.
-_FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+if TYPE_CHECKING:
+    from burst_fenicsx.meshing.mesh import HexahedralMesh
+
+__all__ = ["outer_faces"]
 
 
-def boundary_faces(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces that belong to one cell only: nodes (faces, 4) with outward order, and the cell of each (VTK order)."""
-    faces = cells[:, _FACES].reshape(-1, 4)
-    owner = np.repeat(np.arange(len(cells)), 6)
-    key = np.sort(faces, axis=1)
-    order = np.lexsort(key.T)
-    ranked = key[order]
-    same = (ranked[1:] == ranked[:-1]).all(axis=1)
-    single = np.ones(len(faces), dtype=bool)
-    single[1:] &= ~same
-    single[:-1] &= ~same
-    keep = np.sort(order[single])
-    return faces[keep], owner[keep]
+def outer_faces(mesh: HexahedralMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Faces behind which lies no cell of the same group, in the order of the cells.
+
+    Parameters
+    ----------
+    mesh : the mesh; coincident nodes on both sides of a split are one place.
+    group : (cells,) number of each cell's group; cells of a negative group have no faces.
+
+    Returns
+    -------
+    Nodes (faces, 4) with outward order, the cell of each face, and the cell behind it or -1.
+    """
+    neighbours = mesh.neighbours
+    outside = (neighbours < 0) | (group[neighbours] != group[:, None])
+    outside[group < 0] = False
+    cell, side = np.nonzero(outside)
+    return mesh.cells[cell[:, None], FACES[side]], cell, neighbours[cell, side]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,6 +60,21 @@ class HexahedralMesh:
     lengths: tuple[float, ...] = ()
     twins: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """One number for each place (nodes,): a charge's node is named by its twin."""
+        place = np.arange(len(self.nodes), dtype=np.int64)
+        place[self.twins[:, 0]] = self.twins[:, 1]
+        return place
+
+    @cached_property
+    def neighbours(self) -> NDArray[np.int32]:
+        """The cell behind each of a cell's faces (cells, 6), across splits too; -1 where there is none."""
+        from burst_fenicsx.kernels.faces import face_neighbours  # kernels are imported where they are used
+
+        found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
+        return found
+
 
 def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
     """Put meshes of different rounds into one; nodes are not joined.
@@ -98,23 +114,14 @@ def cell_centres(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
 
 def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
-    """Return the exact volume of each trilinear cell (m3), shape (m,).
+    """Return the exact volume of each trilinear cell (m3), shape (m,)."""
+    from burst_fenicsx.kernels.shapes import hexahedron_volumes
 
-    Three triple products of diagonal sums, over twelve (Grandy 1997, UCRL-ID-128886, the long form).
-    """
-    x = [mesh.nodes[mesh.cells[:, corner]] for corner in range(8)]
-    first = _triple((x[3] - x[1]) + (x[7] - x[2]), x[6] - x[3], x[2] - x[0])
-    second = _triple((x[4] - x[3]) + (x[5] - x[7]), x[6] - x[4], x[7] - x[0])
-    third = _triple((x[1] - x[4]) + (x[2] - x[5]), x[6] - x[1], x[5] - x[0])
-    return (first + second + third) / 12.0
+    volumes: NDArray[np.float64] = hexahedron_volumes(mesh.nodes, mesh.cells)
+    return volumes
 
 
 def part_volumes(mesh: HexahedralMesh) -> dict[Part, float]:
     """Return the mesh's volume of each part that it has (m3)."""
     totals = np.bincount(mesh.part, weights=cell_volumes(mesh), minlength=len(Part))
     return {part: float(totals[part]) for part in Part if np.any(mesh.part == part)}
-
-
-def _triple(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    volume: NDArray[np.float64] = np.einsum("ij,ij->i", a, np.cross(b, c))
-    return volume

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import log
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -105,7 +106,7 @@ def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
     ring_depth = inner * (1.0 - 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS))
 
     best: tuple[float, GridCounts] | None = None
-    for factor in np.linspace(0.8, 1.25, 46):
+    for factor in np.linspace(0.8, 1.25, 46).tolist():
         stations = layer_stations(profile, factor * cell_size)
         layers = len(stations) - 1
         centres = 0.5 * (stations[1:] + stations[:-1])
@@ -120,14 +121,14 @@ def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
                 cavity_cells = core**2 + 4 * core * rings
                 cells = (cavity_cells + 4 * core * wall) * layers - empty * cavity_cells
                 misfit = (
-                    20.0 * np.log(cells / target) ** 2
-                    + 2.0 * np.log(factor) ** 2
-                    + np.log(ring_depth / rings / ring_width) ** 2
-                    + 0.5 * np.log(core_cell / cell_size) ** 2
-                    + 0.5 * np.log(outer_width / cell_size) ** 2
+                    20.0 * log(cells / target) ** 2
+                    + 2.0 * log(factor) ** 2
+                    + log(ring_depth / rings / ring_width) ** 2
+                    + 0.5 * log(core_cell / cell_size) ** 2
+                    + 0.5 * log(outer_width / cell_size) ** 2
                 )
                 if best is None or misfit < best[0]:
-                    best = (float(misfit), GridCounts(core, rings, wall, stations))
+                    best = (misfit, GridCounts(core, rings, wall, stations))
     if best is None:
         raise InputError(f"cell_size = {cell_size * 1e3:g} mm: no grid was found for {profile.name}")
     return best[1]

@@ -11,6 +11,7 @@ import pytest
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Contour, Fuze, Profile, load_profile, profile_names
+from burst_fenicsx.kernels.faces import FACES
 from burst_fenicsx.materials.library import load_casing, load_explosive
 from burst_fenicsx.meshing import (
     HexahedralMesh,
@@ -24,7 +25,6 @@ from burst_fenicsx.meshing import (
     scaled_jacobians,
 )
 from burst_fenicsx.meshing.placement import frame, to_local
-from burst_fenicsx.meshing.quality import FACES
 from burst_fenicsx.problem import Part, Round
 
 UNIT_CUBE = np.array(

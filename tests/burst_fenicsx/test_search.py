@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from burst_fenicsx.kernels.collisions import closest_point
+from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, closest_point, find_contacts
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
 
 
@@ -112,3 +112,55 @@ def test_closest_point_of_a_twisted_face_is_the_nearest():
         )
         _, place, _ = point_of(target, corner)
         assert np.linalg.norm(place - target) == pytest.approx(np.sqrt(best.fun), rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.2])
+def test_of_two_equally_near_faces_geometry_decides(slope):
+    """A node sunk in over the edge that two faces share: the same one, whichever the mesh numbers first."""
+    # Faces to the left and right of x = 0, bent along it; the node's own surface leans against the left one.
+    position = np.array(
+        [[x, y, -slope * abs(x)] for x in (-1.0, 0.0, 1.0) for y in (0.0, 1.0)] + [[0.0, 0.4, -0.02]], dtype=float
+    )
+    left, right = [0, 2, 3, 1], [2, 4, 5, 3]
+    taken = []
+    for faces in ([left, right], [right, left]):
+        state = one_node_over(np.array(faces, dtype=np.int32), node=6, outward=[slope, 0.0, -1.0])
+        law = CollisionLaw(budget=1.0, step=0.1, friction=0.0)
+        velocity = np.zeros_like(position)
+        velocity[6] = (0.0, 0.0, -1.0)
+        find_contacts(law, state, position, velocity, np.ones(7))
+        taken.append(faces[state.face[0]])
+    assert taken == [left, left]
+
+
+def one_node_over(faces, node, outward):
+    """A node of one round that looks for the faces of another."""
+    nodes, count = 7, len(faces)
+    body = np.zeros(nodes, dtype=np.int32)
+    body[node] = 2
+    turned = np.zeros((nodes, 3))
+    turned[node] = np.asarray(outward) / np.linalg.norm(outward)
+    return Collisions(
+        node=np.array([node], dtype=np.int32),
+        first=np.array([0, count], dtype=np.int64),
+        candidate=np.arange(count, dtype=np.int32),
+        faces=faces,
+        face_body=np.zeros(count, dtype=np.int32),
+        node_body=body,
+        edge=np.ones(count),
+        near=np.arange(count, dtype=np.int32),
+        bound=np.zeros((count, 25)),
+        touching=np.zeros(nodes, dtype=np.int32),
+        normal=np.zeros((nodes, 3)),
+        slip=np.zeros((nodes, 3)),
+        outward=turned,
+        depth=np.zeros(nodes),
+        unloaded=np.zeros(nodes),
+        pressed=np.zeros(nodes),
+        held=np.zeros(nodes),
+        load=np.zeros(nodes),
+        face=np.full(1, -1, dtype=np.int32),
+        weight=np.zeros((1, 4)),
+        push=np.zeros((1, 4)),
+        booked=np.zeros((1, 3)),
+    )

@@ -1,0 +1,25 @@
+"""What contact of nodes has booked, the same for surfaces and for planes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from burst_fenicsx.kernels.collisions import Collisions
+    from burst_fenicsx.kernels.planes import PlaneState
+
+__all__ = ["NodeContact"]
+
+
+class NodeContact:
+    """Contact of this rank's nodes; `state` holds the kernels' arrays."""
+
+    state: Collisions | PlaneState
+
+    @property
+    def booked(self) -> np.ndarray:
+        """Spring energy now, friction and work of the stiffness in the last step (J), on this rank's nodes."""
+        total: np.ndarray = self.state.booked.sum(axis=0)
+        return total

@@ -1,0 +1,48 @@
+"""Greedy colouring of groups of cells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burst_fenicsx.kernels.lanes import kernel
+
+__all__ = ["colour_groups"]
+
+_BITS = 64
+
+
+@kernel
+def colour_groups(
+    order: np.ndarray, first: np.ndarray, dofmap: np.ndarray, taken: np.ndarray, colour: np.ndarray
+) -> bool:
+    """Give each group of cells, one after another, the least colour that none of its nodes has seen.
+
+    Parameters
+    ----------
+    order : (cells,) cells, group after group. first : (groups + 1,) into `order`.
+    dofmap : (cells, 8) nodes.
+    taken : (nodes, words) uint64, zero: the colours that each node has seen, a bit each.
+    colour : (groups,) int32, overwritten.
+
+    Returns
+    -------
+    Whether the bits sufficed.
+    """
+    words = taken.shape[1]
+    seen = np.empty(words, dtype=np.uint64)
+    for group in range(first.size - 1):
+        seen[:] = 0
+        for k in range(first[group], first[group + 1]):
+            for corner in range(8):
+                for word in range(words):
+                    seen[word] |= taken[dofmap[order[k], corner], word]
+        least = 0
+        while least < _BITS * words and (seen[least // _BITS] >> np.uint64(least % _BITS)) & np.uint64(1):
+            least += 1
+        if least == _BITS * words:
+            return False
+        colour[group] = least
+        for k in range(first[group], first[group + 1]):
+            for corner in range(8):
+                taken[dofmap[order[k], corner], least // _BITS] |= np.uint64(1) << np.uint64(least % _BITS)
+    return True
