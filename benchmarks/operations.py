@@ -27,20 +27,20 @@ if TYPE_CHECKING:
 __all__ = ["Counted", "operations_per_cell"]
 
 _ROOT = Path(__file__).resolve().parent.parent
-_BLOCKS = 24
 
 Group = TypeVar("Group", Nodes, Grid, SolidState, ChargeState)
 
 
-def operations_per_cell(run: Simulation, *, charge: bool) -> dict[str, float]:
+def operations_per_cell(run: Simulation, *, charge: bool, blocks: int = 24) -> dict[str, float]:
     """Operations a cell by kind: add, multiply, divide, root, power (exponentials); of the charge or of the rest.
 
     Parameters
     ----------
     run : at the state that counts; it is not changed.
     charge : which cells.
+    blocks : how many of them are looked at, spread evenly over the round.
     """
-    chosen = _some_blocks(run, charge=charge)
+    chosen = _some_blocks(run, blocks, charge=charge)
     with tempfile.TemporaryDirectory(prefix="fragfield-bench-") as folder:
         path = Path(folder) / "blocks.pickle"
         path.write_bytes(pickle.dumps((run.solver.time_step, run.solver.time, *_excerpt(run, chosen, charge=charge))))
@@ -57,13 +57,14 @@ def operations_per_cell(run: Simulation, *, charge: bool) -> dict[str, float]:
     return {kind: number / cells for kind, number in found.items()}
 
 
-def _some_blocks(run: Simulation, *, charge: bool) -> np.ndarray:
+def _some_blocks(run: Simulation, number: int, *, charge: bool) -> np.ndarray:
     """Blocks of one kind, evenly spread over the round."""
     schedule = run.fields.blocks.schedule
     halves = zip(schedule.first_block[:-1], schedule.first_charge, schedule.first_block[1:], strict=True)
-    blocks = [np.arange(middle, last) if charge else np.arange(first, middle) for first, middle, last in halves]
-    every = np.concatenate(blocks)
-    return every[np.linspace(0, len(every) - 1, min(_BLOCKS, len(every))).astype(int)]
+    every = np.concatenate(
+        [np.arange(middle, last) if charge else np.arange(first, middle) for first, middle, last in halves]
+    )
+    return every[np.linspace(0, len(every) - 1, min(number, len(every))).astype(int)]
 
 
 def _excerpt(run: Simulation, blocks: np.ndarray, *, charge: bool) -> tuple[Any, ...]:
@@ -119,7 +120,7 @@ class Counted(NDArrayOperatorsMixin):
     def __init__(self, value: float) -> None:
         self.value = float(value)
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: Any, *inputs: Any, **kwargs: Any) -> object:
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> object:
         """Count, and compute with plain numbers; what was to be changed in place becomes a new number."""
         if any(np.ndim(value) for value in inputs if isinstance(value, np.ndarray)):
             return NotImplemented  # numpy then goes through the array's numbers one by one
@@ -143,11 +144,11 @@ class Counted(NDArrayOperatorsMixin):
 
     def sqrt(self) -> object:
         """What numpy calls for a number in an array."""
-        return np.sqrt(self)  # type: ignore[call-overload]
+        return np.sqrt(self)
 
     def exp(self) -> object:
         """What numpy calls for a number in an array."""
-        return np.exp(self)  # type: ignore[call-overload]
+        return np.exp(self)
 
 
 def _counting(group: Group) -> Group:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -53,8 +53,9 @@ def read_options(
     size = "cells of {} in mm, {:g} by default"
     parser.add_argument("--cell-size", type=_millimetres, metavar="MM", help=size.format("the timed round", 5))
     parser.add_argument("--fine-cell-size", type=_millimetres, metavar="MM", help=size.format("memory and start_up", 3))
-    given = vars(parser.parse_args(arguments))
-    return Options(**{key: tuple(value) if key == "names" else value for key, value in given.items() if value})
+    given: dict[str, Any] = vars(parser.parse_args(arguments))
+    given["names"] = tuple(given["names"])
+    return Options(**{key: value for key, value in given.items() if value is not None})
 
 
 def _millimetres(text: str) -> float:

@@ -19,12 +19,12 @@ _COARSER = 5.0 / 3.0  # the other size, over the fine one
 _COMPILED_SIZE = 12e-3  # m: what is computed is to take no time
 _MEMORY_TARGET = 1.2e9
 _START_TARGET = 5.0
-_REPEATS = 3
+_REPEATS = 2
 
 
 @cache
 def _repeated(cell_size: float) -> dict[str, Any]:
-    """The quickest of some fresh runs, the first of which also brings files into memory."""
+    """The quicker of two fresh runs, the first of which also brings files into memory."""
     runs = [fresh_run(cell_size, _END) for _ in range(_REPEATS)]
     return min(runs, key=lambda run: float(run["seconds_to_first_step"]))
 

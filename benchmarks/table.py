@@ -47,7 +47,9 @@ def _comparison(figures: Mapping[str, Any], path: str) -> Row:
 
 def _words(key: str) -> str:
     """A key as words; the unit stands beside the figure."""
-    words = key.replace("_", " ").replace("seconds per cell step", "a cell and step").replace("bytes per ", "a ")
+    words = (
+        key.replace("_", " ").replace("seconds per cell step", "a cell and step").replace("bytes per cell", "a cell")
+    )
     return words.removeprefix("seconds ").replace("seconds per ", "a ")
 
 
