@@ -1,39 +1,77 @@
-"""`python -m benchmarks [NAME...] [--json]`: measure and print; times in seconds, ratios within this run."""
+"""Measure the speed of the burst and print it beside its targets.
+
+Everything that is compared is measured within this run on this machine. With --json every figure is in SI units.
+"""
 
 from __future__ import annotations
 
-import argparse
+import importlib
 import json
 import sys
-from typing import TYPE_CHECKING
+import time
+from typing import TYPE_CHECKING, Any
 
-from benchmarks.burst import step, threads
+from benchmarks.options import read_options
+from benchmarks.table import print_figures
+from fragfield.errors import EXIT_DONE, EXIT_INPUT, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-BENCHMARKS = {"step": step, "threads": threads}
+    from benchmarks.options import Options
+
+# Module and function of each, and what it measures; those in BY_NAME take long and run only when they are asked for.
+BENCHMARKS = {
+    "kernel": ("kernel.kernel", "element forces alone, by kind of cell"),
+    "step": ("step.step", "whole step, beside plain FEniCSx and LULESH"),
+    "plain_fenicsx": ("step.plain_fenicsx", "the baseline: explicit J2 in plain dolfinx and numpy"),
+    "threads": ("step.threads", "whole step on one thread, two and all"),
+    "growth": ("growth.growth", "exponents of cost over cells, of searches over surface nodes"),
+    "memory": ("resources.memory", "peak resident memory with 3 mm cells"),
+    "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),
+    "roofline": ("roofline.roofline", "bytes and operations of a cell, and the bound that they set"),
+    "compile": ("resources.compilation", "the first run with empty caches"),
+    "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),
+}
+BY_NAME = ("compile", "case")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the benchmarks that are named, or all, and return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHMARKS)}; all by default")
-    parser.add_argument("--json", action="store_true", help="one object on stdout")
-    options = parser.parse_args(arguments)
-    unknown = [name for name in options.names if name not in BENCHMARKS]
-    if unknown:
-        print(f"benchmarks: none is named {unknown[0]!r}; there are {', '.join(BENCHMARKS)}", file=sys.stderr)
-        return 2
-    found = {name: BENCHMARKS[name]() for name in options.names or BENCHMARKS}
+    """Run the benchmarks that are named, or all but the long ones, and return the exit code."""
+    about = {name: text for name, (_, text) in BENCHMARKS.items()}
+    options = read_options(arguments, about, BY_NAME, __doc__)
+    for name in options.names:
+        if name not in BENCHMARKS:
+            hint = nearest(name, BENCHMARKS)
+            print(f"benchmarks: none is named '{name}'{hint}; there are {', '.join(BENCHMARKS)}", file=sys.stderr)
+            return EXIT_INPUT
+    if options.lulesh is not None and not options.lulesh.is_file():
+        print(f"benchmarks: there is no file {options.lulesh}; --lulesh names LULESH's binary", file=sys.stderr)
+        return EXIT_INPUT
+    names = options.names or tuple(name for name in BENCHMARKS if options.readme or name not in BY_NAME)
+    found = _measured(names, options)
+    if options.readme:
+        from benchmarks.readme import write_tables
+
+        write_tables(found)
     if options.json:
         print(json.dumps(found, indent=1))
-        return 0
-    for name, figures in found.items():
-        print(name)
-        for key, value in figures.items():
-            print(f"  {key:24s} {value:.4g}")
-    return 0
+    else:
+        print_figures(found)
+    return EXIT_DONE
+
+
+def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any]]:
+    """The figures of each benchmark, and what they were taken on; the time that each takes goes to stderr."""
+    from benchmarks.machine import machine
+
+    found: dict[str, dict[str, Any]] = {}
+    for name in names:
+        began = time.perf_counter()
+        module, function = BENCHMARKS[name][0].split(".")
+        found[name] = getattr(importlib.import_module(f"benchmarks.{module}"), function)(options)
+        print(f"benchmarks: {name} took {time.perf_counter() - began:.0f} s", file=sys.stderr)
+    return {**found, "machine": machine()}
 
 
 if __name__ == "__main__":

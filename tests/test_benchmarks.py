@@ -1,14 +1,234 @@
-"""The benchmarks' command line."""
+"""The benchmarks: command line, what they print, the baseline's physics, and how they count."""
 
 from __future__ import annotations
 
+import json
+import re
+
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.dolfinx
 
+COARSE = 20e-3
+EARLY = 20e-6
 
-def test_an_unknown_benchmark_is_refused_by_name(capsys):
+
+@pytest.fixture(scope="module")
+def run():
+    """A coarse run under way."""
+    from benchmarks.state import in_the_middle
+
+    return in_the_middle(COARSE, EARLY)
+
+
+def test_an_unknown_benchmark_is_refused_with_the_nearest_name(capsys):
     from benchmarks.__main__ import main
 
     assert main(["stepp"]) == 2
-    assert "none is named 'stepp'; there are step, threads" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "none is named 'stepp' (did you mean \"step\"?); there are kernel, step, plain_fenicsx, threads" in told
+
+
+def test_a_binary_of_lulesh_that_is_not_there_is_refused(capsys, tmp_path):
+    from benchmarks.__main__ import main
+
+    assert main(["step", "--lulesh", str(tmp_path / "lulesh2.0")]) == 2
+    assert "there is no file" in capsys.readouterr().err
+
+
+def test_json_is_one_object_with_ratios_beside_targets(capsys):
+    from benchmarks.__main__ import main
+
+    assert main(["step", "plain_fenicsx", "threads", "--json", "--cell-size", f"{1e3 * COARSE:g}"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert set(found) == {"step", "plain_fenicsx", "threads", "machine"}
+    for comparison in (found["step"], found["step"]["full_quadrature"]):
+        assert comparison["met"] == (comparison["ratio"] <= comparison["target"])
+        assert 1e-8 < comparison["seconds_per_cell_step"] < 1e-3
+    ratio = found["step"]["seconds_per_cell_step"] / found["plain_fenicsx"]["seconds_per_cell_step"]
+    assert found["step"]["ratio"] == pytest.approx(ratio)
+    assert "absent" in found["step"]["lulesh"]
+    if found["threads"]["threads"] > 1:
+        assert found["threads"]["target"] == 1.85
+
+
+def test_growth_is_a_power_of_the_number_of_cells():
+    from benchmarks.growth import growth_of
+
+    found = growth_of([20e-3, 15e-3])
+    (few, more), names = found["sizes"], ("cells", "surface_nodes", "seconds_per_step", "seconds_per_search")
+    assert all(more[name] > 0.0 for name in names)
+    assert more["time_step"] < few["time_step"]
+    cost = (more["seconds_per_step"] / more["cell_size"]) / (few["seconds_per_step"] / few["cell_size"])
+    assert found["exponent"] == pytest.approx(np.log(cost) / np.log(more["cells"] / few["cells"]))
+    assert found["ratio"] == pytest.approx(found["exponent"] / (4 / 3))
+    assert found["met"] == (abs(found["ratio"] - 1.0) <= 0.05)
+
+
+def test_a_fresh_process_tells_its_times_and_memory():
+    from benchmarks.fresh import fresh_run
+
+    told = fresh_run(COARSE, 1e-6)
+    assert 0.0 < told["seconds_to_imports"] < told["seconds_to_set_up"] < told["seconds_to_first_step"] < 120.0
+    assert 5e7 < told["peak_bytes"] < 1e9
+
+
+@pytest.mark.parametrize("points", [1, 8])
+def test_the_plain_baseline_swings_as_a_bar_does(points):
+    """Free bar without lateral contraction: after half a period L / c its first mode has turned round."""
+    from benchmarks.plain import Material, PlainBox
+
+    steel = Material(poisson_ratio=0.0, yield_stress=np.inf)
+    bar = PlainBox((40, 1, 1), 5e-3, points, steel)
+    mode = np.cos(np.pi * bar.position[:, 0] / (40 * 5e-3))
+    bar.velocity[:, 0] = mode
+    steps = 40 * 5e-3 / np.sqrt(steel.elastic_modulus / steel.density) / bar.step_size
+    assert steps == pytest.approx(round(steps))
+    for _ in range(round(steps)):
+        bar.step()
+    assert bar.velocity[:, 0] == pytest.approx(-mode, abs=2e-3)
+    assert np.abs(bar.velocity[:, 1:]).max() < 1e-9
+
+
+@pytest.mark.parametrize("points", [1, 8])
+def test_the_plain_baseline_flows_and_keeps_its_energy(points):
+    from benchmarks.plain import straining_box, von_mises
+
+    box = straining_box(1000, points, cell_size=20e-3)
+    before = box.kinetic_energy
+    for _ in range(40):
+        box.step()
+    law = box.material
+    assert 0.2 < (box.plastic_strain > 0.0).mean() < 1.0
+    assert (von_mises(box.stress) <= (law.yield_stress + law.hardening * box.plastic_strain) * (1.0 + 1e-9)).all()
+    assert box.plastic_work > 0.1 * before
+    assert box.kinetic_energy + box.elastic_energy + box.plastic_work == pytest.approx(before, rel=0.01)
+
+
+def test_the_cells_are_solid_or_charge(run):
+    from benchmarks.parts import count, forces_of_part
+    from benchmarks.state import forces_alone
+
+    force = run.fields.nodes.force
+    with forces_alone(run) as forces:
+        parts = []
+        for charge in (False, True):
+            forces_of_part(run, charge=charge)()
+            parts.append(force.copy())
+        forces()
+        assert parts[0] + parts[1] == pytest.approx(force, rel=1e-3, abs=1e-3 * np.abs(force).max())
+    assert count(run, charge=False) + count(run, charge=True) == len(run.mesh.cells)
+
+
+def test_forces_alone_leave_the_run_as_it_was(run):
+    from benchmarks.state import forces_alone
+
+    arrays = (run.fields.nodes.position, run.fields.nodes.force, run.fields.solid.stress)
+    before = [array.copy() for array in arrays]
+    with forces_alone(run) as forces:
+        assert run.solver.contact is None
+        forces()
+    assert run.solver.contact is run.contact
+    for old, new in zip(
+        before, (run.fields.nodes.position, run.fields.nodes.force, run.fields.solid.stress), strict=True
+    ):
+        assert new == pytest.approx(old, rel=1e-2, abs=1e-2 * np.abs(old).max())
+
+
+def test_full_quadrature_takes_over_the_state_of_the_one_point():
+    from benchmarks.state import in_the_middle, in_the_middle_full
+
+    one, full = in_the_middle(COARSE, EARLY), in_the_middle_full(COARSE, EARLY)
+    assert full.fields.solid.stress.shape[1] == 8
+    assert full.solver.time > EARLY
+    moved = np.linalg.norm(full.fields.nodes.position - one.fields.nodes.position, axis=1)
+    assert moved.max() < 2000.0 * (full.solver.time - EARLY)
+
+
+def test_every_array_of_the_kernels_is_counted(run):
+    """An array that is new in the kernels must be entered in `traffic.TRAFFIC`, or in `STILL`."""
+    from benchmarks.traffic import bytes_per_cell, uncounted
+
+    assert not uncounted(run.fields)
+    nodes = len(run.fields.nodes.position) / len(run.mesh.cells)
+    solid = bytes_per_cell(run.fields, "solid")
+    assert solid["nodes.position"] == pytest.approx(24 * nodes)
+    assert solid["solid.stress"] == 2 * 6 * 8
+    assert solid["solid.hourglass"] == 2 * 12 * 8
+
+
+def test_a_number_counts_what_is_done_with_it():
+    from benchmarks.operations import Counted
+
+    Counted.done.update(dict.fromkeys(Counted.done, 0))
+    a, b = Counted(3.0), np.array([Counted(4.0)], dtype=object)
+    result = np.sqrt(a * a + b[0] ** 2) / 2.0 - np.float64(0.5)
+    result += np.exp(b)[0] * 0.0
+    assert float(min(result, 9.0)) == 2.0
+    assert Counted.done == {"add": 3, "multiply": 3, "divide": 1, "root": 1, "power": 1}
+
+
+def test_operations_are_counted_as_the_kernels_do_them(run):
+    from benchmarks.operations import operations_per_cell
+
+    found = operations_per_cell(run, charge=True, blocks=2)
+    assert 300.0 < found["add"] < 3000.0
+    assert 300.0 < found["multiply"] < 3000.0
+    assert found["divide"] + found["root"] < 0.1 * found["multiply"]
+
+
+def test_the_grind_time_of_lulesh_is_read():
+    from benchmarks.lulesh import parsed
+
+    assert parsed("Grind time (us/z/c)  =  1.0831312 (per dom)  (  0.173301 overall)\n") == pytest.approx(1.0831312e-6)
+    with pytest.raises(RuntimeError, match="is this LULESH"):
+        parsed("usage: cat FILE")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("seconds_per_step", 2.5e-7, "250 ns"),
+        ("seconds", 59.96, "60 s"),
+        ("bytes_per_second", 1.5e10, "15 GB/s"),
+        ("peak_bytes", 1_130_000_000, "1.13 GB"),
+        ("cell_size", 3e-3, "3 mm"),
+        ("cells", 349200, "349200"),
+        ("lulesh", "absent", "absent"),
+    ],
+)
+def test_figures_are_shown_with_their_units(key, value, text):
+    from benchmarks.table import shown
+
+    assert shown(key, value) == text
+
+
+def test_tables_are_put_between_the_marks_of_the_readme(tmp_path):
+    from benchmarks.goal import at_most
+    from benchmarks.machine import machine
+    from benchmarks.readme import README, write_tables
+
+    copy = tmp_path / "README.md"
+    copy.write_text(README.read_text(encoding="utf-8"), encoding="utf-8")
+    write_tables({"memory": {"cells": 7, **at_most(1.25, 1.0, "this over that")}, "machine": machine()}, copy)
+    text = copy.read_text(encoding="utf-8")
+    found = re.search("<!-- begin memory -->(.*)<!-- end memory -->", text, re.DOTALL)
+    assert found is not None
+    assert "| cells | 7 |" in found[1]
+    assert "| this over that | 1.25 | 1 | MISSED |" in found[1]
+    assert machine()["processor"] in found[1]
+    assert text.replace(found[1], "") == re.sub(
+        "(<!-- begin memory -->).*(<!-- end memory -->)", r"\1\2", README.read_text(encoding="utf-8"), flags=re.DOTALL
+    )
+
+
+def test_the_readme_has_a_filled_table_for_every_benchmark():
+    from benchmarks.__main__ import BENCHMARKS
+    from benchmarks.readme import README
+
+    text = README.read_text(encoding="utf-8")
+    for name in BENCHMARKS:
+        found = re.search(f"<!-- begin {name} -->(.*?)<!-- end {name} -->", text, re.DOTALL)
+        assert found is not None, name
+        assert "| what | figure |" in found[1], f"python -m benchmarks {name} --readme"

@@ -1,0 +1,175 @@
+"""Arithmetic operations of the element forces for a cell in a step, counted while they are done.
+
+The kernels' source runs uncompiled, in a process of its own, on numbers that count what is done with them: a few blocks
+of a run in the state in which it is timed. What a compiler computes on both sides of a branch, or saves, is not seen.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, Schedule, SolidState, Totals
+
+if TYPE_CHECKING:
+    from burst_fenicsx.simulation import Simulation
+
+__all__ = ["Counted", "operations_per_cell"]
+
+_ROOT = Path(__file__).resolve().parent.parent
+
+Group = TypeVar("Group", Nodes, Grid, SolidState, ChargeState)
+
+
+def operations_per_cell(run: Simulation, *, charge: bool, blocks: int = 24) -> dict[str, float]:
+    """Operations a cell by kind: add, multiply, divide, root, power (exponentials); of the charge or of the rest.
+
+    Parameters
+    ----------
+    run : at the state that counts; it is not changed.
+    charge : which cells.
+    blocks : how many of them are looked at, spread evenly over the round.
+    """
+    chosen = _some_blocks(run, blocks, charge=charge)
+    with tempfile.TemporaryDirectory(prefix="fragfield-bench-") as folder:
+        path = Path(folder) / "blocks.pickle"
+        path.write_bytes(pickle.dumps((run.solver.time_step, run.solver.time, *_excerpt(run, chosen, charge=charge))))
+        done = subprocess.run(
+            [sys.executable, "-m", "benchmarks.operations", str(path)],
+            cwd=_ROOT,
+            env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        )
+    cells = int(run.fields.grid.filled[chosen].sum())
+    found: dict[str, int] = json.loads(done.stdout)
+    return {kind: number / cells for kind, number in found.items()}
+
+
+def _some_blocks(run: Simulation, number: int, *, charge: bool) -> np.ndarray:
+    """Blocks of one kind, evenly spread over the round."""
+    schedule = run.fields.blocks.schedule
+    halves = zip(schedule.first_block[:-1], schedule.first_charge, schedule.first_block[1:], strict=True)
+    every = np.concatenate(
+        [np.arange(middle, last) if charge else np.arange(first, middle) for first, middle, last in halves]
+    )
+    return every[np.linspace(0, len(every) - 1, min(number, len(every))).astype(int)]
+
+
+def _excerpt(run: Simulation, blocks: np.ndarray, *, charge: bool) -> tuple[Any, ...]:
+    """The arguments of the kernels for these blocks alone, cells and nodes numbered anew."""
+    fields = run.fields
+    cells, filled = np.unique(fields.grid.cells[blocks], return_inverse=True)
+    nodes, corners = np.unique(fields.grid.dofmap[cells], return_inverse=True)
+    slots = (blocks[:, None] * LANES + np.arange(LANES)).ravel()
+    kept = {
+        len(fields.nodes.position): nodes,
+        len(fields.solid.stress): cells,
+        len(fields.grid.dofmap): cells,
+        len(fields.grid.cells): blocks,
+        len(fields.grid.mass): slots,
+    }
+
+    def cut(group: Group) -> Group:
+        arrays = {name: value for name, value in group._asdict().items() if np.ndim(value) and len(value) in kept}
+        return group._replace(**{name: array[kept[len(array)]] for name, array in arrays.items()})
+
+    grid = cut(fields.grid)._replace(
+        cells=filled.reshape(-1, LANES).astype(np.int32), dofmap=corners.reshape(-1, 8).astype(np.int32)
+    )
+    count = len(blocks)
+    schedule = Schedule(*(np.array(row, dtype=np.int32) for row in ([0, 1], [0], [0, count], [0 if charge else count])))
+    return cut(fields.nodes), grid, schedule, cut(fields.solid), cut(fields.charge)
+
+
+_KINDS = {
+    "add": "add",
+    "subtract": "add",
+    "multiply": "multiply",
+    "square": "multiply",
+    "divide": "divide",
+    "true_divide": "divide",
+    "reciprocal": "divide",
+    "sqrt": "root",
+    "cbrt": "power",
+    "power": "power",
+    "float_power": "power",
+    "exp": "power",
+    "log": "power",
+}
+"""numpy's functions that are arithmetic, and what they count as; choosing and turning signs is none."""
+
+
+class Counted(NDArrayOperatorsMixin):
+    """A number that counts, in `done`, the operations that it takes part in; operators become numpy's functions."""
+
+    __slots__ = ("value",)
+    done: ClassVar[dict[str, int]] = dict.fromkeys(("add", "multiply", "divide", "root", "power"), 0)
+
+    def __init__(self, value: float) -> None:
+        self.value = float(value)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> object:
+        """Count, and compute with plain numbers; what was to be changed in place becomes a new number."""
+        if any(np.ndim(value) for value in inputs if isinstance(value, np.ndarray)):
+            return NotImplemented  # numpy then goes through the array's numbers one by one
+        kind = _KINDS.get(ufunc.__name__)
+        if ufunc is np.power and inputs[1] == 2:
+            kind = "multiply"
+        if kind is not None:
+            Counted.done[kind] += 1
+        kwargs.pop("out", None)
+        found = getattr(ufunc, method)(*(float(value) for value in inputs), **kwargs)
+        return Counted(found) if isinstance(found, float) else found
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __int__(self) -> int:
+        return int(self.value)
+
+    def __bool__(self) -> bool:
+        return bool(self.value)
+
+    def sqrt(self) -> object:
+        """What numpy calls for a number in an array."""
+        return np.sqrt(self)
+
+    def exp(self) -> object:
+        """What numpy calls for a number in an array."""
+        return np.exp(self)
+
+
+def _counting(group: Group) -> Group:
+    """The group with its floating-point arrays made of numbers that count."""
+    make = np.vectorize(Counted, otypes=[object])
+    arrays = {name: value for name, value in group._asdict().items() if np.ndim(value) and value.dtype == float}
+    return group._replace(**{name: make(array) for name, array in arrays.items()})
+
+
+def _main(path: Path) -> None:
+    from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch
+
+    step, time, nodes, grid, schedule, solid, charge = pickle.loads(path.read_bytes())
+    rounds = len(np.unique(grid.material)) + int(grid.material.max())  # no fewer than there are
+    totals = Totals(np.zeros((1, 5)), np.zeros((1, rounds, 2)), *(np.zeros(1) for _ in range(4)))
+    scratch = make_scratch(1).astype(object)
+    states = [_counting(part) for part in (nodes, grid)], [_counting(part) for part in (solid, charge)]
+    with np.errstate(all="ignore"):
+        add_element_forces(step, time, False, *states[0], schedule, *states[1], totals, scratch)
+    print(json.dumps(Counted.done))
+
+
+if __name__ == "__main__":
+    _main(Path(sys.argv[1]))
