@@ -76,9 +76,9 @@ class BurstFields:
     blocks: Blocks
     chunks: Chunks
 
-    def regroup(self, level: np.ndarray) -> None:
-        """Arrange the blocks anew by the levels (owned cells,) of the cells' steps."""
-        old, new = self.blocks, self.chunks.blocks(level)
+    def regroup(self, level: np.ndarray, highest: int) -> None:
+        """Arrange the blocks anew by the levels of the cells' steps, (owned cells,), and the highest of all ranks."""
+        old, new = self.blocks, self.chunks.blocks(level, highest)
 
         def moved(values: np.ndarray) -> np.ndarray:
             return new.by_slot(old.by_cell(values))

@@ -80,8 +80,8 @@ class Chunks:
         self._chunk_order = np.argsort(colour, kind="stable").astype(np.int32)
         self._colour_offset = np.searchsorted(colour[self._chunk_order], np.arange(colours + 1)).astype(np.int32)
 
-    def blocks(self, level: np.ndarray) -> Blocks:
-        """Arrange the cells in blocks, `level` (cells,) being that of each cell's step.
+    def blocks(self, level: np.ndarray, highest: int = 0) -> Blocks:
+        """Arrange the cells in blocks by the levels of their steps, (cells,), and the highest of all ranks.
 
         Within a chunk solid cells come before charge, and cells of short steps before those of long ones, so that what
         takes part in a step lies together.
@@ -102,7 +102,6 @@ class Chunks:
         block_chunk, block_charge, block_level = chunk[first], charge[first], levels[first].astype(np.int32)
         first_block = np.searchsorted(block_chunk, np.arange(self._chunks))
         solid = np.bincount(block_chunk[~block_charge], minlength=self._chunks)
-        highest = int(level.max(initial=0))
         active = np.zeros((self._chunks, highest + 1, 2), dtype=np.int32)
         for least in range(highest + 1):
             taking_part = block_level >= least

@@ -65,8 +65,10 @@ class Subcycling:
         self.cell_steps = fields.mesh.cells
         self._touched = touched if touched is not None else np.zeros(nodes, dtype=bool)
         self._beside_contact = self._touched[fields.mesh.dofmap].any(axis=1)
-        # dolfinx carries the levels to other ranks' copies of the cells.
-        self._everywhere = fem.Function(compat.cell_space(fields.mesh.domain)) if self._comm.size > 1 else None
+        # dolfinx carries the levels to other ranks' copies of the cells and nodes.
+        several = self._comm.size > 1
+        self._of_cells = fem.Function(compat.cell_space(fields.mesh.domain)) if several else None
+        self._of_nodes = fem.Function(fields.velocity.function_space) if several else None
 
     def choose(self, allowed: Callable[[float], np.ndarray], contact_step: float | None) -> None:
         """Choose the longest step and the cells' levels so that all advance at the least cost; collective.
@@ -105,25 +107,32 @@ class Subcycling:
         """Raise levels until those of cells that share a node differ by one at most; collective."""
         mesh, motion = self._fields.mesh, self.motion
         while True:
-            node_levels(mesh.all_dofmap, self._with_ghosts(level), motion.finest, motion.coarsest)
+            self._find_node_levels(level)
             raised = raise_levels(mesh.dofmap, motion.finest, level)
             if self._comm.size > 1:
                 raised = self._comm.allreduce(raised)
             if raised == 0:
                 return level
 
-    def _with_ghosts(self, level: np.ndarray) -> np.ndarray:
-        """Levels of this rank's cells and of its copies of others' (int8); collective."""
-        if self._everywhere is None:
-            return level
-        self._everywhere.x.array[: len(level)] = level
-        compat.send_to_ghosts(self._everywhere)
-        return self._everywhere.x.array.astype(np.int8)
+    def _find_node_levels(self, level: np.ndarray) -> None:
+        """Highest and lowest level of the cells around every node, from those of this rank's cells; collective."""
+        dofmap, motion = self._fields.mesh.all_dofmap, self.motion
+        if self._of_cells is None or self._of_nodes is None:
+            node_levels(dofmap, level, motion.finest, motion.coarsest)
+            return
+        self._of_cells.x.array[: len(level)] = level
+        compat.send_to_ghosts(self._of_cells)
+        node_levels(dofmap, self._of_cells.x.array.astype(np.int8), motion.finest, motion.coarsest)
+        # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
+        both = self._of_nodes.x.array.reshape(-1, 3)
+        both[:, 0], both[:, 1] = motion.finest, motion.coarsest
+        compat.send_to_ghosts(self._of_nodes)
+        motion.finest[:], motion.coarsest[:] = both[:, 0], both[:, 1]
 
     def set_levels(self, level: np.ndarray) -> None:
         """Take over levels (cells,) int8 that differ by one at most where cells share a node; collective."""
-        mesh, motion = self._fields.mesh, self.motion
-        node_levels(mesh.all_dofmap, self._with_ghosts(level), motion.finest, motion.coarsest)
+        motion = self.motion
+        self._find_node_levels(level)
         motion.finest[self._touched] = np.maximum(motion.finest[self._touched], self.contact_level)
         highest = max(int(level.max(initial=0)), self.contact_level)
         self.highest = self._comm.allreduce(highest, op=MPI.MAX) if self._comm.size > 1 else highest
@@ -132,4 +141,4 @@ class Subcycling:
         self.cell_steps = int((1 << level.astype(np.int64)).sum())
         velocity = self._fields.nodes.velocity
         self.motion = motion._replace(mean=np.stack([velocity, velocity]) if self.highest else np.zeros((2, 0, 3)))
-        self._fields.regroup(level)
+        self._fields.regroup(level, self.highest)

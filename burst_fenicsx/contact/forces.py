@@ -113,8 +113,8 @@ class ContactForces:
         if self.surfaces is not None:
             local = self._fields.mesh.local_node(self.surfaces.node)
             touched[local[local >= 0]] = True
-        if self.bonds is not None:
-            touched[self.bonds.bonds.charge] = touched[self.bonds.bonds.solid] = True
+        local = self._fields.mesh.local_node(self._twins)
+        touched[local[local >= 0]] = True
         return touched
 
     @property
@@ -164,9 +164,14 @@ class ContactForces:
         add_rows(self._share, self.force, self._nodes, self._fields.nodes.force)
 
     def set_level(self, level: int, finest: np.ndarray) -> None:
-        """Contact takes 2^`level` steps in a longest one from now on; `finest` (nodes,) are the levels of the nodes."""
+        """Contact takes 2^`level` steps in a longest one from now on; collective.
+
+        `finest` (nodes,) are the levels of the nodes.
+        """
         self._share = 1.0 / 2**level
-        if (finest[self._nodes] > level).any():
+        some = bool((finest[self._nodes] > level).any())
+        # All ranks alike: the two ways to the mean velocity round differently.
+        if self.comm.allreduce(some, op=MPI.LOR) if self.comm.size > 1 else some:
             self._last_position = self._fields.nodes.position.copy()
             self._mean_velocity = np.zeros_like(self._last_position)
         else:
