@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.bounds import DEEPEST, bound_faces
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
@@ -21,12 +22,10 @@ LET_GO = -1
 
 _RUN = 64  # nodes that one call looks after
 _NEWTON_STEPS = 4
-_DEEPEST = 0.5  # of the face's initial edge: a node that lies deeper has lost its face
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
 _LATE = 0.1  # of the face's initial edge: a node that came in beside a face is taken up where it lies no deeper
 _OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it may have entered
-_ROUND_OFF = 1e-9  # of a face's size: much more than the rounding of its corners' places
 _TIE = 1e-9  # distances that differ by less, relatively, are one
 _ALIKE = 1e-6  # cosines, and places over the face's initial edge, that differ by less are one
 _LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
@@ -115,7 +114,7 @@ def find_contacts(
     law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
 ) -> None:
     """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
-    _bound_faces(position, velocity, state.faces, state.edge, state.near, state.bound)
+    bound_faces(position, velocity, state.faces, state.edge, state.near, state.bound)
     _find_all(law, state, position, velocity, mass)
 
 
@@ -128,65 +127,6 @@ def _find_all(
     for part in numba.prange(parts):
         first, last = part * slaves // parts, (part + 1) * slaves // parts
         _find_run(first, last, law, state, position, velocity, mass)
-
-
-@parallel_kernel
-def _bound_faces(
-    position: np.ndarray,
-    velocity: np.ndarray,
-    faces: np.ndarray,
-    edge: np.ndarray,
-    near: np.ndarray,
-    bound: np.ndarray,
-) -> None:
-    """Bounds of the faces `near`, by which most candidates are told off: see `Collisions.bound`."""
-    parts = near.size // _RUN + 1
-    for part in numba.prange(parts):
-        x = np.empty((4, 3))
-        for k in range(part * near.size // parts, (part + 1) * near.size // parts):
-            _bound_face(near[k], position, velocity, faces, edge, x, bound)
-
-
-@kernel
-def _bound_face(
-    face: int,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    faces: np.ndarray,
-    edge: np.ndarray,
-    x: np.ndarray,
-    bound: np.ndarray,
-) -> None:
-    """Bounds of one face; `x` (4, 3) is scratch."""
-    a, c = faces[face, 0], faces[face, 2]
-    for i in range(3):
-        bound[face, i] = 0.5 * (position[a, i] + position[c, i])
-    size, speed = 0.0, 0.0
-    for n in range(4):
-        node = faces[face, n]
-        speed = max(speed, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
-        for i in range(3):
-            x[n, i] = position[node, i] - bound[face, i]
-        size = max(size, x[n, 0] ** 2 + x[n, 1] ** 2 + x[n, 2] ** 2)
-    bound[face, 3] = (np.sqrt(size) + _DEEPEST * edge[face]) ** 2
-    bound[face, 4] = np.sqrt(speed)
-    slack = _ROUND_OFF * np.sqrt(size)
-    for n in range(4):
-        # The normal at a corner of the bilinear face, from the two edges that end there.
-        after, before = (n + 1) % 4, (n + 3) % 4
-        ux, uy, uz = x[after, 0] - x[n, 0], x[after, 1] - x[n, 1], x[after, 2] - x[n, 2]
-        vx, vy, vz = x[before, 0] - x[n, 0], x[before, 1] - x[n, 1], x[before, 2] - x[n, 2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        square = nx * nx + ny * ny + nz * nz
-        inverse = 1.0 / np.sqrt(square) if square > 0.0 else 0.0
-        nx, ny, nz = inverse * nx, inverse * ny, inverse * nz
-        low, high = np.inf, -np.inf
-        for m in range(4):
-            height = x[m, 0] * nx + x[m, 1] * ny + x[m, 2] * nz
-            low, high = min(low, height), max(high, height)
-        at = 5 + 5 * n
-        bound[face, at], bound[face, at + 1], bound[face, at + 2] = nx, ny, nz
-        bound[face, at + 3], bound[face, at + 4] = low - slack, high + slack
 
 
 @kernel
@@ -235,7 +175,7 @@ def _find_run(
                 too_deep &= along < bound[face, n + 3] - deepest
             if in_front or too_deep:
                 continue
-            reach = _DEEPEST * edge[face]
+            reach = DEEPEST * edge[face]
             for n in range(4):
                 for i in range(3):
                     corner[n, i] = position[faces[face, n], i]
