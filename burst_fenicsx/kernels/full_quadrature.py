@@ -23,7 +23,7 @@ from burst_fenicsx.kernels.hexahedron import (
     store_nodal_forces,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, spin
+from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, return_if_plastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
     Matrix,
@@ -42,7 +42,7 @@ from burst_fenicsx.kernels.tensors import (
     store_symmetric,
     store_vector,
 )
-from burst_fenicsx.materials.tresca import return_stress, softened_strength
+from burst_fenicsx.materials.tresca import softened_strength
 
 __all__ = ["solid_block_full"]
 
@@ -249,7 +249,7 @@ def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
     widest_vectors()
     for lane in range(LANES):
         tau, sigma = _strengths(material, scratch, lane)
-        stress, shear_strain, volume_strain, dissipation = return_stress(
+        stress, shear_strain, volume_strain, dissipation = return_if_plastic(
             load_symmetric(scratch, _STRESS, lane), tau, sigma, material[0], material[1]
         )
         store_symmetric(stress, scratch, _STRESS, lane)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["LANES", "block_kernel", "kernel", "lane_function", "parallel_kernel", "widest_vectors"]
 
 LANES = 16
-"""Cells per block: two AVX-512 vectors of doubles, four AVX2 ones."""
+"""Cells per block: two AVX-512 vectors of doubles, four AVX2 ones. Loops over 8 would be unrolled, not vectorised."""
 
 # Sums keep their order and NaN stays visible. Nor may products be fused with sums ("contract"): where the compiler
 # does so hangs on how it inlines, so that code just compiled and code from the cache would round differently.

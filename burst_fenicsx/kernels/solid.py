@@ -48,7 +48,7 @@ from burst_fenicsx.kernels.tensors import (
 )
 from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
-__all__ = ["PARAMETERS", "SCRATCH_ROWS", "elastic_trial", "is_elastic", "solid_block", "spin"]
+__all__ = ["PARAMETERS", "SCRATCH_ROWS", "elastic_trial", "is_elastic", "return_if_plastic", "solid_block", "spin"]
 
 PARAMETERS = (
     "modulus",
@@ -66,7 +66,7 @@ PARAMETERS = (
 
 _MOST_STIFF = 0.25  # square of the hourglass springs' frequency times the step
 
-SCRATCH_ROWS = 204
+SCRATCH_ROWS = 160
 """Rows of `LANES` doubles that a block of any kind needs."""
 
 
@@ -136,6 +136,18 @@ def is_elastic(stress: Symmetric, tau: float, sigma: float) -> bool:
     # The cut-off bound without a root: 4 J2 / 3 <= (sigma - mean)^2.
     room = max(sigma - mean, 0.0)
     return (j2 <= tau * tau) & ((4.0 / 3.0) * j2 <= room * room) & (mean <= sigma)
+
+
+@lane_function
+def return_if_plastic(
+    stress: Symmetric, tau: float, sigma: float, modulus: float, poisson: float
+) -> tuple[Symmetric, float, float, float]:
+    """As `return_stress`, but what `is_elastic` tells to be elastic stays so, to the last bit.
+
+    It does so in a block without plastic cells, and what a cell does may not hang on the others of its block.
+    """
+    elastic = is_elastic(stress, tau, sigma)
+    return return_stress(stress, np.inf if elastic else tau, np.inf if elastic else sigma, modulus, poisson)
 
 
 @block_kernel
@@ -246,7 +258,7 @@ def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
     widest_vectors()
     for lane in range(LANES):
         tau, sigma = _strengths(material, scratch, lane)
-        stress, shear_strain, volume_strain, dissipation = return_stress(
+        stress, shear_strain, volume_strain, dissipation = return_if_plastic(
             load_symmetric(scratch, _STRESS, lane), tau, sigma, material[0], material[1]
         )
         store_symmetric(stress, scratch, _STRESS, lane)

@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from burst_fenicsx.kernels.solid import is_elastic, return_if_plastic
 from burst_fenicsx.materials.tresca import principal_stresses, return_stress, softened_strength
 from tests.burst_fenicsx.boxes import matrices
 
@@ -145,6 +146,20 @@ def test_plastic_strain_is_what_the_elastic_law_leaves_over(trials):
     again, more_shear, more_volume, _ = returned(found, tau, sigma)
     np.testing.assert_allclose(again, found, atol=1e-14 * np.abs(stress).max())
     assert max(more_shear.max(), np.abs(more_volume).max()) < 1e-13 * shear.max()
+
+
+def test_what_the_bound_tells_elastic_stays_to_the_last_bit(trials):
+    """A cell may not tell whether others of its block are plastic; all trials the bound keeps are admissible."""
+    principal, tau, sigma, _, stress = trials
+    kept = 0
+    for s, shear, tension, values in zip(stress.tolist(), tau.tolist(), sigma.tolist(), principal, strict=True):
+        if is_elastic(tuple(s), shear, tension):
+            kept += 1
+            assert return_if_plastic(tuple(s), shear, tension, MODULUS, POISSON) == (tuple(s), 0.0, 0.0, 0.0)
+            near = 1e-12 * np.abs(values).max()
+            assert 0.5 * np.ptp(values) <= shear + near
+            assert values.max() <= tension + near
+    assert 500 < kept < len(stress)
 
 
 def test_return_turns_with_the_stress(trials):
