@@ -35,6 +35,8 @@ BENCHMARKS = {
 }
 BY_NAME = ("compile", "case")
 
+_DISTURBED = 0.1  # cores that others may keep busy before it is said
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the benchmarks that are named, or all but the long ones, and return the exit code."""
@@ -50,10 +52,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_INPUT
     names = options.names or tuple(name for name in BENCHMARKS if options.readme or name not in BY_NAME)
     found = _measured(names, options)
-    if options.readme:
-        from benchmarks.readme import write_tables
-
-        write_tables(found)
     if options.json:
         print(json.dumps(found, indent=1))
     else:
@@ -63,14 +61,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any]]:
     """The figures of each benchmark, and what they were taken on; the time that each takes goes to stderr."""
-    from benchmarks.machine import machine
+    from benchmarks.machine import Others, machine
+    from benchmarks.readme import write_tables
 
     found: dict[str, dict[str, Any]] = {}
     for name in names:
-        began = time.perf_counter()
+        began, others = time.perf_counter(), Others()
         module, function = BENCHMARKS[name][0].split(".")
         found[name] = getattr(importlib.import_module(f"benchmarks.{module}"), function)(options)
         print(f"benchmarks: {name} took {time.perf_counter() - began:.0f} s", file=sys.stderr)
+        cores = others.cores
+        if cores is not None:
+            found[name]["cores_busy_elsewhere"] = cores
+            if cores > _DISTURBED:
+                print(f"benchmarks: meanwhile other processes kept {cores:.1f} cores busy", file=sys.stderr)
+        if options.readme:
+            write_tables({name: found[name], "machine": machine()})
     return {**found, "machine": machine()}
 
 

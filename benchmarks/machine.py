@@ -5,14 +5,41 @@ from __future__ import annotations
 import os
 import platform
 import re
+import time
 from datetime import UTC, datetime
 from pathlib import Path
 
 from fragfield.provenance import versions
 
-__all__ = ["machine"]
+__all__ = ["Others", "machine"]
 
 _VERSIONS = ("fragfield", "python", "dolfinx", "numpy", "numba", "llvmlite")
+
+
+class Others:
+    """How many cores other processes have kept busy since this was made; they disturb what is measured."""
+
+    def __init__(self) -> None:
+        self._began, self._before = time.perf_counter(), _seconds_of_others()
+
+    @property
+    def cores(self) -> float | None:
+        """The mean number of cores; None where the system does not tell, or in less than a second."""
+        passed, now = time.perf_counter() - self._began, _seconds_of_others()
+        if self._before is None or now is None or passed < 1.0:
+            return None
+        return max(now - self._before, 0.0) / passed
+
+
+def _seconds_of_others() -> float | None:
+    """Seconds that cores have worked for processes other than this one and those that it has ended."""
+    try:
+        ticks = Path("/proc/stat").read_text(encoding="ascii").split()[1:4]
+    except OSError:
+        return None
+    own = os.times()
+    everyone = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+    return everyone - own.user - own.system - own.children_user - own.children_system
 
 
 def machine() -> dict[str, object]:

@@ -73,17 +73,20 @@ def forces_alone(run: Simulation) -> Iterator[Callable[[], None]]:
 
 
 def new_run(cell_size: float, quadrature: Quadrature = "one_point", end_time: float | None = None) -> Simulation:
-    """The case with cells of this size (m), at rest and unlit, in a folder of its own that is left behind."""
+    """The case with cells of this size (m), at rest and unlit; its folder goes when the process ends."""
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
     case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")
     settings = replace(burst_settings(case), quadrature=quadrature, time_step=TimeStep(subcycling=False))
     if end_time is not None:
         settings = replace(settings, end_time=end_time)
-    return Simulation(burst_rounds(case), settings, Path(_folder()), MPI.COMM_SELF, {})
+    folder = Path(tempfile.mkdtemp(dir=_scratch().name))
+    return Simulation(burst_rounds(case), settings, folder, MPI.COMM_SELF, {})
 
 
-def _folder() -> str:
-    return tempfile.mkdtemp(prefix="fragfield-bench-")
+@cache
+def _scratch() -> tempfile.TemporaryDirectory[str]:
+    """A folder for the runs of this process."""
+    return tempfile.TemporaryDirectory(prefix="fragfield-bench-")
 
 
 @cache
@@ -116,7 +119,6 @@ def in_the_middle_full(cell_size: float, time: float = MIDDLE) -> Simulation:
             del file[f"cells/{name}"]
             file[f"cells/{name}"] = values
     read_checkpoint(path, full.solver, full.key)
-    path.unlink()
     for _ in range(_FEW_STEPS):
         one_step(full)
     return full

@@ -53,6 +53,17 @@ def test_json_is_one_object_with_ratios_beside_targets(capsys):
         assert found["threads"]["target"] == 1.85
 
 
+def test_work_of_others_is_told_from_our_own(monkeypatch):
+    from benchmarks import machine
+
+    seconds = iter([100.0, 103.0, 103.0])
+    monkeypatch.setattr(machine, "_seconds_of_others", lambda: next(seconds))
+    clock = iter([0.0, 2.0, 2.5])
+    monkeypatch.setattr(machine.time, "perf_counter", lambda: next(clock))
+    others = machine.Others()
+    assert others.cores == pytest.approx(1.5)
+
+
 def test_growth_is_a_power_of_the_number_of_cells():
     from benchmarks.growth import growth_of
 
