@@ -188,15 +188,20 @@ def move_nodes(
         node = rows[k]
         level = finest[node]
         own = step / (1 << level)
+        push = kick * inverse_mass[node]
         for i in range(3):
-            speed = velocity[node, i] + kick * inverse_mass[node] * force[node, i]
+            speed = velocity[node, i] + push * force[node, i]
             velocity[node, i] = speed
             position[node, i] += own * speed
         if not several:
             continue
-        # The cells around are of the node's coarsest level and, at most, of the one above.
         below = level - coarsest[node]
-        for gap in range(max(below - 1, 0), below + 1):
+        if below == 0:
+            for i in range(3):
+                mean[level & 1, node, i] = velocity[node, i]
+            continue
+        # The cells around are of the node's coarsest level and, at most, of the one above.
+        for gap in range(below - 1, below + 1):
             parity = (level - gap) & 1
             first = ((part >> (highest - level)) & ((1 << gap) - 1)) == 0
             for i in range(3):
