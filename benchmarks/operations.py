@@ -1,7 +1,8 @@
 """Arithmetic operations of the element forces for a cell in a step, counted while they are done.
 
 The kernels' source runs uncompiled, in a process of its own, on numbers that count what is done with them: a few blocks
-of a run in the state in which it is timed. What a compiler computes on both sides of a branch, or saves, is not seen.
+of a run in the state in which it is timed. A fused product and sum are two operations. What a compiler computes on both
+sides of a branch, or saves, is not seen.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, Schedule, SolidState, Totals
+from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
 
 if TYPE_CHECKING:
     from burst_fenicsx.simulation import Simulation
@@ -60,9 +61,9 @@ def operations_per_cell(run: Simulation, *, charge: bool, blocks: int = 24) -> d
 def _some_blocks(run: Simulation, number: int, *, charge: bool) -> np.ndarray:
     """Blocks of one kind, evenly spread over the round."""
     schedule = run.fields.blocks.schedule
-    halves = zip(schedule.first_block[:-1], schedule.first_charge, schedule.first_block[1:], strict=True)
+    first = schedule.first_charge if charge else schedule.first_solid
     every = np.concatenate(
-        [np.arange(middle, last) if charge else np.arange(first, middle) for first, middle, last in halves]
+        [np.arange(k, k + n) for k, n in zip(first, schedule.active[:, 0, int(charge)], strict=True)]
     )
     return every[np.linspace(0, len(every) - 1, min(number, len(every))).astype(int)]
 
@@ -88,9 +89,10 @@ def _excerpt(run: Simulation, blocks: np.ndarray, *, charge: bool) -> tuple[Any,
     grid = cut(fields.grid)._replace(
         cells=filled.reshape(-1, LANES).astype(np.int32), dofmap=corners.reshape(-1, 8).astype(np.int32)
     )
-    count = len(blocks)
-    schedule = Schedule(*(np.array(row, dtype=np.int32) for row in ([0, 1], [0], [0, count], [0 if charge else count])))
-    return cut(fields.nodes), grid, schedule, cut(fields.solid), cut(fields.charge)
+    active = np.zeros((1, 1, 2), dtype=np.int32)
+    active[0, 0, int(charge)] = len(blocks)
+    ends = (np.array(row, dtype=np.int32) for row in ([0, 1], [0], [0], [0]))
+    return cut(fields.nodes), grid, Schedule(*ends, active), cut(fields.solid), cut(fields.charge)
 
 
 _KINDS = {
@@ -158,6 +160,15 @@ def _counting(group: Group) -> Group:
     return group._replace(**{name: make(array) for name, array in arrays.items()})
 
 
+def _replace_intrinsics() -> None:
+    """Put what Python can do in the place of what only a compiler can: the kernels' hints and fused products."""
+    plain = {"widest_vectors": lambda: None, "fma": lambda a, b, c: a * b + c}
+    for name, module in list(sys.modules.items()):
+        if name.startswith("burst_fenicsx."):
+            for intrinsic in plain.keys() & vars(module).keys():
+                setattr(module, intrinsic, plain[intrinsic])
+
+
 def _main(path: Path) -> None:
     from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch
 
@@ -166,8 +177,13 @@ def _main(path: Path) -> None:
     totals = Totals(np.zeros((1, 5)), np.zeros((1, rounds, 2)), *(np.zeros(1) for _ in range(4)))
     scratch = make_scratch(1).astype(object)
     states = [_counting(part) for part in (nodes, grid)], [_counting(part) for part in (solid, charge)]
+    _replace_intrinsics()
+    nodes, grid = states[0]
+    count = len(nodes.position)
+    levels = np.zeros(count, dtype=np.int8)
+    motion = Motion(np.arange(count, dtype=np.int32), levels, levels, np.zeros((2, 0, 3)))
     with np.errstate(all="ignore"):
-        add_element_forces(step, time, False, *states[0], schedule, *states[1], totals, scratch)
+        add_element_forces(step, time, 0, False, nodes, motion, count, grid, schedule, *states[1], totals, scratch)
     print(json.dumps(Counted.done))
 
 

@@ -44,7 +44,7 @@ def _bound(
 ) -> dict[str, Any]:
     """Counts of one kind of cell, the bounds that they set on one core, and the share of the higher that is reached."""
     size, operations = sum(moved.values()), sum(done.values())
-    by_memory, by_arithmetic = size / rates["bytes_per_second"], operations / rates["operations_per_second"]
+    by_memory, by_arithmetic = size / rates["bytes_per_second"], operations / rates["operations_per_second_fused"]
     return {
         "bytes": size,
         "operations": operations,

@@ -18,7 +18,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.problem import Part, TimeStep
+from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
@@ -72,11 +72,21 @@ def forces_alone(run: Simulation) -> Iterator[Callable[[], None]]:
         solver.add_forces(0.0)
 
 
-def new_run(cell_size: float, quadrature: Quadrature = "one_point", end_time: float | None = None) -> Simulation:
-    """The case with cells of this size (m), at rest and unlit; its folder goes when the process ends."""
+def new_run(
+    cell_size: float,
+    quadrature: Quadrature = "one_point",
+    end_time: float | None = None,
+    *,
+    subcycling: bool = False,
+) -> Simulation:
+    """The case with cells of this size (m), at rest and unlit; its folder goes when the process ends.
+
+    With `subcycling` cells take steps of their own, as they do by default.
+    """
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
     case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")
-    settings = replace(burst_settings(case), quadrature=quadrature, time_step=TimeStep(subcycling=False))
+    settings = burst_settings(case)
+    settings = replace(settings, quadrature=quadrature, time_step=replace(settings.time_step, subcycling=subcycling))
     if end_time is not None:
         settings = replace(settings, end_time=end_time)
     folder = Path(tempfile.mkdtemp(dir=_scratch().name))

@@ -61,6 +61,7 @@ TRAFFIC = (
     Moved("grid", "cells", "blocks", 1),
     Moved("grid", "filled", "blocks", 1),
     Moved("grid", "material", "blocks", 1),
+    Moved("grid", "level", "blocks", 1),
     Moved("grid", "mass", "slots", 1),
     Moved("grid", "volume", "slots", 2),
     Moved("grid", "viscous", "slots", 2),
