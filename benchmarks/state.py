@@ -42,8 +42,8 @@ __all__ = [
 ]
 
 CASE = Path(__file__).resolve().parent.parent / "cases" / "grenade_155_tnt.toml"
-MIDDLE = 60e-6
-"""Time (s) at which the casing flows everywhere that the front has passed, four fifths of the charge."""
+MIDDLE = 80e-6
+"""Time (s) at which all of the charge is burnt and the casing flows nearly everywhere."""
 
 _FEW_STEPS = 10
 _EXPANSION_RATE = 1.6e4  # 1/s: 1 km/s at the widest bore
