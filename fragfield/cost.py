@@ -75,8 +75,8 @@ def expected_cost(
     Returns
     -------
     dict
-        `stable_time_step` (the first one), `mean_time_step`, `end_time` (s), `steps`, `cell_steps`, `memory_bytes`,
-        `core_seconds`, and `per_round` with the mean of `cells`, `memory_bytes` and `core_seconds` over the rounds.
+        `stable_time_step` (the first one), `mean_time_step` of a cell, `end_time` (s), `steps` of a cell on average,
+        `cell_steps`, `memory_bytes`, `core_seconds`, and `per_round` with the mean of `cells`, `memory_bytes` and `core_seconds` over the rounds.
     """
     lit = _times_lit(rounds, described)
     shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, lit, strict=True)]
@@ -87,7 +87,13 @@ def expected_cost(
         step * min(_THINNING * edge * end / shell.stretched(end), 1.0)
         for step, edge, shell in zip(stable, fine, shells, strict=True)
     )
-    step = settings.time_step.fixed or settings.time_step.cfl * stepping
+    own = min(
+        _OWN_STEP * _mean_edge(mesh) / max(_sound_speed(entry), entry.explosive.detonation_velocity)
+        for entry, mesh in zip(rounds, meshes, strict=True)
+    )
+    together = settings.time_step.cfl * stepping
+    subcycles = settings.time_step.subcycling and settings.damping == 0.0
+    step = settings.time_step.fixed or (max(own, together) if subcycles else together)
     cells, steps = sum(len(mesh.cells) for mesh in meshes), math.ceil(end / step)
     memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
     contact = settings.contact

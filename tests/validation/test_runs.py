@@ -196,7 +196,7 @@ def _stack(rounds, seconds, memory):
     return {
         "burst": {
             "rounds": [{}] * rounds, "threads": 2, "ranks": 1, "cells": 1000 * rounds, "steps": 500,
-            "wall_seconds": seconds, "peak_memory_bytes": memory,
+            "cell_steps": 500_000 * rounds, "wall_seconds": seconds, "peak_memory_bytes": memory,
         }
     }  # fmt: skip
 

@@ -20,7 +20,8 @@ ALONG = ("mean_speed", "max_speed", "outer_diameter", "casing_mass")
 def _summary(speed=1050.0, error=0.004, cell_size=3e-3):
     burst = {
         "cells": 350000,
-        "steps": 4000,
+        "steps": 400,
+        "cell_steps": 400_000_000,
         "cell_size": cell_size,
         "products": "landau",
         "mean_initial_speed": speed,

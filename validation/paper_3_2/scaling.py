@@ -44,9 +44,9 @@ def _per_round(summary: Mapping[str, Any]) -> dict[str, float]:
     return {
         "rounds": rounds,
         "cells": burst["cells"] / rounds,
-        "steps": burst["steps"],
+        "steps": burst["cell_steps"] / burst["cells"],
         "time": burst["wall_seconds"] / rounds,
-        "step": 1e6 * burst["wall_seconds"] * cores / burst["steps"] / burst["cells"],
+        "step": 1e6 * burst["wall_seconds"] * cores / burst["cell_steps"],
         "memory": burst["peak_memory_bytes"] / rounds,
     }
 
@@ -95,7 +95,7 @@ def table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
                 name,
                 f"{ours['rounds']:g}",
                 f"{ours['cells']:.0f}",
-                f"{ours['steps']:g}",
+                f"{ours['steps']:.0f}",
                 f"{ours['time']:.1f} s ({ours['time'] / base['time']:.2f})",
                 f"{ours['step']:.2f} us ({ours['step'] / base['step']:.2f})",
                 f"{ours['memory'] / 1e6:.0f} MB ({ours['memory'] / base['memory']:.2f})",
@@ -103,7 +103,7 @@ def table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
             )
         )
     head = (
-        "stack", "rounds", "cells a round", "steps", "wall time a round", "core time a cell and step",
+        "stack", "rounds", "cells a round", "steps of a cell", "wall time a round", "core time a cell and step",
         "peak memory a round", "memory a further round",
     )  # fmt: skip
     return markdown_table(head, body)
