@@ -182,7 +182,8 @@ class BurstSolver:
         wanted = self.settings.time_step.fixed or self.settings.time_step.cfl * self.stable_step
         if self.subcycles:
             chosen = self.subcycling.step
-            early = wanted < _LEAST_SHARE * chosen and self.time > self.chosen_at + _FEWEST_STEPS * chosen
+            waited = self.time > self.chosen_at + _FEWEST_STEPS * chosen or wanted < 0.5 * chosen
+            early = wanted < _LEAST_SHARE * chosen and waited
             if self.time >= self.choose_again or early:
                 self.choose_levels()
                 wanted, chosen = self.settings.time_step.cfl * self.stable_step, self.subcycling.step
