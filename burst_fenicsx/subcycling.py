@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Subcycling"]
 
 _HIGHEST = 10
-# Longest steps tried: contact's, twice and four times that. Thin products could take longer ones still, but are then
+# Longest steps tried where there is contact: its own, twice and four times that. Thin products could take longer ones still, but are then
 # strained so far in one that they run away where rounds collide; and little time is saved.
 _CANDIDATES = 3
 # Levels by which cells beside contact may lie below it. By two, springs and cells resonate: the paper's round with 5 mm
@@ -91,7 +91,7 @@ class Subcycling:
         comm = self._comm
         base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
         best, least = -1, self._cells / whole
-        for candidate in range(_CANDIDATES):
+        for candidate in range(_CANDIDATES if contact_step else _HIGHEST):
             step = base * 2**candidate
             if candidate and step > _LONGEST:
                 break

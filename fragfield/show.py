@@ -80,8 +80,8 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
         f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
     )
     console.print(
-        f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, to "
-        f"{expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
+        f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
+        f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
         f"about {duration(expected['core_seconds'])} on one core"
     )
     if len(found["rounds"]) > 1:

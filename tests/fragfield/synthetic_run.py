@@ -196,7 +196,8 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
         for name in names
     ]
     return {
-        "cells": len(mesh["cells"]), "nodes": len(position), "ranks": 1, "threads": 2, "steps": 1030, "cell_steps": 1030 * len(mesh["cells"]),
+        "cells": len(mesh["cells"]), "nodes": len(position), "ranks": 1, "threads": 2, "steps": 1030,
+        "cell_steps": 1030 * len(mesh["cells"]),
         "end_time": END_TIME, "wall_seconds": 12.5, "seconds_per_cell_step": 2.1e-7, "peak_memory_bytes": 310e6,
         "casing_mass": casing_mass * count, "charge_mass": charge_mass * count, "mean_initial_speed": 1085.0,
         "max_initial_speed": 1340.0, "outer_diameter": 0.331, "lost_cells": 0, "energy_error": 0.0031,
