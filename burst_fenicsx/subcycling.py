@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 __all__ = ["Subcycling"]
 
 _HIGHEST = 10
-# Longest steps tried where there is contact: its own, twice and four times that. Thin products could take longer ones still, but are then
-# strained so far in one that they run away where rounds collide; and little time is saved.
+# Longest steps tried where there is contact: its own, twice and four times that. Thin products could take longer ones
+# still, but are then strained so far in one that they run away where rounds collide; and little time is saved.
 _CANDIDATES = 3
 # Levels by which cells beside contact may lie below it. By two, springs and cells resonate: the paper's round with 5 mm
 # cells has its ledger open by 6 % after 9 us.

@@ -180,7 +180,7 @@ def test_contact_costs_time():
 
 @pytest.mark.parametrize(
     ("name", "size", "steps"),
-    [("tube", 9, 404), ("grenade_155_tnt", 8, 697), ("m107_comp_b", 8, 1050), ("m107_comp_b", 14, 482)],
+    [("tube", 9, 261), ("grenade_155_tnt", 8, 355), ("m107_comp_b", 8, 395), ("m107_comp_b", 14, 299)],
 )
 def test_the_expected_steps_are_those_of_bursts_that_were_run(name, size, steps):
     path = Path(__file__).parents[2] / "cases" / f"{name}.toml"

@@ -30,7 +30,8 @@ SHORT = (ROOT / "cases" / "tube.toml").read_text().replace(
 SUMMARY = {
     "burst": {
         "cells", "nodes", "ranks", "threads", "steps", "cell_steps", "end_time", "wall_seconds",
-        "seconds_per_cell_step", "peak_memory_bytes", "casing_mass", "charge_mass", "mean_initial_speed", "max_initial_speed", "outer_diameter",
+        "seconds_per_cell_step", "peak_memory_bytes", "casing_mass", "charge_mass", "mean_initial_speed",
+        "max_initial_speed", "outer_diameter",
         "lost_cells", "energy_error", "momentum_error", "max_penetration",
     },
     "break_up": {"fragments", "mass", "mass_error", "momentum_error", "energy_error", "rounds"},
