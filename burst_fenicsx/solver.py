@@ -123,7 +123,8 @@ class BurstSolver:
             np.zeros(chunks),
             np.zeros(chunks, dtype=np.int32),
         )
-        self._scratch = make_scratch(numba.get_num_threads())
+        # For every thread that there may be: how many step is settled anew at every call.
+        self._scratch = make_scratch(numba.config.NUMBA_NUM_THREADS)
         self._external_force = np.zeros_like(fields.nodes.force) if external else None
         self._damping_force = np.zeros_like(fields.nodes.force) if settings.damping > 0.0 else None
         self.stable_step = np.inf

@@ -20,11 +20,9 @@ from burst_fenicsx.problem import Part
 __all__ = [
     "add_element_forces",
     "cell_volumes",
-    "kinetic_energy",
     "make_scratch",
     "mean_velocities",
     "move_nodes",
-    "strain_energies",
 ]
 
 
@@ -210,26 +208,6 @@ def move_nodes(
 
 
 @parallel_kernel
-def kinetic_energy(
-    half_step: float, mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, partial: np.ndarray
-) -> None:
-    """Kinetic energy at the time of the positions, half a step after that of the velocities.
-
-    `mass` (nodes,) kg, `partial` (parts,) J: sums over equal runs of nodes, to be added in order.
-    """
-    parts = partial.size
-    count = mass.size
-    for part in numba.prange(parts):
-        total = 0.0
-        for node in range(part * count // parts, (part + 1) * count // parts):
-            if mass[node] > 0.0:
-                for i in range(3):
-                    centred = velocity[node, i] + half_step * force[node, i] / mass[node]
-                    total += 0.5 * mass[node] * centred * centred
-        partial[part] = total
-
-
-@parallel_kernel
 def cell_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """Volumes of the cells (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) in tensor-product order."""
     count = dofmap.shape[0]
@@ -246,27 +224,6 @@ def cell_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
         for lane in range(LANES):
             result[cells[lane]] = volume[lane]
     return result
-
-
-@parallel_kernel
-def strain_energies(
-    stress: np.ndarray, dofmap: np.ndarray, modulus: np.ndarray, poisson: np.ndarray, position: np.ndarray
-) -> np.ndarray:
-    """Elastic energy of each cell (J) from its stresses (cells, points, 6) in Pa; `modulus` zero for a charge."""
-    volume = cell_volumes(position, dofmap)
-    for cell in numba.prange(volume.size):
-        if modulus[cell] == 0.0:
-            volume[cell] = 0.0
-            continue
-        total = 0.0
-        points = stress.shape[1]
-        for point in range(points):
-            s = stress[cell, point]
-            trace = s[0] + s[1] + s[2]
-            square = s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + 2.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])
-            total += (1.0 + poisson[cell]) * square - poisson[cell] * trace * trace
-        volume[cell] *= 0.5 * total / (modulus[cell] * points)
-    return volume
 
 
 @parallel_kernel

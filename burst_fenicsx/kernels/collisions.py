@@ -11,17 +11,17 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.bilinear import closest_point
 from burst_fenicsx.kernels.bounds import DEEPEST, bound_faces
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "closest_point", "find_contacts"]
+__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "find_contacts"]
 
 LET_GO = -1
 """Mark of a node whose bond has just let go, in `Collisions.touching`."""
 
 _RUN = 64  # nodes that one call looks after
-_NEWTON_STEPS = 4
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
 _LATE = 0.1  # of the face's initial edge: a node that came in beside a face is taken up where it lies no deeper
@@ -66,47 +66,6 @@ class Collisions(NamedTuple):
     weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
     push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
     booked: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
-
-
-@kernel
-def closest_point(x: float, y: float, z: float, corner: np.ndarray, result: np.ndarray) -> None:
-    """Closest point of a bilinear face: xi, eta within [-1, 1], the place (3), the unit normal (3).
-
-    `corner` (4, 3) m in outward order; `result` (8,), overwritten. Gauss-Newton steps from the middle.
-    """
-    xi, eta = 0.0, 0.0
-    for step in range(_NEWTON_STEPS + 1):
-        a, b = 0.25 * (1.0 - xi), 0.25 * (1.0 + xi)
-        w0, w1, w2, w3 = a * (1.0 - eta), b * (1.0 - eta), b * (1.0 + eta), a * (1.0 + eta)
-        px = w0 * corner[0, 0] + w1 * corner[1, 0] + w2 * corner[2, 0] + w3 * corner[3, 0]
-        py = w0 * corner[0, 1] + w1 * corner[1, 1] + w2 * corner[2, 1] + w3 * corner[3, 1]
-        pz = w0 * corner[0, 2] + w1 * corner[1, 2] + w2 * corner[2, 2] + w3 * corner[3, 2]
-        c, d = 0.25 * (1.0 - eta), 0.25 * (1.0 + eta)
-        ux = c * (corner[1, 0] - corner[0, 0]) + d * (corner[2, 0] - corner[3, 0])
-        uy = c * (corner[1, 1] - corner[0, 1]) + d * (corner[2, 1] - corner[3, 1])
-        uz = c * (corner[1, 2] - corner[0, 2]) + d * (corner[2, 2] - corner[3, 2])
-        vx = a * (corner[3, 0] - corner[0, 0]) + b * (corner[2, 0] - corner[1, 0])
-        vy = a * (corner[3, 1] - corner[0, 1]) + b * (corner[2, 1] - corner[1, 1])
-        vz = a * (corner[3, 2] - corner[0, 2]) + b * (corner[2, 2] - corner[1, 2])
-        if step == _NEWTON_STEPS:
-            break
-        rx, ry, rz = x - px, y - py, z - pz
-        uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-        ru, rv = rx * ux + ry * uy + rz * uz, rx * vx + ry * vy + rz * vz
-        determinant = uu * vv - uv * uv
-        last_xi, last_eta = xi, eta
-        if determinant > 1e-12 * uu * vv:
-            xi += (vv * ru - uv * rv) / determinant
-            eta += (uu * rv - uv * ru) / determinant
-        xi, eta = min(max(xi, -1.0), 1.0), min(max(eta, -1.0), 1.0)
-        if xi == last_xi and eta == last_eta:
-            break
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    size = np.sqrt(nx * nx + ny * ny + nz * nz)
-    inverse = 1.0 / size if size > 0.0 else 0.0
-    result[0], result[1] = xi, eta
-    result[2], result[3], result[4] = px, py, pz
-    result[5], result[6], result[7] = nx * inverse, ny * inverse, nz * inverse
 
 
 @kernel

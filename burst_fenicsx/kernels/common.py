@@ -52,6 +52,7 @@ __all__ = [
     "VISCOUS",
     "VOLUME",
     "bound_hourglass",
+    "earlier",
     "force_modes",
     "lower_limits",
     "may_overdo",
@@ -95,7 +96,7 @@ def move_cells(step: float, scratch: np.ndarray) -> None:
     for lane in range(LANES):
         place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
         # The transform is linear, so the places half a step ago need no gather of their own.
-        middle = _half_step_ago(place, velocity, -0.5 * step)
+        middle = earlier(place, velocity, -0.5 * step)
         gradient, volume = cell_gradient(middle)
         rate = velocity_gradient(velocity, gradient, 1.0 / volume)
         store_matrix(rate, scratch, RATE, lane)
@@ -118,8 +119,8 @@ def move_cells(step: float, scratch: np.ndarray) -> None:
 
 
 @lane_function
-def _half_step_ago(place: Modes, velocity: Modes, back: float) -> Modes:
-    """Modes of the places `back` (s, negative) from now."""
+def earlier(place: Modes, velocity: Modes, back: float) -> Modes:
+    """Modes of the places (m) at the time `back` (s, negative) from now, uniform motion taken back."""
     return (
         add_scaled(place[0], back, velocity[0]),
         add_scaled(place[1], back, velocity[1]),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, lower_limits, viscosity_and_step
+from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, earlier, lower_limits, viscosity_and_step
 from burst_fenicsx.kernels.hexahedron import (
     Gradient,
     Modes,
@@ -128,15 +128,7 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
         place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
         _store_modes(place, scratch, _PLACE, lane)
         _store_modes(velocity, scratch, _SPEED, lane)
-        middle = (
-            add_scaled(place[0], back, velocity[0]),
-            add_scaled(place[1], back, velocity[1]),
-            add_scaled(place[2], back, velocity[2]),
-            add_scaled(place[3], back, velocity[3]),
-            add_scaled(place[4], back, velocity[4]),
-            add_scaled(place[5], back, velocity[5]),
-            place[6],  # plays no part
-        )
+        middle = earlier(place, velocity, back)
         gradient, volume = cell_gradient(middle)
         scratch[_DILATATION * LANES + lane] = _flux(velocity, gradient) / volume
         gradient, volume = cell_gradient(place)

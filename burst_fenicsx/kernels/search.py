@@ -116,29 +116,11 @@ def find_candidates(
     offset, entries = _fill_table(boxes, cell, mask)
     areas = np.empty((boxes.shape[0], 3))
     _area_vectors(position, bodies.faces, areas)
-    found = np.empty((active.size, _ROOM), dtype=np.int32)
     first = np.zeros(active.size + 1, dtype=np.int64)
-    _look_up(
-        position,
-        bodies.faces,
-        bodies.face_body,
-        bodies.node_body,
-        bodies.face_round,
-        bodies.node_round,
-        active,
-        free,
-        normals,
-        areas,
-        boxes,
-        cell,
-        mask,
-        offset,
-        entries,
-        first,
-        found,
-    )
-    if first.max() > _ROOM:  # rare: look once more, with room for the most
-        found = np.empty((active.size, first.max()), dtype=np.int32)
+    room = 0
+    while room == 0 or first.max() > room:  # rarely more than once
+        room = max(_ROOM, first.max())
+        found = np.empty((active.size, room), dtype=np.int32)
         _look_up(
             position,
             bodies.faces,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, closest_point, find_contacts
+from burst_fenicsx.kernels.bilinear import closest_point
+from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, find_contacts
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
 
 
