@@ -31,9 +31,10 @@ BENCHMARKS = {
     "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),
     "roofline": ("roofline.roofline", "bytes and operations of a cell, and the bound that they set"),
     "compile": ("resources.compilation", "the first run with empty caches"),
+    "ranks": ("ranks.ranks", "one rank against two, and an estimate for 64 and 1024"),
     "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),
 }
-BY_NAME = ("compile", "case")
+BY_NAME = ("compile", "ranks", "case")
 
 _DISTURBED = 0.1  # cores that others may keep busy before it is said
 

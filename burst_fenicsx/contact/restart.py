@@ -100,6 +100,7 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
                 state.unloaded,
                 state.pressed,
                 state.held,
+                state.load,
             ]
         )
     )
@@ -111,7 +112,7 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
         "unloaded": kept[:, 8],
         "pressed": kept[:, 9],
         "held": kept[:, 10],
-        "load": state.load,
+        "load": kept[:, 11],
         "free": collisions.free,
         "searched_at": collisions.searched_at,
         "travel": np.array(collisions.travel),
