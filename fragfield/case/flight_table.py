@@ -186,6 +186,8 @@ class HazardTable(Table):
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: PositiveLength = 10.0
     """Width of the distance cells in which hazardous fragments are counted."""
+    tolerance: float = Field(default=0.05, gt=0.0, lt=1.0)
+    """Largest standard error of a distance, as a fraction of it, with which an ensemble counts as converged."""
     person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
     """Area of a person that a fragment may hit."""
     person_height: Annotated[float, Quantity("m", "1.8 m", least=0.0)] = 1.8
