@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -88,9 +88,11 @@ class Tally:
         if len(edges) < here or not np.array_equal(edges[:here], self.edges):
             raise InputError("hazard: tallies of different distance cells cannot be put together")
         empty = ((0, 0), (0, 0), (0, len(edges) - here))
-        return Tally(
-            edges, np.pad(self.landings, empty), np.pad(self.tracks, empty), self.fragments, self.hazardous, self.throw
-        )
+        return replace(self, edges=edges, landings=np.pad(self.landings, empty), tracks=np.pad(self.tracks, empty))
+
+    def scaled(self, number: float) -> Tally:
+        """The densities of `number` such fields on each other; numbers of fragments and throws stay those of one."""
+        return replace(self, landings=number * self.landings, tracks=number * self.tracks)
 
     @classmethod
     def join(cls, parts: Sequence[Tally]) -> Tally:

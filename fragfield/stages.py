@@ -128,6 +128,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
     from fragfield.ensemble import fly_all
+    from fragfield.stack_rule import stack_rule_of
 
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     if flown is None:
@@ -145,6 +146,8 @@ def fly(job: Job, stage: Stage) -> None:
     summary = {**flown.first.summary, **flown.hazard.summary()}
     if words := not_converged(summary):
         _log.warning("%s", words)
+    if job.case.hazard.stack_rule is not None:
+        summary["stack_rule"] = stack_rule_of(job.case)
     job.note({"flight": summary, "witness": surfaces})
 
 
