@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["by_azimuth", "number_by_mass"]
+__all__ = ["by_azimuth", "directions", "number_by_mass"]
 
 
 def number_by_mass(run: RunFiles, narrow: bool) -> Figure | None:
@@ -68,6 +68,33 @@ def _sampled(axis: Axes, masses: NDArray[np.float64], color: str, label: str | N
 
 def _law(axis: Axes, grid: NDArray[np.float64], number: Any, style: dict[str, Any], label: str) -> None:  # noqa: ANN401
     axis.plot(grid, np.where(number > 1e-3, number, np.nan), label=label, linewidth=1.4, zorder=1.5, **style)
+
+
+def directions(run: RunFiles, narrow: bool) -> Figure | None:
+    """Shares of the first round's mass by direction of flight: its fragments against the cells they were made from."""
+    found = next(
+        (item["directions"] for item in run.part("break_up").get("rounds") or [] if "directions" in item), None
+    )
+    if found is None:
+        return None
+    figure, (polar, azimuth) = new_figure(*((2, 1) if narrow else (1, 2)), narrow=narrow, height=2.9, narrow_height=4.8)
+    for axis, name in ((polar, "polar"), (azimuth, "azimuth")):
+        place = np.array(found[f"{name}_deg"])
+        width = float(place[1] - place[0])
+        axis.bar(place, 100 * np.array(found[f"{name}_fragments"]), width, color="#c9d3df", edgecolor="white",
+                 linewidth=0.4, label="fragments")  # fmt: skip
+        axis.plot(
+            place, 100 * np.array(found[f"{name}_cells"]), drawstyle="steps-mid", color=INK, linewidth=1.2,
+            label="cells of the casing",
+        )  # fmt: skip
+        axis.set(ylabel=f"% of the mass in {width:g}°")
+        axis.set_ylim(bottom=0)
+    polar.set(title="From the axis", xlabel="Angle from the nose's direction (°)", xlim=(0, 180))
+    polar.set_xticks(np.arange(0, 181, 30))
+    azimuth.set(title="Around", xlabel="Azimuth (°), from +x counter-clockwise", xlim=(-2.5, 357.5))
+    azimuth.set_xticks(np.arange(0, 360, 90))
+    polar.legend(loc="upper right" if narrow else "upper left")
+    return figure
 
 
 def by_azimuth(run: RunFiles, narrow: bool) -> Figure | None:

@@ -198,6 +198,12 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             "law (lines) and sample (circles), in total and by segment.",
             fragment_figures.number_by_mass,
         ),
+        *draw(
+            "directions", "Directions of the mass",
+            "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
+            "realisation (bars) and the velocity field of the casing that they were made from (line).",
+            fragment_figures.directions,
+        ),
         *picture(
             "picture_of_fragments", "Fragment cloud",
             "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "

@@ -26,7 +26,7 @@ from fragfield.report.sections import sections
 from tests.fragfield.synthetic_run import REALISATIONS, write_run
 
 FIGURES = [
-    "energy_ledger", "picture_of_burst", "speed_along_round", "casing_over_time", "number_by_mass",
+    "energy_ledger", "picture_of_burst", "speed_along_round", "casing_over_time", "number_by_mass", "directions",
     "picture_of_fragments", "by_azimuth", "polar_by_sector", "landing_map", "density_curve", "hit_probability",
     "distance_by_azimuth",
 ]  # fmt: skip
@@ -219,7 +219,7 @@ def outline(folder: Path) -> tuple[list[str], list[str], str]:
 
 @pytest.mark.parametrize(
     ("stages", "missing", "figures"),
-    [(0, "burst, break-up, flight", 0), (1, "break-up, flight", 4), (2, "flight", 6), (3, "", 12)],
+    [(0, "burst, break-up, flight", 0), (1, "break-up, flight", 4), (2, "flight", 7), (3, "", 13)],
 )
 def test_missing_stages_are_said(tmp_path, stages, missing, figures):
     keys, names, words = outline(write_run(tmp_path / "run", stages=stages))
