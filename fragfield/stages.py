@@ -130,7 +130,9 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.ensemble import fly_all
     from fragfield.stack_rule import stack_rule_of
 
+    began = time.perf_counter()
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
+    seconds = time.perf_counter() - began
     if flown is None:
         return
     provenance = provenance_of(job.case)
@@ -143,7 +145,7 @@ def fly(job: Job, stage: Stage) -> None:
         hits = flown.first.hits_on(surface.name)
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
-    summary = {**flown.first.summary, **flown.hazard.summary()}
+    summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
     if words := not_converged(summary):
         _log.warning("%s", words)
     if job.case.hazard.stack_rule is not None:
