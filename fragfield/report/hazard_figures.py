@@ -43,13 +43,19 @@ def landing_map(run: RunFiles, narrow: bool) -> Figure | None:
     reach = float(found.distance.max()) * 1.04
     for radius in _ring_radii(reach):
         _ring(axis, radius, "#5d6670", ":", f"{radius:g} m", angle=45.0)
-    worst = run.part("flight").get("hazardous_fragment_distance")
-    for limit, dashes, label, angle in (
-        (all_round_distance(run), "--", "hazard, all azimuths", 250.0), (worst, "-", "hazard, worst sector", 290.0),
-    ):  # fmt: skip
-        if isinstance(limit, (int, float)) and limit > 0:
-            _ring(axis, float(limit), ACCENT, dashes, f"{label}: {math.ceil(limit)} m", angle)
-            reach = max(reach, 1.04 * limit)
+    over_all = ensemble(run)
+    assert over_all is not None  # something landed
+    for name, dashes, label, angle in (
+        ("hazardous_fragment_distance_all_round", "--", "hazard, all azimuths", 250.0),
+        ("hazardous_fragment_distance", "-", "hazard, worst sector", 290.0),
+    ):
+        band = over_all.bands[name]
+        if band.median > 0:
+            words = f"{label}: {math.ceil(band.median)} m"
+            if band.realisations > 1:
+                words += f" ({band.low:.0f}–{band.high:.0f} m, {band.realisations} realisations)"
+            _ring(axis, band.median, ACCENT, dashes, words, angle)
+            reach = max(reach, 1.04 * band.median)
     axis.plot(0, 0, marker="+", color=INK, markersize=8, markeredgewidth=1.2)
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axis.legend(

@@ -151,9 +151,9 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
     """The flight in numbers."""
     part = run.part("flight")
     rows = [
-        row("Fragments flown", part.get("fragments")),
+        row("Realisations flown", part.get("realisations")),
+        row("Fragments flown", part.get("fragments"), "", "first realisation, as below"),
         row("Landed", part.get("landed")),
-        row("Largest range", part.get("max_range"), "m"),
         row("Drag table", part.get("drag")),
         row("Fragments above the drag table's speeds", part.get("above_drag_table")),
         row("Wall time", part.get("wall_seconds"), "s"),

@@ -190,6 +190,22 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
 
 
 @pytest.mark.dolfinx
+def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_case):
+    changed = short_case.with_name("one.toml")
+    changed.write_text(SHORT.replace("[break_up]\n", "[break_up]\nrealisations = 1\n"))
+    first = (run_copy / "fragments.h5").read_bytes()
+    assert _invoke("break-up", changed, "--out", run_copy).exit_code == 0
+    assert not (run_copy / "ensemble_fragments.h5").exists()
+    assert len((run_copy / "fragments.h5").read_bytes()) > 0.9 * len(first)
+    done = _invoke("fly", changed, "--out", run_copy, "--json")
+    flight = json.loads(done.stdout)["flight"]
+    assert (flight["realisations"], flight["converged"]) == (1, False)
+    assert "set break_up.realisations" in done.stderr
+    told = _invoke("info", run_copy).stdout
+    assert "distances (m), 1 realisation" in told
+
+
+@pytest.mark.dolfinx
 def test_contours_are_written_where_the_site_is_known(whole_run, short_case, tmp_path):
     case = tmp_path / "site.toml"
     case.write_text(SHORT + '\n[site]\nlatitude = "52 deg"\nlongitude = "7.5 deg"\nbearing = "90 deg"\n')
