@@ -16,16 +16,18 @@ import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from flight import FlightProgress, FlightResult, Fragments
     from flight.ensemble import EnsembleHazard
+    from flight.tally import Tally
     from fragfield.case import Case
     from fragfield.stages import Job
     from transition import BreakUpResult
 
-__all__ = ["FlownEnsemble", "break_up_all", "fly_all"]
+__all__ = ["FlownEnsemble", "above_ground", "break_up_all", "fly_all"]
 
 _log = logging.getLogger(__name__)
 
@@ -49,7 +51,7 @@ class FlownEnsemble:
     witnesses: dict[str, NDArray[Any]]
 
 
-def break_up_all(job: Job, snapshot_file: Any) -> tuple[BreakUpResult, list[Fragments]] | None:  # noqa: ANN401
+def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
     """Break the casings up as often as the case asks.
 
     Returns
@@ -113,7 +115,7 @@ class _Flights:
         self.began = time.perf_counter()
         self.first: FlightResult | None = None
 
-    def fly(self, number: int, fragments: Fragments) -> tuple[Any, dict[str, NDArray[Any]]]:
+    def fly(self, number: int, fragments: Fragments) -> tuple[Tally, dict[str, NDArray[Any]]]:
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
         from flight.tally import tally
