@@ -30,6 +30,7 @@ BENCHMARKS = {
     "memory": ("resources.memory", "peak resident memory with 3 mm cells"),
     "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),
     "roofline": ("roofline.roofline", "bytes and operations of a cell, and the bound that they set"),
+    "break_up": ("break_up.break_up", "50,000 fragments drawn, placed on the casing and given their velocity"),
     "compile": ("resources.compilation", "the first run with empty caches"),
     "ranks": ("ranks.ranks", "one rank against two, and an estimate for 64 and 1024"),
     "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),

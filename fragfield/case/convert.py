@@ -88,7 +88,7 @@ def break_up_settings(case: Case) -> BreakUpSettings:
     """Settings of the break-up."""
     from transition import BreakUpSettings
 
-    values = case.break_up.model_dump()
+    values = case.break_up.model_dump(exclude={"realisations"})
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
     return BreakUpSettings(**values, shape_factor=case.flight.shape_factor)

@@ -31,6 +31,7 @@ __all__ = [
     "IntegratorTable",
     "PanelTable",
     "PolygonTable",
+    "StackRuleTable",
     "WindTable",
     "WitnessTable",
 ]
@@ -175,6 +176,19 @@ WitnessTable = Annotated[
 ]
 
 
+class StackRuleTable(Table):
+    """The rule of TP-12 for stacks, shown beside the direct result: a single round's field times a number."""
+
+    single: str
+    """Run directory of the single round, with its ensemble.h5; relative to the case's folder."""
+    cover: Literal["open", "earth"] = "open"
+    """Open stack, 0.9 of the rounds on a side and 0.1 of those on top; under earth cover 0.7 and 0.1."""
+    side: int | None = Field(default=None, ge=0)
+    """Rounds on the side that faces the place; left out: on the fullest side, counted from their places."""
+    top: int | None = Field(default=None, ge=0)
+    """Rounds in the top layer; left out: counted from their places."""
+
+
 class HazardTable(Table):
     """What counts as hazardous."""
 
@@ -186,7 +200,11 @@ class HazardTable(Table):
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: PositiveLength = 10.0
     """Width of the distance cells in which hazardous fragments are counted."""
+    tolerance: float = Field(default=0.05, gt=0.0, lt=1.0)
+    """Largest standard error of a distance, as a fraction of it, with which an ensemble counts as converged."""
     person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
     """Area of a person that a fragment may hit."""
     person_height: Annotated[float, Quantity("m", "1.8 m", least=0.0)] = 1.8
     """Height of a person: a fragment passing lower may hit."""
+    stack_rule: StackRuleTable | None = None
+    """Beside the direct result of a stack, the rule of DDESB TP-12."""
