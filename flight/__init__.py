@@ -10,6 +10,7 @@
 from __future__ import annotations
 
 from flight.air import VACUUM, ConstantAir, StandardAtmosphere
+from flight.contact import CONTACTS, Contact
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError
 from flight.fragments import Fragments
@@ -20,11 +21,13 @@ from flight.targets import Cylinder, Panel, Polygon
 from flight.wind import Wind
 
 __all__ = [
+    "CONTACTS",
     "HITS",
     "LANDING",
     "VACUUM",
     "Adaptive",
     "ConstantAir",
+    "Contact",
     "Cylinder",
     "Domain",
     "Drag",

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.air import Air, ConstantAir, StandardAtmosphere
+from flight.contact import Contact, Encounters
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
 from flight.integrator import Adaptive, Domain, FixedStep
 from flight.job import FlightProgress, Job
+from flight.legs import legs_between
 from flight.result import FlightResult, Status
 
 if TYPE_CHECKING:
@@ -43,6 +45,7 @@ def fly(
     ground: float | None = 0.0,
     witnesses: Sequence[Witness] = (),
     integrator: Integrator | None = None,
+    contact: Contact | None = None,
     domain: Domain | None = None,
     time_limit: float = 3600.0,
     origin: tuple[float, float] = (0.0, 0.0),
@@ -71,6 +74,8 @@ def fly(
         Surfaces that record every crossing, up to the landing.
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
+    contact : Contact, optional
+        Lets fragments strike each other in the first metres. It knows flat ground, but no walls.
     domain : Domain, optional
         Where a fragment counts as gone.
     time_limit : float
@@ -101,10 +106,29 @@ def fly(
         fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin
     )
     chosen = _chosen(sample, len(fragments), seed)
-    landing, hits, extremes = job.run(threads or _cores(), on_progress, began)
-    result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
+    threads = threads or _cores()
+    if contact is None:
+        landing, hits, extremes = job.run(threads, on_progress, began)
+        result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
+    else:
+        result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
     result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
     return result
+
+
+def _fly_in_contact(
+    job: Job, contact: Contact, chosen: NDArray[np.int64], threads: int,
+    on_progress: Callable[[FlightProgress], None] | None, began: float,
+) -> tuple[FlightResult, NDArray[np.float32]]:  # fmt: skip
+    """Find all contacts, then fly the legs between them."""
+    encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
+    legs = legs_between(job.fragments, encounters.contacts)
+    job.fragments, job.clock = legs.fragments, legs.clock
+    landing, hits, extremes = legs.join(*job.run(threads, on_progress, began))
+    paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
+    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts)
+    result.summary["contact"] = encounters.summary
+    return result, extremes
 
 
 def _air(value: Air | str | float) -> Air:
