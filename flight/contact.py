@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
+    from flight.kernels.contacts import Spheres, Touch
     from flight.kernels.motion import Surroundings
 
 __all__ = ["CONTACTS", "Contact", "Encounters"]
@@ -54,8 +55,8 @@ class Contact:
     `distance` from its launch or below the ground, and when nobody is left the rest is normal flight.
 
     Pairs that overlap at launch, as pieces of one casing do when they are drawn as spheres, are let apart before they
-    can strike. Pairs that close slower than `least_speed` pass each other: otherwise a heavy fragment that pushes a light
-    one before it would strike it without end.
+    can strike. Pairs that close slower than `least_speed` pass each other: otherwise a heavy fragment that pushes a
+    light one before it would strike it without end.
 
     Attributes
     ----------
@@ -138,77 +139,88 @@ class Encounters:
         self.summary = self._summary()
 
     def _follow(self, pool: ThreadPoolExecutor) -> NDArray[np.float64]:
+        """Window after window; returns the rows that the kernel logged."""
+        from flight.kernels.contacts import LOG_COLUMNS
+
+        spheres, touch = self._spheres(), self._touch()
+        launch, fastest = spheres.state[:, :3].copy(), float(self.fragments.speed.max(initial=0.0))
+        shortest = min(float(spheres.radius.mean()) / max(fastest, 1e-3), self.contact.time_limit)
+        active, log, step = np.arange(len(launch)), [], shortest
+        while active.size >= FEWEST and self.time < self.contact.time_limit:
+            until = min(self.time + step, self.contact.time_limit)
+            if self.given_ends:
+                until = self.given_ends[len(self.window_ends)]
+            rate, compared, rows = self._window(pool, active, spheres, touch, until)
+            log.append(rows)
+            self.window_ends.append(until)
+            self.time = until
+            spheres.state[active] = spheres.end[active]
+            spheres.since[active] = until
+            gone = _squares(spheres.state[active, :3] - launch[active])
+            active = active[(gone <= self.contact.distance**2) & (spheres.state[active, 2] >= self.ground)]
+            crowd = max(compared, 1) / max(active.size, 1)
+            step *= min(max(math.sqrt(COMPARED / crowd), 1.0 / LONGEST_CHANGE), LONGEST_CHANGE)
+            step = min(max(step, shortest), TURN / rate if rate > 0.0 else math.inf)
+        return np.concatenate(log) if log else np.zeros((0, LOG_COLUMNS))
+
+    def _window(
+        self, pool: ThreadPoolExecutor, active: NDArray[np.int64], spheres: Spheres, touch: Touch, until: float
+    ) -> tuple[float, int, NDArray[np.float64]]:
+        """One window: the largest |a| / |v| (1/s), how many pairs were compared, and the contacts."""
         from flight.kernels import contacts as kernel
         from flight.kernels.cells import fill_cells
 
-        fragments, contact = self.fragments.select(self.order), self.contact
+        parts = np.array_split(active, self.threads)
+        rate = max(pool.map(lambda part: kernel.advance(part, spheres, self.around, until), parts))
+        extent = float((spheres.boxes[active, 3:] - spheres.boxes[active, :3]).mean())
+        cell = math.inf if self.one_cell else CELL * extent
+        starts, member, place = fill_cells(active, spheres.boxes, cell, spheres.cells)
+        bounds = np.linspace(0, len(starts) - 1, self.threads + 1).astype(np.int64)
+        several = list(
+            pool.map(
+                lambda one, next_one: kernel.first_meetings(
+                    one, next_one, starts, member, place, spheres, until, touch
+                ), bounds[:-1], bounds[1:],
+            )
+        )  # fmt: skip
+        meetings, pairs = (np.concatenate([one[k] for one in several]) for k in (1, 2))
+        rows, log = kernel.strike_in_turn(
+            active, starts, member, place, meetings, pairs, spheres, self.around, touch, until, cell,
+            np.empty((64, kernel.LOG_COLUMNS)),
+        )  # fmt: skip
+        return rate, sum(one[0] for one in several), log[:rows]
+
+    def _touch(self) -> Touch:
+        from flight.kernels.contacts import Touch
+
+        contact = self.contact
+        friction = math.tan(math.radians(contact.friction_angle_deg))
+        return Touch(contact.restitution, friction, contact.least_speed, contact.duration, self.ground)
+
+    def _spheres(self) -> Spheres:
+        """The fragments at launch, in `order`."""
+        from flight.kernels.contacts import PARTNERS, Spheres
+
+        fragments = self.fragments.select(self.order)
         number = len(fragments)
-        radius = contact.radius(fragments)
-        spheres = kernel.Spheres(
+        self.radius = self.contact.radius(fragments)
+        self.spin = np.zeros((number, 3))
+        return Spheres(
             mass=fragments.mass,
-            radius=radius,
+            radius=self.radius,
             drag_area=0.5 * fragments.presented_area / fragments.mass,
             state=np.hstack([fragments.position, fragments.velocity]),
             end=np.zeros((number, 6)),
             path=np.zeros((number, 3, 6)),
             since=np.zeros(number),
-            spin=np.zeros((number, 3)),
+            spin=self.spin,
             boxes=np.zeros((number, 6)),
             cells=np.zeros((number, 6), dtype=np.int64),
             entered=np.zeros((number, 6), dtype=np.int64),
             changes=np.zeros(number, dtype=np.int64),
-            partners=np.full((number, kernel.PARTNERS), -1),
-            struck=np.full((number, kernel.PARTNERS), -math.inf),
+            partners=np.full((number, PARTNERS), -1),
+            struck=np.full((number, PARTNERS), -math.inf),
         )
-        self.spheres = spheres
-        friction = math.tan(math.radians(contact.friction_angle_deg))
-        touch = kernel.Touch(contact.restitution, friction, contact.least_speed, contact.duration, self.ground)
-        active = np.arange(number)
-        log, rows, step = np.zeros((max(64, number // 4), kernel.LOG_COLUMNS)), 0, 0.0
-        while active.size >= FEWEST and self.time < contact.time_limit:
-            if step == 0.0:
-                fastest = float(np.sqrt((spheres.state[:, 3:] ** 2).sum(axis=1)).max())
-                step = shortest = min(float(radius.mean()) / max(fastest, 1e-3), contact.time_limit)
-            until = min(self.time + step, contact.time_limit)
-            if self.given_ends:
-                until = self.given_ends[len(self.window_ends)]
-            parts = np.array_split(active, self.threads)
-            rate = max(pool.map(lambda part: kernel.advance(part, spheres, self.around, until), parts))
-            if not self.given_ends and rate * (until - self.time) > 2.0 * TURN and step > shortest * 1e-3:
-                step = TURN / rate
-                continue
-            boxes = spheres.boxes[active]
-            cell = math.inf if self.one_cell else CELL * float((boxes[:, 3:] - boxes[:, :3]).mean())
-            starts, member, place = fill_cells(active, spheres.boxes, cell, spheres.cells)
-            bounds = np.linspace(0, len(starts) - 1, self.threads + 1).astype(np.int64)
-            several = list(
-                pool.map(
-                    lambda first, last: kernel.first_meetings(
-                        first, last, starts, member, place, spheres, until, touch
-                    ), bounds[:-1], bounds[1:],
-                )
-            )  # fmt: skip
-            compared = sum(one[0] for one in several)
-            meetings, pairs = (np.concatenate([one[k] for one in several]) for k in (1, 2))
-            found, part = kernel.strike_in_turn(
-                active, starts, member, place, meetings, pairs, spheres, self.around, touch, until, cell,
-                np.empty((64, kernel.LOG_COLUMNS)),
-            )  # fmt: skip
-            while rows + found > len(log):
-                log = np.concatenate([log, np.zeros_like(log)])
-            log[rows : rows + found] = part[:found]
-            rows += found
-            self.window_ends.append(until)
-            self.time = until
-            spheres.state[active] = spheres.end[active]
-            spheres.since[active] = until
-            gone = np.einsum("ij,ij->i", *(2 * [spheres.state[active, :3] - fragments.position[active]]))
-            stays = (gone <= contact.distance**2) & (spheres.state[active, 2] >= self.ground)
-            active = active[stays]
-            crowd = max(compared, 1) / max(active.size, 1)
-            step *= min(max(math.sqrt(COMPARED / crowd), 1.0 / LONGEST_CHANGE), LONGEST_CHANGE)
-            step = min(max(step, shortest), TURN / rate if rate > 0.0 else math.inf)
-        return log[:rows]
 
     def _summary(self) -> dict[str, Any]:
         table, mass = self.contacts, self.fragments.mass
@@ -224,7 +236,7 @@ class Encounters:
                 0.5 * one * _squares(table[f"first_{when}"]) + 0.5 * other * _squares(table[f"second_{when}"])
             )
 
-        spin = 0.2 * self.spheres.mass * self.spheres.radius**2 * _squares(self.spheres.spin)
+        spin = 0.2 * mass[self.order] * self.radius**2 * _squares(self.spin)
         launch = float(mass @ self.fragments.speed)
         change = momentum("after") - momentum("before")
         struck = np.unique(np.concatenate([table["first"], table["second"]]))

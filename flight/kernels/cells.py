@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from flight.kernels.compiling import kernel
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -52,7 +54,7 @@ def home(first: Whole, second: Whole, x: int, y: int, z: int) -> bool:
     )
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def fill_cells(active: Whole, boxes: Array, size: float, cells: Whole) -> tuple[Whole, Whole, Whole]:
     """Sort the active fragments into the cells that their boxes touch.
 

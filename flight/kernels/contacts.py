@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from flight.kernels.cells import bucket_of, cells_of, home
+from flight.kernels.compiling import kernel
 from flight.kernels.meeting import SCRATCH_ROWS, first_meeting, path_state, strike
 from flight.kernels.motion import (
     AREA,
@@ -71,7 +72,7 @@ class Touch(NamedTuple):
     ground: float  # height (m) below which nothing is met; minus infinity: none
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def advance(chosen: Whole, spheres: Spheres, around: Surroundings, until: float) -> float:
     """Paths of the chosen fragments from their own `since` to `until`, with their boxes.
 
@@ -127,10 +128,10 @@ def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch:
 @njit(error_model="numpy", _nrt=False)
 def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
     """Tell whether the first fragment remembers to have struck the second after a time."""
+    found = False
     for k in range(PARTNERS):
-        if spheres.partners[i, k] == j and spheres.struck[i, k] > since:
-            return True
-    return False
+        found = found or (spheres.partners[i, k] == j and spheres.struck[i, k] > since)
+    return found
 
 
 @njit(error_model="numpy", _nrt=False)
@@ -161,12 +162,13 @@ def _enter(
 
 @njit(error_model="numpy", _nrt=False)
 def _search(
-    first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch, scratch: Array,
-    roots: Array, meetings: Array, pairs: Whole,
+    first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch,
+    scratch: Array, roots: Array, meetings: Array, pairs: Whole,
 ) -> tuple[int, int]:  # fmt: skip
-    """Compare the pairs that share a cell of the buckets first..last-1; times and numbers of those that meet go into `meetings` and `pairs`.
+    """Compare the pairs that share a cell of the buckets first..last-1.
 
-    Returns how many were compared and how many meet, -1 where there is no room for all.
+    Times and numbers of those that meet go into `meetings` and `pairs`. Returns how many were compared and how many
+    meet, -1 where there is no room for all.
     """
     compared = found = 0
     for b in range(first, last):
@@ -190,7 +192,7 @@ def _search(
     return compared, found
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def first_meetings(
     first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch
 ) -> tuple[int, Array, Whole]:
@@ -209,7 +211,7 @@ def first_meetings(
         meetings, pairs = np.empty(4 * meetings.size), np.empty((4 * meetings.size, 2), np.int64)
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def strike_in_turn(
     active: Whole, starts: Whole, member: Whole, place: Whole, meetings: Array, pairs: Whole, spheres: Spheres,
     around: Surroundings, touch: Touch, until: float, cell: float, log: Array,
