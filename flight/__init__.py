@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+from flight import shape
 from flight.air import VACUUM, ConstantAir, StandardAtmosphere
 from flight.contact import CONTACTS, Contact
 from flight.drag import Drag
@@ -44,5 +45,6 @@ __all__ = [
     "Trajectories",
     "Wind",
     "fly",
+    "shape",
     "to_pandas",
 ]

@@ -18,6 +18,7 @@ from flight.integrator import Adaptive, Domain, FixedStep
 from flight.job import FlightProgress, Job
 from flight.legs import legs_between
 from flight.result import FlightResult, Status
+from flight.shape import describe, shaped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
     from flight.fragments import Fragments
     from flight.integrator import Integrator
+    from flight.shape import Shape
     from flight.targets import Witness
     from flight.wind import Wind
 
@@ -46,6 +48,7 @@ def fly(
     witnesses: Sequence[Witness] = (),
     integrator: Integrator | None = None,
     contact: Contact | None = None,
+    shape: Shape | None = None,
     domain: Domain | None = None,
     time_limit: float = 3600.0,
     origin: tuple[float, float] = (0.0, 0.0),
@@ -76,6 +79,8 @@ def fly(
         Default `Adaptive()`.
     contact : Contact, optional
         Lets fragments strike each other in the first metres. It knows flat ground, but no walls.
+    shape : flight.shape.Mean, Lognormal or Box, optional
+        Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
     domain : Domain, optional
         Where a fragment counts as gone.
     time_limit : float
@@ -84,6 +89,8 @@ def fly(
         Place from which distance and azimuth are counted (m).
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
+    seed : int
+        Of whatever is drawn by chance.
     threads : int, optional
         Default: all cores this process may use. The result does not depend on it.
     on_progress : callable, optional
@@ -102,6 +109,7 @@ def fly(
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
     _check(fragments, gravity, ground, time_limit, origin, threads, integrator)
+    fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = Job(
         fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin
     )
@@ -112,6 +120,7 @@ def fly(
         result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
     else:
         result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
+    result.summary["presented_area"] = describe(shape, fragments)
     result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
     return result
 
