@@ -30,6 +30,7 @@ BENCHMARKS = {
     "memory": ("resources.memory", "peak resident memory with 3 mm cells"),
     "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),
     "roofline": ("roofline.roofline", "bytes and operations of a cell, and the bound that they set"),
+    "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, growth, contact"),
     "compile": ("resources.compilation", "the first run with empty caches"),
     "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),
 }
