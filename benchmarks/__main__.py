@@ -1,4 +1,4 @@
-"""Measure the speed of the burst and print it beside its targets.
+"""Measure the speed of the burst and of the flight and print it beside its targets.
 
 Everything that is compared is measured within this run on this machine. With --json every figure is in SI units.
 """
