@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from flight.kernels.contacts import Spheres, Touch
     from flight.kernels.motion import Surroundings
 
-__all__ = ["CONTACTS", "Contact", "Encounters"]
+__all__ = ["CONTACTS", "FEWEST", "Contact", "Encounters"]
 
 CONTACTS = np.dtype(
     [
@@ -123,7 +123,7 @@ class Encounters:
         self, fragments: Fragments, contact: Contact, around: Surroundings, ground: float, threads: int = 1,
         *, one_cell: bool = False, windows: Sequence[float] = (),
     ) -> None:  # fmt: skip
-        """Follow the fragments until none can meet another.
+        """Follow the fragments, at least `FEWEST` of them, until none can meet another.
 
         `ground` is the height of the ground (m; nan: none), below which nothing meets. With `one_cell` every pair is
         compared, and `windows` are the ends (s) that windows shall have: slow, for tests.

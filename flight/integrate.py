@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.air import Air, ConstantAir, StandardAtmosphere
-from flight.contact import Contact, Encounters
+from flight.contact import FEWEST, Contact, Encounters
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
 from flight.integrator import Adaptive, Domain, FixedStep
@@ -115,7 +115,7 @@ def fly(
     )
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or _cores()
-    if contact is None:
+    if contact is None or len(fragments) < FEWEST:
         landing, hits, extremes = job.run(threads, on_progress, began)
         result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
     else:

@@ -35,8 +35,8 @@ RELATIVE, SPEED, HEIGHT, FACTOR = 33, 36, 37, 38
 STEP, AREA, PLACE_ERROR, VELOCITY_ERROR, MACH = 39, 40, 41, 42, 43
 # time since the launch (s)
 TIME = 44
-# the pieces of the tables that a lane looked up last: of the air its number plus one and eight coefficients, of the drag
-# the Mach numbers from and to which it holds, the one that it counts from and four coefficients
+# the pieces of the tables that a lane looked up last: of the air its number plus one and eight coefficients, of the
+# drag the Mach numbers from and to which it holds, the one that it counts from and four coefficients
 PIECE, AIR, FROM, TO, ORIGIN, LAW = 45, 46, 54, 55, 56, 57
 ROWS = 61
 

@@ -200,6 +200,12 @@ def test_a_dilute_cloud_and_the_distance_end_contact() -> None:
     assert near.summary["contact"]["windows"] < 60
 
 
+def test_one_fragment_or_none_meets_nobody() -> None:
+    one = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
+    assert (fly(one, contact=Contact()).landing == fly(one).landing).all()
+    assert len(fly(one.select(slice(0, 0)), contact=Contact()).landing) == 0
+
+
 def test_nothing_meets_below_the_ground() -> None:
     pair = Fragments.from_arrays(mass_of(5e-3), [[0, 0, 0.1], [2, 0, 0.1]], [[200, 0, -100], [-200, 0, -100]])
     result = fly(pair, contact=Contact(), air="vacuum")
