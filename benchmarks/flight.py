@@ -83,6 +83,7 @@ def _to_the_ground() -> dict[str, Any]:
         "scipy": {
             "method": quickest["method"],
             "seconds_a_fragment": quickest["seconds_a_fragment"],
+            "times_the_core_time": quickest["core_seconds_a_fragment"] * _NUMBER / core_seconds,
             **at_least(ratio, 1000.0, "scipy.solve_ivp one by one over this, same error"),
             "methods": rows,
         },
