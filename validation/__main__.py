@@ -72,7 +72,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def keep(outcomes: Mapping[str, Outcome], options: Options) -> None:
-    """Write what was found into the record and into the tables of the READMEs."""
+    """Write what was found into the record and into the tables of the READMEs; a part of a case is no case."""
+    if options.sensitivities or options.scaling:
+        return
     known = read_record() | {name: entry(outcome, quick=options.quick) for name, outcome in outcomes.items()}
     ordered = {name: known[name] for name in CASES if name in known}
     if options.record:

@@ -46,7 +46,7 @@ def compare(
 ) -> Row:
     """Compare with a reference by the relative error."""
     error = ours / reference - 1.0
-    passed = None if tolerance is None else abs(error) <= tolerance
+    passed = None if tolerance is None else bool(abs(error) <= tolerance)
     return Row(case, quantity, ours, reference, error, tolerance, passed, source, unit)
 
 
@@ -54,7 +54,7 @@ def within(case: str, quantity: str, ours: float, low: float, high: float, sourc
     """Ask for a value between two bounds; the reference shown is the nearer bound, the error the distance outside."""
     reference = min(max(ours, low), high)
     error = ours - reference
-    return Row(case, quantity, ours, reference, error, 0.0, low <= ours <= high, source, unit)
+    return Row(case, quantity, ours, reference, error, 0.0, bool(low <= ours <= high), source, unit)
 
 
 def print_rows(rows: Sequence[Row]) -> None:

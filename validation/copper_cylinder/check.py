@@ -29,7 +29,7 @@ def check(label: str, record: Streak, *, verdict: bool = True) -> list[Row]:
     verdict : whether the rows judge or only inform.
     """
     tolerance = REFERENCE["allowed"]["wall_speed"] if verdict else None
-    far, needed = 1e3 * record.displacement.max(), 1e3 * (max(REFERENCE["displacement"]) + REFERENCE["window"])
+    far, needed = 1e3 * float(record.displacement.max()), 1e3 * (max(REFERENCE["displacement"]) + REFERENCE["window"])
     reach = within(NAME, f"{label}: record of the wall ends at", far, needed, math.inf, "own bound", "mm")
     if not reach.passed:
         return [reach]  # void

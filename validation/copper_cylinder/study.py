@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["study"]
 
-FULL_SIZE, COARSER_SIZE, QUICK_SIZE = "1.2 mm", "1.6 mm", "2.5 mm"
+FULL_SIZE, COARSER_SIZE, QUICK_SIZE = "1.6 mm", "2 mm", "2.5 mm"
 DEFAULT = "landau_cj"
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["study", "tube_of"]
 
-FULL_SIZE, QUICK_SIZE = "5 mm", "10 mm"
+FULL_SIZE, QUICK_SIZE = "6 mm", "10 mm"
 
 
 def study(options: Options, runs: Runs) -> list[Row]:
