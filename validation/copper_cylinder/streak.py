@@ -51,13 +51,6 @@ class Streak:
         StudyError
             The record does not reach beyond the window, or has fewer than four points in it.
         """
-        return self._parabola(displacement, window)[1]
-
-    def time_at(self, displacement: float, window: float) -> float:
-        """Time (s) at which the displacement (m) is reached, by the same parabola."""
-        return self._parabola(displacement, window)[0]
-
-    def _parabola(self, displacement: float, window: float) -> tuple[float, float]:
         if not self.displacement.max() >= displacement + window:
             raise StudyError(
                 f"the wall's record ends at {1e3 * self.displacement.max():.1f} mm; speed at "
@@ -67,9 +60,8 @@ class Streak:
         if np.count_nonzero(near) < 4:
             raise StudyError(f"{np.count_nonzero(near)} records near {1e3 * displacement:g} mm; 4 are needed")
         # Time over displacement: the speed is wanted where the displacement, not the time, is given.
-        centre = self.time[near].mean()
-        curve = np.polyfit(self.displacement[near] - displacement, self.time[near] - centre, 2)
-        return float(centre + curve[2]), float(1.0 / curve[1])
+        curve = np.polyfit(self.displacement[near] - displacement, self.time[near] - self.time[near].mean(), 2)
+        return float(1.0 / curve[1])
 
 
 def streak(series: Path, station: float, length: float) -> Streak:
