@@ -1,4 +1,4 @@
-"""Measure the speed of the burst and print it beside its targets.
+"""Measure the speed of the burst and of the flight and print it beside its targets.
 
 Everything that is compared is measured within this run on this machine. With --json every figure is in SI units.
 """
@@ -30,10 +30,13 @@ BENCHMARKS = {
     "memory": ("resources.memory", "peak resident memory with 3 mm cells"),
     "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),
     "roofline": ("roofline.roofline", "bytes and operations of a cell, and the bound that they set"),
+    "break_up": ("break_up.break_up", "50,000 fragments drawn, placed on the casing and given their velocity"),
+    "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, growth, contact"),
     "compile": ("resources.compilation", "the first run with empty caches"),
+    "ranks": ("ranks.ranks", "one rank against two, and an estimate for 64 and 1024"),
     "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),
 }
-BY_NAME = ("compile", "case")
+BY_NAME = ("compile", "ranks", "case")
 
 _DISTURBED = 0.1  # cores that others may keep busy before it is said
 

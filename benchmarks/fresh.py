@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["fresh_run"]
+__all__ = ["fresh_run", "peak_bytes"]
 
 _ROOT = Path(__file__).resolve().parent.parent
 
@@ -42,7 +42,7 @@ def fresh_run(cell_size: float, end_time: float, environment: Mapping[str, str] 
     return {key: value - began if key.startswith("seconds_to") else value for key, value in told.items()}
 
 
-def _peak_bytes() -> int:
+def peak_bytes() -> int:
     """Most resident memory of this process so far; what `getrusage` says may be that of the process before it."""
     try:
         status = Path("/proc/self/status").read_text(encoding="ascii")
@@ -61,7 +61,7 @@ def _main(cell_size: float, end_time: float) -> None:
     told["seconds_to_first_step"] = time.monotonic()
     run.run()
     run.finish()
-    print(json.dumps({"cells": len(run.mesh.cells), **told, "peak_bytes": _peak_bytes()}))
+    print(json.dumps({"cells": len(run.mesh.cells), **told, "peak_bytes": peak_bytes()}))
 
 
 if __name__ == "__main__":

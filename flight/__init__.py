@@ -9,7 +9,9 @@
 
 from __future__ import annotations
 
+from flight import shape
 from flight.air import VACUUM, ConstantAir, StandardAtmosphere
+from flight.contact import CONTACTS, Contact
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError
 from flight.fragments import Fragments
@@ -20,11 +22,13 @@ from flight.targets import Cylinder, Panel, Polygon
 from flight.wind import Wind
 
 __all__ = [
+    "CONTACTS",
     "HITS",
     "LANDING",
     "VACUUM",
     "Adaptive",
     "ConstantAir",
+    "Contact",
     "Cylinder",
     "Domain",
     "Drag",
@@ -41,5 +45,6 @@ __all__ = [
     "Trajectories",
     "Wind",
     "fly",
+    "shape",
     "to_pandas",
 ]

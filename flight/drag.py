@@ -12,7 +12,7 @@ import numpy as np
 
 from flight.errors import InputError, nearest
 from flight.tables import evaluate_pieces, monotone_pieces
-from flight.text_tables import read_columns
+from flight.text_tables import line_of_row, read_columns
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -53,20 +53,10 @@ class Drag:
         mach, coefficient = self.mach, self.coefficient
         if mach.ndim != 1 or mach.size == 0 or coefficient.shape != mach.shape:
             raise InputError(f"drag {self.name}: {mach.shape} Mach numbers and {coefficient.shape} coefficients")
-        bad = ~(np.isfinite(mach) & (mach >= 0.0) & np.isfinite(coefficient) & (coefficient >= 0.0))
-        if bad.any():
-            row = int(np.argmax(bad))
-            raise InputError(
-                f"drag {self.name}: entry {row} is Mach {mach[row]}, coefficient {coefficient[row]}; "
-                "both must be finite and not negative"
-            )
-        falling = np.diff(mach) <= 0.0
-        if falling.any():
-            row = int(np.argmax(falling)) + 1
-            raise InputError(
-                f"drag {self.name}: Mach {mach[row]} follows {mach[row - 1]} in entry {row}; "
-                "sort the table by rising Mach"
-            )
+        fault = _fault(mach, coefficient)
+        if fault is not None:
+            row, found = fault
+            raise InputError(f"drag {self.name}: entry {row}: {found}")
 
     @classmethod
     def constant(cls, coefficient: float) -> Drag:
@@ -105,6 +95,9 @@ class Drag:
         if set(columns) != {"mach", "cd"}:
             raise InputError(f"{path}: columns are {', '.join(columns)}; a drag table has mach, cd")
         lines = path.read_text(encoding="utf-8-sig").splitlines()
+        fault = _fault(columns["mach"], columns["cd"])
+        if fault is not None:
+            raise InputError(f"{path}, line {line_of_row(path, fault[0])}: {fault[1]}")
         source = " ".join(line.lstrip("# ").strip() for line in lines if line.startswith("#"))
         return cls(columns["mach"], columns["cd"], name, source)
 
@@ -146,3 +139,16 @@ class Drag:
         # the lower edge as the kernel's rounding may see it; the entry in the bin is found by comparison
         lower = (np.arange(bins) - 1e-9) * width
         return rows, np.searchsorted(self.mach, lower, side="right").astype(np.int64), 1.0 / width
+
+
+def _fault(mach: NDArray[np.float64], coefficient: NDArray[np.float64]) -> tuple[int, str] | None:
+    """First row that cannot stand in a table, with what was found and what is needed."""
+    bad = ~(np.isfinite(mach) & (mach >= 0.0) & np.isfinite(coefficient) & (coefficient >= 0.0))
+    if bad.any():
+        row = int(np.argmax(bad))
+        return row, f"Mach {mach[row]}, coefficient {coefficient[row]}; needed: both finite and not negative"
+    falling = np.diff(mach) <= 0.0
+    if falling.any():
+        row = int(np.argmax(falling)) + 1
+        return row, f"Mach {mach[row]} follows {mach[row - 1]}; needed: a table sorted by rising Mach, each once"
+    return None

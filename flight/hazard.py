@@ -1,4 +1,4 @@
-"""Hazard from landings and witness surfaces: densities, hazardous fragment distance, throw, probability of a hit.
+"""Hazard from landings: densities, hazardous fragment distance, throw, probability of a hit.
 
 A fragment is hazardous with 79 J or more at impact; one hazardous fragment per 55.7 m2 is the acceptable density (DoD
 6055.09; DDESB Technical Paper 12). Two densities are given for every cell of azimuth and distance:
@@ -13,7 +13,7 @@ normal
 
 The hazardous fragment distance of a sector is the farthest distance at which the density falls through the acceptable
 one, linear between the cells' centres (zero beyond the last). One fragment in a narrow near cell already exceeds the
-limit, so a distance from a single realisation is noisy: pool several (`realisations`).
+limit, so a distance from a single realisation is noisy: `flight.ensemble` gives its band over many.
 """
 
 from __future__ import annotations
@@ -25,35 +25,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.result import FlightResult, Status
+from flight.tally import Criteria, Tally, tally
+from flight.witness_hazard import by_azimuth, density_on
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from flight.targets import Cylinder, Panel, Polygon
+    from flight.result import FlightResult
 
-__all__ = ["Criteria", "Hazard", "assess", "by_azimuth", "density_on", "falling_through", "hit_probability"]
-
-SHALLOWEST = math.radians(0.01)  # paths closer to level than this count as this steep
-
-
-@dataclass(frozen=True)
-class Criteria:
-    """What counts as a hazard: energy (J), density (1/m2), and the person's area (m2) and height (m)."""
-
-    energy: float = 79.0  # 58 ft lb
-    density: float = 1.0 / 55.7  # 1 per 600 ft2
-    person_area: float = 0.58
-    person_height: float = 1.8
-
-    def __post_init__(self) -> None:
-        """Refuse criteria that mean nothing."""
-        for name in ("density", "person_area"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: above zero")
-        for name in ("energy", "person_height"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
-                raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: zero or more")
+__all__ = [
+    "Criteria",
+    "Hazard",
+    "Tally",
+    "assess",
+    "by_azimuth",
+    "density_on",
+    "distances_through",
+    "falling_through",
+    "hazard_of",
+    "hit_probability",
+    "tally",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,32 +151,39 @@ def assess(
     realisations : int
         Number of realisations in `landing`; densities and numbers are means over them.
     """
-    criteria = criteria or Criteria()
-    rows = landing.landing if isinstance(landing, FlightResult) else landing
-    rows = rows[rows["status"] == Status.LANDED]
     if realisations < 1:
         raise InputError(f"hazard: realisations is {realisations}, needed: 1 or more")
-    sector, sectors, centres = _sectors(rows["azimuth"], sector_width)
-    throw = np.zeros(sectors)
-    np.maximum.at(throw, sector, rows["distance"])
-    edges = _edges(distance, float(throw.max()))
-    dangerous = rows["energy"] >= criteria.energy
-    area = np.outer(np.full(sectors, math.pi / sectors), np.diff(edges**2))
-    numbers, tracks = _pile(rows[dangerous], sector[dangerous], sectors, edges, criteria.person_height)
-    ground, normal = numbers / area / realisations, tracks / area / realisations
-    share = area / area.sum(axis=0)
-    all_ground, all_normal = (share * ground).sum(axis=0), (share * normal).sum(axis=0)
-    middle = 0.5 * (edges[1:] + edges[:-1])
+    criteria = criteria or Criteria()
+    return hazard_of(tally(landing, criteria, sector_width=sector_width, distance=distance), criteria, realisations)
+
+
+def hazard_of(counts: Tally, criteria: Criteria, realisations: int | None = None) -> Hazard:
+    """Hazard of counts, pooled: densities and numbers are means over the realisations.
+
+    Parameters
+    ----------
+    counts : Tally
+        Of one realisation or many.
+    criteria : Criteria
+        Those that were counted with.
+    realisations : int, optional
+        How many the counts come from; default: as many as the tally has rows.
+    """
+    number = counts.realisations if realisations is None else realisations
+    ground = counts.landings.sum(axis=0) / counts.area / number
+    normal = counts.tracks.sum(axis=0) / counts.area / number
+    # Sectors are alike in area.
+    all_ground, all_normal = ground.mean(axis=0), normal.mean(axis=0)
+    middle = 0.5 * (counts.edges[1:] + counts.edges[:-1])
 
     def distances(density: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.array([falling_through(middle, row, criteria.density, float(edges[-1])) for row in density])
+        return distances_through(middle, density, criteria.density, float(counts.edges[-1]))
 
     return Hazard(
-        criteria, realisations, centres, edges, ground, normal, all_ground, all_normal,
-        hit_probability(normal, criteria.person_area), distances(ground), distances(normal), throw,
-        np.bincount(sector, minlength=sectors) / realisations,
-        np.bincount(sector[dangerous], minlength=sectors) / realisations,
-        float(distances(all_ground[None])[0]), float(distances(all_normal[None])[0]),
+        criteria, number, counts.azimuth, counts.edges, ground, normal, all_ground, all_normal,
+        hit_probability(normal, criteria.person_area), distances(ground), distances(normal),
+        counts.throw.max(axis=0), counts.fragments.sum(axis=0) / number, counts.hazardous.sum(axis=0) / number,
+        float(distances(all_ground)), float(distances(all_normal)),
     )  # fmt: skip
 
 
@@ -200,121 +199,22 @@ def falling_through(
 
     Beyond the last place it falls linearly to zero at `end` (inf: at once). 0 where the limit is never reached.
     """
-    above = np.flatnonzero(density >= limit)
-    if above.size == 0:
-        return 0.0
-    last = int(above[-1])
-    if last + 1 < len(distance):
-        after, further = float(density[last + 1]), float(distance[last + 1])
-    else:
-        after, further = 0.0, end if math.isfinite(end) else float(distance[last])
-    share = (density[last] - limit) / (density[last] - after)
-    return float(distance[last] + share * (further - distance[last]))
+    return float(distances_through(distance, density, limit, end))
 
 
-def by_azimuth(
-    hits: NDArray[Any], criteria: Criteria | None = None, *, sector_width: float = 5.0
-) -> list[dict[str, float]]:
-    """Return the table of a witness surface by sector, as in summary.json, for the hits on it.
+def distances_through(
+    distance: NDArray[np.float64], density: NDArray[np.float64], limit: float, end: float = math.inf
+) -> NDArray[np.float64]:
+    """`falling_through` of many densities (..., r) at the same places (r,): distances of shape (...)."""
+    above = density >= limit
+    reached = above.any(axis=-1)
+    last = distance.size - 1 - np.argmax(above[..., ::-1], axis=-1)
+    further = np.append(distance, end if math.isfinite(end) else distance[-1])
+    after = np.concatenate([density, np.zeros((*density.shape[:-1], 1))], axis=-1)
 
-    `mean_initial_speed` is mass-weighted, as everywhere; `mean_initial_speed_by_number` counts every hit alike. 0 in
-    empty sectors.
-    """
-    criteria = criteria or Criteria()
-    sector, sectors, centres = _sectors(hits["azimuth"], sector_width)
-    number = np.bincount(sector, minlength=sectors)
-    mass = np.bincount(sector, weights=hits["mass"], minlength=sectors)
-    momentum = np.bincount(sector, weights=hits["mass"] * hits["initial_speed"], minlength=sectors)
-    speed = np.bincount(sector, weights=hits["initial_speed"], minlength=sectors)
-    hazardous = np.bincount(sector[hits["energy"] >= criteria.energy], minlength=sectors)
-    fastest = np.zeros(sectors)
-    np.maximum.at(fastest, sector, hits["initial_speed"])
-    return [
-        {
-            "azimuth_deg": float(centres[i]),
-            "hits": int(number[i]),
-            "max_initial_speed": float(fastest[i]),
-            "mean_initial_speed": float(momentum[i] / mass[i]) if number[i] else 0.0,
-            "mean_initial_speed_by_number": float(speed[i] / number[i]) if number[i] else 0.0,
-            "hazardous_hits": int(hazardous[i]),
-            "mass": float(mass[i]),
-        }
-        for i in range(sectors)
-    ]
+    def at(place: NDArray[np.int64]) -> NDArray[np.float64]:
+        return np.take_along_axis(after, place[..., None], axis=-1)[..., 0]
 
-
-def density_on(
-    hits: NDArray[Any], surface: Cylinder | Panel | Polygon, criteria: Criteria | None = None
-) -> tuple[float, float]:
-    """Hazardous fragments per area of a finite witness surface, and per area normal to their paths (1/m2)."""
-    from flight.targets import Cylinder
-
-    criteria = criteria or Criteria()
-    if not math.isfinite(surface.area):
-        raise InputError(f"witness {surface.name}: it reaches over all heights; a density needs a bottom and a top")
-    dangerous = hits[hits["energy"] >= criteria.energy]
-    if isinstance(surface, Cylinder):
-        normal = dangerous["position"][:, :2] - surface.centre
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        across = np.einsum("ij,ij->i", dangerous["velocity"][:, :2], normal)
-    else:
-        across = dangerous["velocity"] @ surface.axes()[0]
-    cosine = np.maximum(np.abs(across) / dangerous["speed"], math.sin(SHALLOWEST))
-    return len(dangerous) / surface.area, float((1.0 / cosine).sum()) / surface.area
-
-
-def _sectors(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.int64], int, NDArray[np.float64]]:
-    count = round(360.0 / width) if width > 0.0 else 0
-    if count < 1 or abs(count * width - 360.0) > 1e-9:
-        raise InputError(f"hazard: sector width is {width} degrees, needed: a whole fraction of 360, such as 5")
-    sector = np.floor(azimuth / width + 0.5).astype(np.int64) % count
-    return sector, count, np.arange(count) * width
-
-
-def _edges(distance: float | ArrayLike, farthest: float) -> NDArray[np.float64]:
-    given = np.asarray(distance, dtype=np.float64)
-    if given.ndim == 0:
-        if not (np.isfinite(given) and given > 0.0):
-            raise InputError(f"hazard: distance cells of {given} m, needed: above zero")
-        return np.arange(max(1, math.ceil(farthest / float(given) + 1e-12)) + 1) * float(given)
-    if (
-        given.ndim != 1
-        or given.size < 2
-        or not np.isfinite(given).all()
-        or given[0] < 0.0
-        or (np.diff(given) <= 0).any()
-    ):
-        raise InputError("hazard: distance edges must be two or more finite numbers, rising from zero or more (m)")
-    return given
-
-
-def _pile(
-    rows: NDArray[Any], sector: NDArray[np.int64], sectors: int, edges: NDArray[np.float64], height: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Landings per cell, and path lengths per cell over the height, both (sectors, cells)."""
-    cells = len(edges) - 1
-    place = rows["distance"]
-    angle = np.maximum(np.radians(rows["angle"]), SHALLOWEST)
-    cell = np.searchsorted(edges, place, side="right") - 1
-    cell[place == edges[-1]] = cells - 1
-    within = (cell >= 0) & (cell < cells)
-    flat = sector[within] * cells + cell[within]
-    numbers = np.bincount(flat, minlength=sectors * cells).reshape(sectors, cells).astype(np.float64)
-    if height <= 0.0:
-        weights = 1.0 / np.sin(angle[within])
-        return numbers, np.bincount(flat, weights=weights, minlength=sectors * cells).reshape(sectors, cells).astype(
-            float
-        )
-    tracks = np.zeros((sectors, cells))
-    # back along the path until it rises above the height; a vertical path stays where it lands
-    reach = np.minimum(height / np.tan(np.minimum(angle, math.radians(89.999))), place)
-    whole = height / np.sin(angle)  # path length within the height, shortened where the path starts inside it
-    full_reach = height / np.tan(np.minimum(angle, math.radians(89.999)))
-    length = whole * np.where(full_reach > 0.0, reach / full_reach, 1.0)
-    for j in range(cells):
-        overlap = np.minimum(place, edges[j + 1]) - np.maximum(place - reach, edges[j])
-        here = np.flatnonzero(overlap > 0.0)
-        if here.size:
-            weights = length[here] * overlap[here] / reach[here] / height
-            tracks[:, j] = np.bincount(sector[here], weights=weights, minlength=sectors)
-    return numbers, tracks
+    fall = np.where(reached, at(last) - at(last + 1), 1.0)
+    share = (at(last) - limit) / fall
+    return np.asarray(np.where(reached, distance[last] + share * (further[last + 1] - distance[last]), 0.0))

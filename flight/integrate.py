@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.air import Air, ConstantAir, StandardAtmosphere
+from flight.contact import FEWEST, Contact, Encounters
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
 from flight.integrator import Adaptive, Domain, FixedStep
 from flight.job import FlightProgress, Job
+from flight.legs import legs_between
 from flight.result import FlightResult, Status
+from flight.shape import describe, shaped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
 
     from flight.fragments import Fragments
     from flight.integrator import Integrator
+    from flight.shape import Shape
     from flight.targets import Witness
     from flight.wind import Wind
 
@@ -43,6 +47,8 @@ def fly(
     ground: float | None = 0.0,
     witnesses: Sequence[Witness] = (),
     integrator: Integrator | None = None,
+    contact: Contact | None = None,
+    shape: Shape | None = None,
     domain: Domain | None = None,
     time_limit: float = 3600.0,
     origin: tuple[float, float] = (0.0, 0.0),
@@ -71,6 +77,10 @@ def fly(
         Surfaces that record every crossing, up to the landing.
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
+    contact : Contact, optional
+        Lets fragments strike each other in the first metres. It knows flat ground, but no walls.
+    shape : flight.shape.Mean, Lognormal or Box, optional
+        Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
     domain : Domain, optional
         Where a fragment counts as gone.
     time_limit : float
@@ -79,6 +89,8 @@ def fly(
         Place from which distance and azimuth are counted (m).
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
+    seed : int
+        Of whatever is drawn by chance.
     threads : int, optional
         Default: all cores this process may use. The result does not depend on it.
     on_progress : callable, optional
@@ -97,14 +109,35 @@ def fly(
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
     _check(fragments, gravity, ground, time_limit, origin, threads, integrator)
+    fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = Job(
         fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin
     )
     chosen = _chosen(sample, len(fragments), seed)
-    landing, hits, extremes = job.run(threads or _cores(), on_progress, began)
-    result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
+    threads = threads or _cores()
+    if contact is None or len(fragments) < FEWEST:
+        landing, hits, extremes = job.run(threads, on_progress, began)
+        result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
+    else:
+        result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
+    result.summary["presented_area"] = describe(shape, fragments)
     result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
     return result
+
+
+def _fly_in_contact(
+    job: Job, contact: Contact, chosen: NDArray[np.int64], threads: int,
+    on_progress: Callable[[FlightProgress], None] | None, began: float,
+) -> tuple[FlightResult, NDArray[np.float32]]:  # fmt: skip
+    """Find all contacts, then fly the legs between them."""
+    encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
+    legs = legs_between(job.fragments, encounters.contacts)
+    job.fragments, job.clock = legs.fragments, legs.clock
+    landing, hits, extremes = legs.join(*job.run(threads, on_progress, began))
+    paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
+    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts)
+    result.summary["contact"] = encounters.summary
+    return result, extremes
 
 
 def _air(value: Air | str | float) -> Air:

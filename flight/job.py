@@ -62,6 +62,7 @@ class Job:
 
         self.trajectory, self.hit_columns = trajectory, events.HIT_COLUMNS
         self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin
+        self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
@@ -89,7 +90,7 @@ class Job:
         extremes = np.zeros((total, 4), dtype=np.float32)
         chunks = range(0, total, CHUNK)
         hits: list[NDArray[Any]] = [np.zeros(0, dtype=HITS)] * len(chunks)
-        arrays = _arrays(self.fragments)
+        arrays = [*_arrays(self.fragments), self.clock]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
 
@@ -132,7 +133,7 @@ class Job:
         if chosen.size == 0:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
-        few = _arrays(self.fragments.select(chosen))
+        few = [*_arrays(self.fragments.select(chosen)), self.clock[chosen]]
         # adaptive whatever the flight's step: points of a fixed small step would fill the memory
         tolerance = min(self.limits.tolerance, Adaptive().tolerance)
         limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)

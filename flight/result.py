@@ -112,6 +112,8 @@ class FlightResult:
         The surfaces, in the order `hits["witness"]` counts.
     summary : dict
         Numbers and mass by status, steps, wall time, use of the drag table beyond its ends.
+    contacts : structured array of dtype `flight.CONTACTS`, optional
+        Every contact between fragments, by time, where `fly` was given a `Contact`.
     """
 
     landing: NDArray[Any]
@@ -119,6 +121,7 @@ class FlightResult:
     trajectories: Trajectories
     witnesses: tuple[Witness, ...]
     summary: dict[str, Any] = field(default_factory=dict)
+    contacts: NDArray[Any] | None = None
 
     @property
     def landed(self) -> NDArray[Any]:

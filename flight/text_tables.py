@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["read_columns", "write_columns"]
+__all__ = ["line_of_row", "read_columns", "write_columns"]
 
 ROWS_AT_ONCE = 20_000  # keeps the text of one write below some MB
 
@@ -54,7 +54,7 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file") from None
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    lines = _table_lines(text)
     if not lines:
         raise InputError(f"{path}: no table in it; needed a line of column names and rows of numbers")
     names = [name.strip() for name in lines[0][1].split(",")]
@@ -70,6 +70,16 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     except ValueError:
         raise InputError(f"{path}: {_first_bad_line(body, names)}") from None
     return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+
+
+def line_of_row(path: Path, row: int) -> int:
+    """Line of the file, counted from 1, that holds a row of its table, counted from 0."""
+    return _table_lines(path.read_text(encoding="utf-8-sig"))[1 + row][0]
+
+
+def _table_lines(text: str) -> list[tuple[int, str]]:
+    """Column names and rows with their line numbers."""
+    return [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
 
 
 def _first_bad_line(body: list[tuple[int, str]], names: list[str]) -> str:

@@ -34,7 +34,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-_COLLECTIVE = ("run", "burst")
+_COLLECTIVE = ("run", "burst", "break-up", "fly")
 """Commands that compute on all ranks of an MPI launch."""
 
 CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]

@@ -6,7 +6,10 @@ import importlib
 import os
 import time
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["Team", "launched_rank"]
 
@@ -58,6 +61,20 @@ class Team:
     def tell(self, value: Told | None = None) -> Told:
         """Rank 0's value, on every rank; the others give none."""
         return cast("Told", value if self.comm is None else self.comm.bcast(value, root=0))
+
+    def share(self, items: Sequence[Told]) -> Sequence[Told]:
+        """Those of the items that this rank works on: every so many, from its own rank."""
+        return items[self.rank :: self.size]
+
+    def collect(self, results: Sequence[Told]) -> list[Told]:
+        """On rank 0, what all ranks made of their `share`, in the order of the items; on the others nothing."""
+        if self.comm is None:
+            return list(results)
+        parts: list[Sequence[Told]] | None = self.comm.gather(list(results), root=0)
+        if parts is None:
+            return []
+        number = sum(len(part) for part in parts)
+        return [parts[item % self.size][item // self.size] for item in range(number)]
 
     def release(self, code: int) -> None:
         """On rank 0: end the wait of the other ranks, which then exit with this code."""

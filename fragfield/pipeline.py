@@ -107,42 +107,41 @@ def run_chain(request: Request) -> dict[str, Any]:
         job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume)
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
-        if done == 0:
-            with _together(team):
-                perform(job, stages[0])
+        with _together(team):
+            for stage in stages[done:-1]:
+                perform(job, stage)
         if not team.first:
             sys.exit(team.wait())
         with _releasing(team):
-            for stage in stages[max(done, 1) :]:
-                perform(job, stage)
+            perform(job, stages[-1])
             return directory.summary()
 
 
 def run_stage(request: Request, name: str) -> dict[str, Any]:
-    """Run one stage from the files of the stages before it; as `run_chain` otherwise."""
+    """Run one stage from the files of the stages before it; as `run_chain` otherwise. The report is of one rank."""
     stage = STAGES[name]
-    team = Team.join() if name == "burst" else Team()
-    if name == "burst":
-        case, directory = _prepared(request, team)
-        source = directory
-    else:
-        case, directory, source = request.case(burst=False), request.directory, request.source
-        if request.fragments is None:
-            _check_inputs(case, source, stage)
-        elif directory.complete(STAGES["break-up"]):
-            raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
-        if name == "report":
-            directory.make()
-        else:
-            directory.enter(case, stage)
+    team = Team() if name == "report" else Team.join()
+    case, directory = _prepared(request, team, stage)
+    source = directory if name == "burst" else request.source
     with _working(request, team, directory, fresh=name == "burst" and not request.resume) as reporter:
         job = Job(case, source, directory, team, reporter, request.threads, request.fragments, request.resume)
-        if name == "burst":
-            with _together(team):
-                perform(job, stage)
-            return directory.summary() if team.first else {}
-        perform(job, stage)
-        return directory.summary()
+        with _together(team):
+            perform(job, stage)
+        return directory.summary() if team.first else {}
+
+
+def _enter(request: Request, stage: Stage) -> Case:
+    """Read the case and make the directory ready for one stage after the burst."""
+    case, directory, source = request.case(burst=False), request.directory, request.source
+    if request.fragments is None:
+        _check_inputs(case, source, stage)
+    elif directory.complete(STAGES["break-up"]):
+        raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
+    if stage.name == "report":
+        directory.make()
+    else:
+        directory.enter(case, stage)
+    return case
 
 
 def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
@@ -153,16 +152,22 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
         source.check_upstream(case, stage)
 
 
-def _prepared(request: Request, team: Team) -> tuple[Case, RunDirectory]:
-    """Read the case and claim the directory on rank 0; its error ends every rank with the same exit code."""
+def _prepared(request: Request, team: Team, stage: Stage = STAGES["burst"]) -> tuple[Case, RunDirectory]:
+    """Read the case and claim the directory on rank 0; its error ends every rank with the same exit code.
+
+    For a run from its first stage, or for one `stage` alone.
+    """
     if not team.first:
         told: tuple[Case | None, int] = team.tell()
         if told[0] is None:
             sys.exit(told[1])
         return told[0], request.directory
     try:
-        case = request.case()
-        request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)
+        if stage.name == "burst":
+            case = request.case()
+            request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)
+        else:
+            case = _enter(request, stage)
     except BaseException as error:
         team.tell((None, exit_code_of(error)))
         raise

@@ -34,6 +34,7 @@ _DISTRIBUTIONS = {
     "matplotlib": "matplotlib",
     "pydantic": "pydantic",
     "pint": "pint",
+    "geographiclib": "geographiclib",
 }
 
 

@@ -44,14 +44,8 @@ _SUMMARY_ROWS = (
     ("break_up", "fragments", 1.0, ""),
     ("break_up", "mass", 1.0, "kg"),
     ("flight", "landed", 1.0, ""),
-    ("flight", "max_range", 1.0, "m"),
-    ("flight", "hazardous_fragment_distance", 1.0, "m"),
-    ("flight", "hazardous_fragment_distance_all_round_normal", 1.0, "m"),
 )
-_LABELS = {
-    "hazardous_fragment_distance": "hazardous fragment distance, worst sector",
-    "hazardous_fragment_distance_all_round_normal": "hazardous fragment distance, all round",
-}
+_DISTANCE_ROWS = ("hazardous_fragment_distance", "hazardous_fragment_distance_all_round", "max_range")
 
 
 def _console() -> Console:
@@ -191,15 +185,43 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     for part, key, factor, unit in _SUMMARY_ROWS:
         found = summary.get(part)
         if isinstance(found, dict) and found.get(key) is not None:
-            table.add_row(
-                part.replace("_", " "), _LABELS.get(key, key.replace("_", " ")), _number(found[key], factor), unit
-            )
+            table.add_row(part.replace("_", " "), key.replace("_", " "), _number(found[key], factor), unit)
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", _number(surface["hits"], 1.0), "")
     console = _console()
     console.print(table)
+    _print_distances(console, summary.get("flight") or {})
     if "directory" in summary:
         console.print(f"written to {summary['directory']}", markup=False)
+
+
+def _print_distances(console: Console, flight: Mapping[str, Any]) -> None:
+    """Distances with the number of realisations that they rest on, and their band."""
+    from flight.distances import DISTANCES
+
+    rows = [(name, (flight.get("bands") or {}).get(name) or {}) for name in _DISTANCE_ROWS if name in flight]
+    if not rows:
+        return
+    number = int(flight.get("realisations") or 1)
+    title = f"distances (m), {number} realisation{'s' if number > 1 else ''}, ± standard error"
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    table.add_column(max_width=30)
+    for head in ("median", "5 to 95 %", "pooled", "converged"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for name, band in rows:
+        scatter = f"{band['low']:.0f} to {band['high']:.0f}" if number > 1 and band else "-"
+        pooled = _with_error(band.get("pooled"), band.get("pooled_standard_error"))
+        table.add_row(
+            DISTANCES[name], _with_error(flight[name], band.get("standard_error")), scatter,
+            f"largest {pooled}" if name == "max_range" and band else pooled, "yes" if band.get("converged") else "no",
+        )  # fmt: skip
+    console.print(table)
+
+
+def _with_error(value: float | None, error: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if error is None else f"{value:.0f} ± {error:.0f}"
 
 
 def print_info(found: Mapping[str, Any]) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import logging
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import fragfield
 from fragfield.case import plain
+from fragfield.certainty import not_converged
 from fragfield.provenance import provenance_of, versions
 
 if TYPE_CHECKING:
@@ -104,54 +105,69 @@ def burst(job: Job, stage: Stage) -> None:
 
 
 def break_up(job: Job, stage: Stage) -> None:
-    """Casings become fragments: fragments.h5 and its CSV copy."""
-    import transition
-    from fragfield.case.convert import break_up_settings
+    """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
+    from flight.ensemble_files import write_fragment_ensemble
+    from fragfield.ensemble import break_up_all
 
-    result = transition.break_up(job.needed(stage), break_up_settings(job.case), job.case.seed)
+    broken = break_up_all(job, job.needed(stage))
+    if broken is None:
+        return
+    result, further = broken
     provenance = provenance_of(job.case)
-    for name in stage.files:
+    if further:
+        write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
+    for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
-    job.note({stage.parts[0]: result.summary})
+    job.note({stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}})
 
 
 def fly(job: Job, stage: Stage) -> None:
-    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5 and their CSV copies."""
-    import flight
+    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
-    from fragfield.case.convert import flight_arguments, hazard_criteria
+    from flight.ensemble_files import write_ensemble
+    from fragfield.case.convert import hazard_criteria
+    from fragfield.contours import write_contours
+    from fragfield.ensemble import fly_all
+    from fragfield.stack_rule import stack_rule_of
 
-    fragments = flight.Fragments.read(job.fragments or job.needed(stage))
-    if job.fragments is not None or job.source.path != job.target.path:
-        for name in ("fragments.h5", "fragments.csv"):
-            fragments.write(job.target.file(name), provenance_of(job.case))
-    fragments = _above(fragments, job.case.flight.ground.height)
-    result = flight.fly(fragments, **flight_arguments(job.case), threads=job.threads, on_progress=job.reporter.flight)
-    result.write(job.target.path, provenance_of(job.case))
+    began = time.perf_counter()
+    flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
+    seconds = time.perf_counter() - began
+    if flown is None:
+        return
+    provenance = provenance_of(job.case)
+    flown.first.write(job.target.path, provenance)
+    write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
+    write_contours(job.case, flown.hazard, job.target, provenance)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
-    found = hazard.assess(result, criteria, sector_width=width, distance=job.case.hazard.distance_cell)
     surfaces = []
-    for surface, table in zip(result.witnesses, job.case.witness, strict=True):
-        hits = result.hits_on(surface.name)
+    for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
+        hits = flown.first.hits_on(surface.name)
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
-    job.note({"flight": {**result.summary, **found.summary()}, "witness": surfaces})
+    summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
+    if words := not_converged(summary):
+        _log.warning("%s", words)
+    if job.case.hazard.stack_rule is not None:
+        summary["stack_rule"] = stack_rule_of(job.case)
+    job.note({"flight": summary, "witness": surfaces})
 
 
-def _above(fragments: Fragments, ground: float) -> Fragments:
-    """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
-    import numpy as np
+def _realisations(job: Job, stage: Stage) -> list[Fragments]:
+    """The fragments of all realisations; of fragments from elsewhere there is one."""
+    import flight
+    from flight.ensemble_files import read_fragment_ensemble, write_fragment_ensemble
 
-    below = fragments.position[:, 2] < ground
-    if not below.any():
-        return fragments
-    _log.warning(
-        "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
-        int(below.sum()), float(fragments.mass[below].sum()), float(ground - fragments.position[:, 2].min()),
-    )  # fmt: skip
-    position = fragments.position.copy()
-    position[:, 2] = np.maximum(position[:, 2], ground)
-    return replace(fragments, position=position)
+    fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+    others = job.source.file("ensemble_fragments.h5")
+    further = read_fragment_ensemble(others) if job.fragments is None and others.is_file() else []
+    if job.fragments is not None or job.source.path != job.target.path:
+        provenance = provenance_of(job.case)
+        for name in ("fragments.h5", "fragments.csv"):
+            fragments.write(job.target.file(name), provenance)
+        if further:
+            write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
+    return [fragments, *further]
 
 
 def report(job: Job, stage: Stage) -> None:

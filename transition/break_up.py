@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from operator import index
 from pathlib import Path
@@ -23,7 +25,7 @@ from transition.snapshot import Snapshot
 from transition.summary import summarised
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -175,6 +177,13 @@ class BreakUp:
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
         return self._handed_over(*self._drawn(seed, number))
+
+    def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
+        """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
+        # dolfinx evaluates for one thread at a time
+        workers = 1 if self.settings.velocity == "interpolation" else threads or os.cpu_count() or 1
+        with ThreadPoolExecutor(workers) as pool:
+            return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
     def _drawn(self, seed: int, number: int) -> tuple[tuple[SegmentResult, ...], Patches]:
         entropy, number = _whole("seed", seed), _whole("realisation", number)

@@ -74,6 +74,14 @@ def _round_summary(
         "energy_error": handed_over.energy_error,
         "polar_difference": directions.polar_difference,
         "azimuth_difference": directions.azimuth_difference,
+        "directions": {
+            "polar_deg": directions.polar.tolist(),
+            "polar_fragments": directions.polar_fragments.tolist(),
+            "polar_cells": directions.polar_cells.tolist(),
+            "azimuth_deg": directions.azimuth.tolist(),
+            "azimuth_fragments": directions.azimuth_fragments.tolist(),
+            "azimuth_cells": directions.azimuth_cells.tolist(),
+        },
         "segments": [_segment_summary(r) for r in results],
     }
 

@@ -8,8 +8,6 @@ lower edge never rises again, so a band on or above the ground needs no ground f
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -119,15 +117,11 @@ def ring_ensemble(
         sizes.extend(numbers)
         batch.clear()
 
-    # dolfinx evaluates for one thread at a time
-    workers = 1 if prepared.settings.velocity == "interpolation" else threads or os.cpu_count() or 1
-    with ThreadPoolExecutor(workers) as pool:
-        for start in range(0, realisations, AT_ONCE):
-            numbers = range(start, min(start + AT_ONCE, realisations))
-            for fragments in pool.map(lambda number: prepared.fragments(seed, number), numbers):
-                batch.append(fragments)
-                if sum(len(part) for part in batch) >= BATCH:
-                    fly_batch()
+    for start in range(0, realisations, AT_ONCE):
+        for fragments in prepared.many(seed, range(start, min(start + AT_ONCE, realisations)), threads):
+            batch.append(fragments)
+            if sum(len(part) for part in batch) >= BATCH:
+                fly_batch()
     if batch:
         fly_batch()
     return RingEnsemble(

@@ -8,6 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.booking import NodeContact
+from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import copy_rows, largest_speed
@@ -28,7 +29,7 @@ class CollidingSurfaces(NodeContact):
     """Contact of every surface with every other, and of a casing with itself.
 
     Each rank looks for the faces that its own nodes meet. Between two searches, the faces a node may meet are known,
-    and with them the nodes whose places every rank needs and to which it gives forces; these alone are exchanged.
+    and with them the other ranks' nodes whose places a rank needs and to which it gives forces; these are exchanged.
 
     Parameters
     ----------
@@ -67,13 +68,15 @@ class CollidingSurfaces(NodeContact):
             node_round=surfaces.node_body // 2,
         )
         self.free = np.zeros(count, dtype=np.int8)
+        self._halo = Halo(self._comm, self._owners(count))
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
         self._mass = self._everywhere(fields.mass[:, None])[:, 0]
         self.searched_at = np.zeros((0, 3))
         self.travel = np.inf
         self.state: Collisions = self._make_state(np.zeros((count, 3)))
-        self._near = self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
+        self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
+        self._any_near = False  # on any rank
 
     def _make_state(self, slip: np.ndarray) -> Collisions:
         count = len(self.surfaces.node)
@@ -101,6 +104,14 @@ class CollidingSurfaces(NodeContact):
             push=np.zeros((0, 4)),
             booked=np.zeros((0, 3)),
         )
+
+    def _owners(self, count: int) -> np.ndarray:
+        """Rank that owns each surface node; collective."""
+        owner = np.zeros(count, dtype=np.int32)
+        owner[self._rows] = self._comm.rank
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, owner)
+        return owner
 
     def _everywhere(self, values: np.ndarray) -> np.ndarray:
         """Values of the rank's nodes, (nodes, n), as values of all surface nodes on every rank."""
@@ -155,7 +166,11 @@ class CollidingSurfaces(NodeContact):
         active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
-        first, candidate = find_candidates(position, bodies, active, self.free, normals, boxes, cell)
+        reached = _reached(boxes, position[active])
+        first, candidate = find_candidates(
+            position, bodies.only(reached), active, self.free, normals, boxes[reached], cell
+        )
+        candidate = reached[candidate]
         some = np.diff(first) > 0
         self._forget(active[~some])
         slaves = active[some]
@@ -172,15 +187,17 @@ class CollidingSurfaces(NodeContact):
             push=np.zeros((count, 4)),
             booked=np.zeros((count, 3)),
         )
-        near = np.zeros(len(surfaces.node), dtype=np.int8)
-        near[slaves] = 1
-        near[surfaces.faces[met]] = 1
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, near, op=MPI.MAX)
-        self._near = np.flatnonzero(near).astype(np.int32)
+        near = np.zeros(len(surfaces.node), dtype=bool)
+        near[slaves] = True
+        near[surfaces.faces[met]] = True
+        self._halo.need(np.flatnonzero(near))
+        near[self._halo.asked] = True
         own = np.flatnonzero(near[self._rows])
         self._near_rows, self._near_local = self._rows[own], self._local[own]
-        self.state.load[near == 0] = 0.0
+        self._any_near = bool(len(own))
+        if self._comm.size > 1:
+            self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
+        self.state.load[~near] = 0.0
 
     def _forget(self, nodes: np.ndarray) -> None:
         state = self.state
@@ -197,33 +214,41 @@ class CollidingSurfaces(NodeContact):
         `budget` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here and `velocity`
         (nodes, 3) the mean one over it (m/s).
         """
-        if not len(self._near):
+        if not self._any_near:
             return
         self._exchange_motion(velocity)
         law = CollisionLaw(budget, step, self._friction)
         find_contacts(law, self.state, self._position, self._velocity, self._mass)
-        self._sums[self._near] = 0.0
+        rows = self._near_rows
+        self._sums[rows] = 0.0
+        self._sums[self._halo.needed] = 0.0
         add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
-        if self._comm.size > 1:
-            reactions = self._sums[self._near]
-            self._comm.Allreduce(MPI.IN_PLACE, reactions)
-            self._sums[self._near] = reactions
-        self.state.load[self._near] = self._sums[self._near, 3]
-        force[self._near_local] += self._sums[self._near_rows, :3]
+        self._halo.give(self._sums)
+        self.state.load[rows] = self._sums[rows, 3]
+        force[self._near_local] += self._sums[rows, :3]
 
     def _exchange_motion(self, velocity: np.ndarray) -> None:
-        """Bring places and speeds of the near nodes to every rank."""
+        """Bring places, speeds and loads of the near nodes to the ranks that need them."""
         rows, local = self._near_rows, self._near_local
         copy_rows(self._fields.nodes.position, local, rows, self._position)
         copy_rows(velocity, local, rows, self._velocity)
-        if self._comm.size > 1:
-            motion = np.zeros((len(self._near), 6))
-            at = np.searchsorted(self._near, rows)
-            motion[at, :3], motion[at, 3:] = self._position[rows], self._velocity[rows]
-            self._comm.Allreduce(MPI.IN_PLACE, motion)
-            self._position[self._near], self._velocity[self._near] = motion[:, :3], motion[:, 3:]
+        self._halo.fetch(self._position, self._velocity, self.state.load[:, None])
+
+    @property
+    def pushed(self) -> np.ndarray:
+        """Nodes of this rank that may be given a force till the next search (k,) int32."""
+        return self._near_local
 
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
         return float(self.state.depth[self.state.node].max(initial=0.0))
+
+
+def _reached(boxes: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Boxes (boxes, 6) that meet the one around all places (n, 3): those that one of many ranks has to look at."""
+    if not len(places):
+        return np.zeros(0, dtype=np.int32)
+    low, high = places.min(axis=0), places.max(axis=0)
+    meets = (boxes[:, :3] <= high).all(axis=1) & (boxes[:, 3:] >= low).all(axis=1)
+    return np.flatnonzero(meets).astype(np.int32)

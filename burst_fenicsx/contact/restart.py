@@ -49,10 +49,11 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     if contact.bonds is not None:
         bonds = contact.bonds.bonds
         pairs = contact.bonds.node_pairs
-        # Springs lie in the order of the pairs, as they do here.
+        # In the file springs lie by the number of their pair, here by the pairs' nodes.
         chosen = np.flatnonzero(np.isin(arrays["bonds/pair"], pairs))
+        by_pair = np.argsort(np.repeat(pairs, np.diff(bonds.first)), kind="stable")
         for name in ("bonded", "slip", "gap", "held"):
-            getattr(bonds, name)[:] = arrays[f"bonds/{name}"][chosen]
+            getattr(bonds, name)[by_pair] = arrays[f"bonds/{name}"][chosen]
         bonds.released[:] = arrays["bonds/released"][pairs]
         bonds.booked[:, 0] = arrays["bonds/stored"][pairs]
     if contact.collisions is not None:
@@ -99,6 +100,7 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
                 state.unloaded,
                 state.pressed,
                 state.held,
+                state.load,
             ]
         )
     )
@@ -110,7 +112,7 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
         "unloaded": kept[:, 8],
         "pressed": kept[:, 9],
         "held": kept[:, 10],
-        "load": state.load,
+        "load": kept[:, 11],
         "free": collisions.free,
         "searched_at": collisions.searched_at,
         "travel": np.array(collisions.travel),

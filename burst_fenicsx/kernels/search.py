@@ -29,6 +29,12 @@ class Bodies(NamedTuple):
     face_round: np.ndarray  # (faces,) int32
     node_round: np.ndarray  # (nodes,) int32
 
+    def only(self, faces: np.ndarray) -> Bodies:
+        """The same with the given faces alone."""
+        return self._replace(
+            faces=self.faces[faces], face_body=self.face_body[faces], face_round=self.face_round[faces]
+        )
+
 
 @parallel_kernel
 def face_boxes(position: np.ndarray, faces: np.ndarray, reach: np.ndarray, boxes: np.ndarray) -> None:

@@ -48,6 +48,7 @@ def prepare(
     shape_factor: Array,
     position: Array,
     velocity: Array,
+    clock: Array,
     around: Surroundings,
     limits: Limits,
 ) -> None:
@@ -59,6 +60,7 @@ def prepare(
             ahead[(STATE + 3 + j) * LANES + lane] = velocity[fragment, j]
             ahead[(RELATIVE + j) * LANES + lane] = velocity[fragment, j]
         ahead[HEIGHT * LANES + lane] = position[fragment, 2]
+        ahead[TIME * LANES + lane] = clock[fragment, 0]
         m = mass[fragment]
         ahead[AREA * LANES + lane] = 0.5 * (m / shape_factor[fragment]) ** (2.0 / 3.0) / m
     accelerate(ahead, SLOPE, around)
@@ -80,7 +82,7 @@ def load(q: Array, lane: int, ahead: Array, place: int) -> float:
         q[(SLOPE + j) * LANES + lane] = ahead[(SLOPE + j) * LANES + place]
     q[AREA * LANES + lane] = ahead[AREA * LANES + place]
     q[STEP * LANES + lane] = ahead[STEP * LANES + place]
-    q[TIME * LANES + lane] = 0.0
+    q[TIME * LANES + lane] = ahead[TIME * LANES + place]
     return ahead[MACH * LANES + place]
 
 

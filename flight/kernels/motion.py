@@ -35,7 +35,10 @@ RELATIVE, SPEED, HEIGHT, FACTOR = 33, 36, 37, 38
 STEP, AREA, PLACE_ERROR, VELOCITY_ERROR, MACH = 39, 40, 41, 42, 43
 # time since the launch (s)
 TIME = 44
-ROWS = 45
+# the pieces of the tables that a lane looked up last: of the air its number plus one and eight coefficients, of the
+# drag the Mach numbers from and to which it holds, the one that it counts from and four coefficients
+PIECE, AIR, FROM, TO, ORIGIN, LAW = 45, 46, 54, 55, 56, 57
+ROWS = 61
 
 
 class Surroundings(NamedTuple):
@@ -117,22 +120,39 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     table, bins = around.drag_rows, around.drag_bins
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
-    for i in range(LANES):  # table look-ups: what the compiler leaves to single lanes, kept apart
-        place = q[HEIGHT * LANES + i]
-        piece = min(np.int64(place), last_piece)
-        rise = (place - piece) * around.air_step
-        c = pieces[piece]
-        density = c[0] + rise * (c[1] + rise * (c[2] + rise * c[3]))
-        slowness = c[4] + rise * (c[5] + rise * (c[6] + rise * c[7]))
-        speed = q[SPEED * LANES + i]
-        mach = speed * slowness
-        row = bins[np.int64((min(top_mach, mach)) * around.drag_bins_per_mach)]
-        row += np.int64(mach >= table[row, 5])
-        d = table[row]
-        rise = mach - d[0]
-        coefficient = d[1] + rise * (d[2] + rise * (d[3] + rise * d[4]))
-        q[FACTOR * LANES + i] = density * coefficient * speed
-        q[MACH * LANES + i] = mach
+    for i in range(LANES):  # looked up anew only where a lane has left its piece: single lanes, unlike the rest
+        piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
+        if q[PIECE * LANES + i] != piece + 1.0:
+            q[PIECE * LANES + i] = piece + 1.0
+            for k in range(8):
+                q[(AIR + k) * LANES + i] = pieces[piece, k]
+    for i in range(LANES):
+        rise = (q[HEIGHT * LANES + i] - (q[PIECE * LANES + i] - 1.0)) * around.air_step
+        c0, c1, c2, c3 = (
+            q[AIR * LANES + i], q[(AIR + 1) * LANES + i], q[(AIR + 2) * LANES + i], q[(AIR + 3) * LANES + i],
+        )  # fmt: skip
+        q[FACTOR * LANES + i] = c0 + rise * (c1 + rise * (c2 + rise * c3))
+        c0, c1, c2, c3 = (
+            q[(AIR + 4) * LANES + i], q[(AIR + 5) * LANES + i], q[(AIR + 6) * LANES + i], q[(AIR + 7) * LANES + i],
+        )  # fmt: skip
+        q[MACH * LANES + i] = q[SPEED * LANES + i] * (c0 + rise * (c1 + rise * (c2 + rise * c3)))
+    for i in range(LANES):
+        mach = q[MACH * LANES + i]
+        if not (q[FROM * LANES + i] <= mach < q[TO * LANES + i]):
+            row = bins[np.int64((min(top_mach, mach)) * around.drag_bins_per_mach)]
+            row += np.int64(mach >= table[row, 5])
+            q[FROM * LANES + i] = table[row, 0] if row > 0 else 0.0
+            q[TO * LANES + i] = table[row, 5]
+            q[ORIGIN * LANES + i] = table[row, 0]
+            for k in range(4):
+                q[(LAW + k) * LANES + i] = table[row, 1 + k]
+    for i in range(LANES):
+        rise = q[MACH * LANES + i] - q[ORIGIN * LANES + i]
+        d1, d2, d3, d4 = (
+            q[LAW * LANES + i], q[(LAW + 1) * LANES + i], q[(LAW + 2) * LANES + i], q[(LAW + 3) * LANES + i],
+        )  # fmt: skip
+        coefficient = d1 + rise * (d2 + rise * (d3 + rise * d4))
+        q[FACTOR * LANES + i] = q[FACTOR * LANES + i] * coefficient * q[SPEED * LANES + i]
     for i in range(LANES):
         factor = -q[AREA * LANES + i] * q[FACTOR * LANES + i]
         q[slope * LANES + i] = factor * q[RELATIVE * LANES + i]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
-from flight.kernels.roots import sign_changes
+from flight.kernels.roots import PRODUCT, sign_changes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,8 +36,6 @@ _BOX, _POINT, _NORMAL, _FIRST_AXIS, _SECOND_AXIS, _HALF, _VERTICES = 1, 7, 10, 1
 PIECES_SHAPE = (64, 14)  # halves of a step: coefficients of x and y about the axis, lower and upper end
 FARTHEST_SQUARED = 32.0**2  # radii squared; a step that reaches farther is halved
 NARROWEST_PIECE = 2.0**-50
-# binomials C(5,i) C(5,j) / C(10,i+j): the product of two polynomials of degree 5 in Bernstein form
-_PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
 
 
 @njit(error_model="numpy")
@@ -110,7 +107,7 @@ def cross_cylinder(
             coefficients[k] = 0.0
         for i in range(6):
             for j in range(6):
-                coefficients[i + j] += _PRODUCT[i, j] * (piece[i] * piece[j] + piece[6 + i] * piece[6 + j])
+                coefficients[i + j] += PRODUCT[i, j] * (piece[i] * piece[j] + piece[6 + i] * piece[6 + j])
         for k in range(11):
             coefficients[k] -= squared
         found = sign_changes(stack, 10, farthest, roots[count:])

@@ -61,6 +61,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
         shape_factor: Array,
         position: Array,
         velocity: Array,
+        clock: Array,
         around: Surroundings,
         limits: Limits,
         witnesses: Array,
@@ -73,6 +74,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
     ) -> tuple[int, int]:
         """Fly the fragments start..stop-1; rows of `outcome` and `status` count from `start`.
 
+        `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s).
         Returns the rows used of `hits` and `path`, in no order of fragments; -1 where one of them had no room for
         all: fly again with more.
         """
@@ -105,7 +107,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                     continue
                 place = (following - start) % LANES
                 if place == 0:
-                    prepare(ahead, following, stop, mass, shape_factor, position, velocity, around, limits)
+                    prepare(ahead, following, stop, mass, shape_factor, position, velocity, clock, around, limits)
                 mach = load(q, lane, ahead, place)
                 flying[lane] = following
                 row = outcome[following - start]
@@ -115,14 +117,14 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                 if many_points > 0:
                     if path_count == path.shape[0]:
                         return 0, -1
-                    path[path_count, 0] = 0.0
+                    path[path_count, 0] = clock[following, 0]
                     for j in range(6):
                         path[path_count, 1 + j] = q[(STATE + j) * LANES + lane]
                     path[path_count, 7] = following
                     path_count += 1
                 if outside(q, lane, limits):
                     status[following - start] = LEFT_DOMAIN
-                    row[0] = 0.0
+                    row[0] = clock[following, 0]
                     for j in range(6):
                         row[1 + j] = q[(STATE + j) * LANES + lane]
                     fresh[lane] = True
@@ -133,8 +135,9 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
             for lane in range(active):
                 h = limits.fixed_step if not adaptive else min(q[STEP * LANES + lane], limits.longest_step)
                 time = q[TIME * LANES + lane]
-                final[lane] = time + h >= limits.time_limit
-                q[STEP * LANES + lane] = limits.time_limit - time if final[lane] else h
+                latest = min(limits.time_limit, clock[flying[lane], 1])
+                final[lane] = time + h >= latest
+                q[STEP * LANES + lane] = latest - time if final[lane] else h
             take_step(q, around)
             step_factors(q, factors, limits)
 
@@ -205,7 +208,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                         q[TIME * LANES + lane] = time + h
                         q[STEP * LANES + lane] = h * factor
                         if final[lane]:
-                            q[TIME * LANES + lane] = limits.time_limit
+                            q[TIME * LANES + lane] = min(limits.time_limit, clock[fragment, 1])
                             ended = TIME_OUT
                         elif row[7] + row[8] >= limits.most_steps:
                             ended = STEP_LIMIT

@@ -127,6 +127,11 @@ def _flight(flight: FlightTable) -> Iterator[str]:
         if wind.model == "profile" and (column is None or len(column) != len(wind.heights or [])):
             found = len(column or [])
             yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
+    if flight.shape.model == "lognormal" and flight.shape.spread is None:
+        yield 'flight.shape.spread: missing; model = "lognormal" needs it, for example spread = 0.2'
+    if flight.shape.model != "lognormal" and flight.shape.spread is not None:
+        model = show(flight.shape.model)
+        yield f'flight.shape.spread: found with model = {model}; allowed: only with model = "lognormal"'
     if wind.model == "profile":
         yield from _rising("flight.wind.heights", wind.heights or [])
 

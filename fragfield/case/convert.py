@@ -11,11 +11,13 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, RigidPlane, Round
+    from flight import Contact as FragmentContact
     from flight import Wind
     from flight.hazard import Criteria
+    from flight.shape import Shape
     from flight.targets import Witness
     from fragfield.case.burst_table import ContactTable
-    from fragfield.case.flight_table import PolygonTable, WindTable
+    from fragfield.case.flight_table import CollisionsTable, FlightTable, PolygonTable, WindTable
     from fragfield.case.plane_table import PlaneTable
     from fragfield.case.round_table import RoundTable
     from fragfield.case.schema import Case
@@ -88,7 +90,7 @@ def break_up_settings(case: Case) -> BreakUpSettings:
     """Settings of the break-up."""
     from transition import BreakUpSettings
 
-    values = case.break_up.model_dump()
+    values = case.break_up.model_dump(exclude={"realisations"})
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
     return BreakUpSettings(**values, shape_factor=case.flight.shape_factor)
@@ -115,11 +117,35 @@ def flight_arguments(case: Case) -> dict[str, Any]:
         "integrator": flight.Adaptive(table.integrator.tolerance)
         if adaptive
         else flight.FixedStep(table.integrator.step),
+        "contact": _collisions(table.collisions),
+        "shape": _shape(table),
         "time_limit": table.time_limit,
         "origin": table.origin,
         "sample": table.trajectories,
         "seed": case.seed,
     }
+
+
+def _collisions(table: CollisionsTable | None) -> FragmentContact | None:
+    from flight import Contact
+
+    if table is None:
+        return None
+    values = table.model_dump(exclude={"friction_angle"})
+    return Contact(**values, friction_angle_deg=_degrees(table.friction_angle))
+
+
+def _shape(table: FlightTable) -> Shape | None:
+    """The model of presented areas; None: the factors that the fragments bring."""
+    from flight.shape import Box, Lognormal
+
+    shape = table.shape
+    if shape.model == "lognormal":
+        return Lognormal(shape.spread or 0.0, table.shape_factor)
+    if shape.model == "mean":
+        return None
+    length, width, height = shape.ratios
+    return Box((length, width, height), shape.orientation, shape.density)
 
 
 def hazard_criteria(case: Case) -> Criteria:

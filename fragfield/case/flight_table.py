@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
@@ -12,6 +13,7 @@ from fragfield.case.quantities import (
     Density,
     Direction,
     Energy,
+    FrictionAngle,
     Length,
     Offset,
     Place,
@@ -24,6 +26,7 @@ from fragfield.case.table import Table
 
 __all__ = [
     "AirTable",
+    "CollisionsTable",
     "CylinderTable",
     "FlightTable",
     "GroundTable",
@@ -31,9 +34,14 @@ __all__ = [
     "IntegratorTable",
     "PanelTable",
     "PolygonTable",
+    "StackRuleTable",
+    "ShapeTable",
     "WindTable",
     "WitnessTable",
 ]
+
+
+PositiveNumber = Annotated[float, Field(gt=0.0)]
 
 
 def _name_or_number(value: object) -> str:
@@ -92,6 +100,36 @@ class IntegratorTable(Table):
     """For method = "fixed" (the paper: 0.1 ms)."""
 
 
+class ShapeTable(Table):
+    """Presented areas that differ from fragment to fragment."""
+
+    model: Literal["mean", "lognormal", "box"] = "mean"
+    """The mean area by `flight.shape_factor`, factors drawn about it, or boxes."""
+    spread: float | None = Field(default=None, ge=0.0, le=2.0)
+    """For model = "lognormal": standard deviation of the logarithm of the factor; an assumption, no law is known."""
+    ratios: list[PositiveNumber] = Field(default=[5.0, 2.0, 1.0], min_length=3, max_length=3)
+    """For model = "box": ratios of the edges."""
+    orientation: Literal["tumbling", "fixed"] = "tumbling"
+    """For model = "box": the mean over all orientations, or one for each fragment that it keeps."""
+    density: Density = 7800.0
+    """For model = "box": of the casing."""
+
+
+class CollisionsTable(Table):
+    """Contact between fragments in the first metres; it is off where this table is left out."""
+
+    density: Density = 7850.0
+    """Of the casing, for spheres of the fragments' volume."""
+    restitution: float = Field(default=0.3, ge=0.0, le=1.0)
+    """Speed of parting over speed of closing."""
+    friction_angle: FrictionAngle = math.radians(20.0)
+    """Of fragment on fragment."""
+    distance: PositiveLength = 10.0
+    """From its launch up to which a fragment takes part."""
+    time_limit: Time = 1.0
+    """Up to which contact is looked for."""
+
+
 class FlightTable(Table):
     """How fragments fly."""
 
@@ -105,6 +143,9 @@ class FlightTable(Table):
     """Drag coefficient over the Mach number: a built-in table, a .csv file, or a constant coefficient."""
     shape_factor: Density = 2600.0
     """k in the presented area (m / k)^(2/3): 2600 kg/m3 forged-steel shells, 3147 the 5:2:1 box."""
+    shape: ShapeTable = ShapeTable()
+    collisions: CollisionsTable | None = None
+    """Contact between fragments in the first metres; left out: none."""
     ground: GroundTable = GroundTable()
     integrator: IntegratorTable = IntegratorTable()
     time_limit: Time = 3600.0
@@ -175,6 +216,19 @@ WitnessTable = Annotated[
 ]
 
 
+class StackRuleTable(Table):
+    """The rule of TP-12 for stacks, shown beside the direct result: a single round's field times a number."""
+
+    single: str
+    """Run directory of the single round, with its ensemble.h5; relative to the case's folder."""
+    cover: Literal["open", "earth"] = "open"
+    """Open stack, 0.9 of the rounds on a side and 0.1 of those on top; under earth cover 0.7 and 0.1."""
+    side: int | None = Field(default=None, ge=0)
+    """Rounds on the side that faces the place; left out: on the fullest side, counted from their places."""
+    top: int | None = Field(default=None, ge=0)
+    """Rounds in the top layer; left out: counted from their places."""
+
+
 class HazardTable(Table):
     """What counts as hazardous."""
 
@@ -186,7 +240,11 @@ class HazardTable(Table):
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: PositiveLength = 10.0
     """Width of the distance cells in which hazardous fragments are counted."""
+    tolerance: float = Field(default=0.05, gt=0.0, lt=1.0)
+    """Largest standard error of a distance, as a fraction of it, with which an ensemble counts as converged."""
     person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
     """Area of a person that a fragment may hit."""
     person_height: Annotated[float, Quantity("m", "1.8 m", least=0.0)] = 1.8
     """Height of a person: a fragment passing lower may hit."""
+    stack_rule: StackRuleTable | None = None
+    """Beside the direct result of a stack, the rule of DDESB TP-12."""

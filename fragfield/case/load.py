@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.checks import check_case, check_charges
+from fragfield.case.flight_table import StackRuleTable
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.plane_table import resolved_plane
 from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
@@ -130,10 +131,25 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
         drag = str((folder / case.flight.drag).resolve())
         changes["flight"] = case.flight.model_copy(update={"drag": drag})
+    if case.hazard.stack_rule is not None:
+        changes["hazard"] = case.hazard.model_copy(
+            update={"stack_rule": _located_rule(case.hazard.stack_rule, source, folder)}
+        )
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
     return case.model_copy(update=changes)
+
+
+def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleTable:
+    """The rule with the place of the single round's run, which must be there: nobody wants to learn it afterwards."""
+    single = (folder / rule.single).resolve()
+    if not (single / "ensemble.h5").is_file():
+        raise InputError(
+            f"{source}: hazard.stack_rule.single: found {rule.single!r}, but there is no {single / 'ensemble.h5'}; "
+            "needed: the run directory of the single round, flown before"
+        )
+    return rule.model_copy(update={"single": str(single)})
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:

@@ -9,6 +9,7 @@ from fragfield.case.burst_table import BurstTable
 from fragfield.case.flight_table import FlightTable, HazardTable, WitnessTable
 from fragfield.case.plane_table import PlaneTable
 from fragfield.case.round_table import RoundTable
+from fragfield.case.site_table import SiteTable
 from fragfield.case.stack_table import StackTable
 from fragfield.case.table import Table
 
@@ -35,3 +36,5 @@ class Case(Table):
     witness: list[WitnessTable] = Field(default_factory=list)
     """Surfaces that record fragments."""
     hazard: HazardTable = HazardTable()
+    site: SiteTable | None = None
+    """Where on Earth; with it, distances are also written as contours.geojson and contours.kml."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from fragfield.certainty import not_converged
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
 
@@ -23,6 +24,7 @@ _MOST_HOURGLASS = 0.1
 _PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
 _DRAG_WARNING = re.compile(r"^drag .* above Mach")
 _ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
+_ENSEMBLE_WARNING = re.compile(r"break_up\.realisations\)?$")
 _LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
 
 
@@ -249,15 +251,7 @@ def _flight(run: RunFiles) -> list[Finding]:
     found: list[Finding] = []
     if not part:
         return found
-    samples = _value(part, "realisations") or 1
-    if samples < 2:
-        found.append(
-            Finding(
-                "warning",
-                "One sample of the break-up was flown (one seed): distances and densities carry no bands. Repeat with "
-                "other seeds before relying on a single sector.",
-            )
-        )
+    found += _certainty(part)
     beyond, flown = _value(part, "above_drag_table"), _value(part, "fragments")
     if beyond and flown:
         found.append(
@@ -270,6 +264,29 @@ def _flight(run: RunFiles) -> list[Finding]:
     flown, landed = _value(part, "fragments"), _value(part, "landed")
     if flown and landed is not None and landed < flown:
         found.append(Finding("note", f"{number(int(flown - landed))} of {number(int(flown))} fragments did not land."))
+    return found
+
+
+def _certainty(part: dict[str, Any]) -> list[Finding]:
+    """Whether there are enough realisations."""
+    if "bands" not in part:
+        return [Finding("warning", "One realisation of the break-up was flown: distances carry no band; fly it again.")]
+    realisations = int(part["realisations"])
+    if words := not_converged(part):
+        found = [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
+    else:
+        text = f"{number(realisations)} realisations fix every distance over all sectors to"
+        found = [Finding("good", f"{text} {100 * part['tolerance']:g} % (standard error).")]
+    open_sectors = _value(part, "sectors_not_converged")
+    if open_sectors and realisations > 1:
+        found.append(
+            Finding(
+                "note",
+                f"In {number(int(open_sectors))} of {len(part['by_sector'])} sectors the standard error of the pooled "
+                "hazardous fragment distance is above the tolerance: judge single sectors from more realisations, or "
+                "from wider sectors.",
+            )
+        )
     return found
 
 
@@ -302,7 +319,7 @@ def _log(run: RunFiles) -> list[Finding]:
         match = _LOG_WARNING.match(line)
         if match:
             text = _PYTHON_WARNING.sub("", match[2].strip())
-            if not text or _DRAG_WARNING.search(text) or _ALONE_WARNING.search(text):
+            if not text or any(known.search(text) for known in (_DRAG_WARNING, _ALONE_WARNING, _ENSEMBLE_WARNING)):
                 continue  # told above, from summary.json and the case
             texts.setdefault(text[0].upper() + text[1:], "warning")
     return [Finding(weight, f"{text} (from run.log)") for text, weight in texts.items()]

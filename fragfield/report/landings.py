@@ -12,10 +12,10 @@ from fragfield.report.quantities import si_value
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.hazard import Hazard
+    from flight.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["Landings", "all_round_distance", "hazard", "hazard_density", "hazard_energy", "landings", "worst_sector"]
+__all__ = ["Landings", "all_round_distance", "ensemble", "hazard_density", "hazard_energy", "landings"]
 
 HAZARDOUS_ENERGY = 79.0
 """J; 58 ft lb."""
@@ -58,41 +58,37 @@ def landings(run: RunFiles) -> Landings | None:
     return Landings(distance * np.cos(turn), distance * np.sin(turn), distance, energy, energy >= hazard_energy(run))
 
 
-def hazard(run: RunFiles) -> Hazard | None:
-    """Densities by sector and distance as the flight assesses them; None where nothing landed."""
+def ensemble(run: RunFiles) -> EnsembleHazard | None:
+    """The hazard over the run's realisations; of an older run that of its one. None where nothing landed."""
     if run.landing is None or not (run.landing["status"] == _LANDED).any():
         return None
-    from flight.hazard import Criteria, assess
+    if run.ensemble is None:
+        from flight.ensemble import assess_ensemble
+        from flight.tally import Criteria, tally
 
-    table = run.case.get("hazard", {})
-    criteria = Criteria(
-        hazard_energy(run),
-        hazard_density(run),
-        si_value(table.get("person_area"), Criteria.person_area),
-        si_value(table.get("person_height"), Criteria.person_height),
-    )
-    return assess(
-        run.landing,
-        criteria,
-        sector_width=360.0 / int(table.get("sectors", SECTORS)),
-        distance=si_value(table.get("distance_cell"), DISTANCE_CELL),
-        realisations=int(run.part("flight").get("realisations") or 1),
-    )
-
-
-def worst_sector(run: RunFiles) -> tuple[float, float] | None:
-    """Azimuth (degrees) and hazardous fragment distance (m) of the sector in which that is largest."""
-    found = [
-        (float(line["hazardous_fragment_distance"]), float(line["azimuth_deg"]))
-        for line in run.part("flight").get("by_sector") or []
-        if line.get("hazardous_fragment_distance") is not None
-    ]
-    return (max(found)[1], max(found)[0]) if found else None
+        table = run.case.get("hazard", {})
+        criteria = Criteria(
+            hazard_energy(run),
+            hazard_density(run),
+            si_value(table.get("person_area"), Criteria.person_area),
+            si_value(table.get("person_height"), Criteria.person_height),
+        )
+        counts = tally(
+            run.landing,
+            criteria,
+            sector_width=360.0 / int(table.get("sectors", SECTORS)),
+            distance=si_value(table.get("distance_cell"), DISTANCE_CELL),
+        )
+        run.ensemble = assess_ensemble(counts, criteria)
+    return run.ensemble
 
 
 def all_round_distance(run: RunFiles) -> float | None:
     """Hazardous fragment distance of the densities over all azimuths, the larger of both densities (m)."""
     part = run.part("flight")
+    told = part.get("hazardous_fragment_distance_all_round")
+    if isinstance(told, (int, float)):
+        return float(told)
     values = [part.get(f"hazardous_fragment_distance_all_round_{kind}") for kind in ("ground", "normal")]
     known = [float(value) for value in values if isinstance(value, (int, float))]
     return max(known) if known else None

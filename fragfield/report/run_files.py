@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
+    from flight.ensemble import EnsembleHazard
+
 __all__ = ["STAGE_FILES", "RoundData", "RunFiles", "read_run"]
 
 STAGE_FILES = {
@@ -61,6 +63,9 @@ class RunFiles:
     cells: dict[str, NDArray[Any]] = field(default_factory=dict)
     fragments: dict[str, NDArray[Any]] = field(default_factory=dict)
     landing: NDArray[Any] | None = None
+    ensemble: EnsembleHazard | None = None
+    witness_ensemble: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Hits by realisation and sector, by the name of the witness surface."""
 
     @property
     def missing(self) -> list[str]:
@@ -195,6 +200,10 @@ def _read_landing(run: RunFiles) -> None:
     run.landing = read_landing(path)
     with _open(path) as file:
         _note_provenance(run, file.attrs)
+    if (path := run.folder / "ensemble.h5").is_file():
+        from flight.ensemble_files import read_ensemble
+
+        run.ensemble, run.witness_ensemble = read_ensemble(path)
 
 
 def _plain(value: object) -> object:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.report import burst_figures, fragment_figures, statements
+from fragfield.report import burst_figures, fragment_figures, hazard_figures, statements
 from fragfield.report.blocks import (
     Block,
     Card,
@@ -16,9 +16,10 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
+from fragfield.report.distance_tables import band_words, distance_table, sector_table, stack_rule_table
 from fragfield.report.findings import findings
 from fragfield.report.inputs import input_tables
-from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings, worst_sector
+from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings
 from fragfield.report.quantities import number
 from fragfield.report.round_tables import (
     arrangement_table,
@@ -36,7 +37,6 @@ from fragfield.report.tables import (
     ledger_table,
     mesh_rows,
     provenance_rows,
-    sector_table,
 )
 
 if TYPE_CHECKING:
@@ -94,17 +94,21 @@ def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list
 def _summary(run: RunFiles) -> Section:
     burst, flight = run.part("burst"), run.part("flight")
     found = landings(run)
-    sector = worst_sector(run)
-    criterion = f"{hazard_energy(run):.3g} J or more, 1 per {1 / hazard_density(run):.1f} m²"
-    where = f", azimuth {sector[0]:.0f}°" if sector else ""
     cards = [
-        _distance("Hazardous fragment distance", flight.get("hazardous_fragment_distance"), f"worst sector{where}"),
-        _distance("Over all azimuths", all_round_distance(run), criterion),
-        _distance("Largest throw", flight.get("max_range"), "farthest fragment of this sample"),
-    ]
+        _distance(
+            "Hazardous fragment distance", flight.get("hazardous_fragment_distance"),
+            f"worst sector: {band_words(run, 'hazardous_fragment_distance')}",
+        ),
+        _distance(
+            "Over all azimuths", all_round_distance(run), band_words(run, "hazardous_fragment_distance_all_round")
+        ),
+        _distance("Largest throw", flight.get("max_range"), band_words(run, "max_range")),
+    ]  # fmt: skip
     if found is not None:
         count = int(found.hazardous.sum())
-        cards.append(Card("Hazardous fragments", number(count), "", f"of {number(len(found.x))} that landed"))
+        cards.append(
+            Card("Hazardous fragments", number(count), "", f"of {number(len(found.x))} that landed, first realisation")
+        )
     for label, name, note in (
         ("Mean initial speed", "mean_initial_speed", "of the casing, by mass"),
         ("Largest initial speed", "max_initial_speed", "largest mean of a cell"),
@@ -194,6 +198,12 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             "law (lines) and sample (circles), in total and by segment.",
             fragment_figures.number_by_mass,
         ),
+        *draw(
+            "directions", "Directions of the mass",
+            "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
+            "realisation (bars) and the velocity field of the casing that they were made from (line).",
+            fragment_figures.directions,
+        ),
         *picture(
             "picture_of_fragments", "Fragment cloud",
             "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "
@@ -214,9 +224,16 @@ def _flight(run: RunFiles, draw: Draw) -> Section:
             fragment_figures.by_azimuth,
         ),
         *draw(
+            "polar_by_sector", "Number and speed around the rounds",
+            "The same over all realisations: median and band of 5 to 95 % by sector, azimuth counted from +x "
+            "counter-clockwise, seen from above.",
+            hazard_figures.polar_by_sector,
+        ),
+        *draw(
             "landing_map", "Landing points",
-            "Where fragments first touch the ground; dark: hazardous. Seen from above, y upwards.",
-            fragment_figures.landing_map,
+            "Where the fragments of the first realisation touch the ground; dark: hazardous. Seen from above, y "
+            "upwards. The circles of hazard are medians over all realisations.",
+            hazard_figures.landing_map,
         ),
     ]  # fmt: skip
     return Section("flight", "Flight", _stage(run, "flight", blocks))
@@ -224,24 +241,29 @@ def _flight(run: RunFiles, draw: Draw) -> Section:
 
 def _hazard(run: RunFiles, draw: Draw) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *distance_table(run),
+        *stack_rule_table(run),
         *hazard_rows(run),
         *draw(
             "density_curve", "Density by distance",
             "Hazardous fragments per acceptable area, in rings: over all azimuths, by area of ground and normal to the "
-            "path, and in the densest sector of each ring, where single fragments decide far out.",
-            fragment_figures.density_curve,
+            "path, mean of the realisations and band of single ones; and of the mean densities the densest sector in "
+            "each ring.",
+            hazard_figures.density_curve,
+        ),
+        *draw(
+            "hit_probability", "Probability of a hit on a person",
+            "Probability that a hazardous fragment hits a person who stands at that distance: mean of the realisations "
+            "and band of single ones, at a random azimuth and in the worst sector.",
+            hazard_figures.hit_probability,
         ),
         *draw(
             "distance_by_azimuth", "Distances by azimuth",
-            "Hazardous fragment distance and farthest fragment of each sector.", fragment_figures.distance_by_azimuth,
+            "Hazardous fragment distance and farthest fragment of each sector: median and band of single realisations, "
+            "and the distance of the pooled density.", hazard_figures.distance_by_azimuth,
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))
-
-
-def _tables(run: RunFiles) -> Section:
-    blocks: Callable[[], list[Block]] = lambda: [*azimuth_tables(run), *sector_table(run)]  # noqa: E731
-    return Section("tables", "Tables by azimuth", _stage(run, "flight", blocks))
 
 
 def _provenance(run: RunFiles) -> Section:

@@ -27,7 +27,6 @@ __all__ = [
     "ledger_table",
     "mesh_rows",
     "provenance_rows",
-    "sector_table",
 ]
 
 # What summary.json holds: key -> (words, SI unit). Keys of the contract come first, others are shown under their name.
@@ -152,9 +151,9 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
     """The flight in numbers."""
     part = run.part("flight")
     rows = [
-        row("Fragments flown", part.get("fragments")),
+        row("Realisations flown", part.get("realisations")),
+        row("Fragments flown", part.get("fragments"), "", "first realisation, as below"),
         row("Landed", part.get("landed")),
-        row("Largest range", part.get("max_range"), "m"),
         row("Drag table", part.get("drag")),
         row("Fragments above the drag table's speeds", part.get("above_drag_table")),
         row("Wall time", part.get("wall_seconds"), "s"),
@@ -164,27 +163,18 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
 
 
 def hazard_rows(run: RunFiles) -> Iterator[Rows]:
-    """The hazard in numbers."""
-    part = run.part("flight")
+    """What counts as hazardous, and the hazardous fragments of the first realisation."""
     found = landings(run)
     rows = [
         row("Hazardous from", hazard_energy(run), "J", "impact energy; 58 ft lb is 79 J"),
         Row("Acceptable density", f"1 per {1 / hazard_density(run):.1f} m²", f"{hazard_density(run):.5f} 1/m²"),
-        row("Hazardous fragment distance", part.get("hazardous_fragment_distance"), "m", "largest of all sectors"),
     ]
-    for kind, words in (("ground", "per area of ground"), ("normal", "normal to the path")):
-        worst = part.get(f"hazardous_fragment_distance_{kind}")
-        mean = part.get(f"hazardous_fragment_distance_all_round_{kind}")
-        if worst is not None:
-            rows.append(row(f"– density {words}, worst sector", worst, "m"))
-        if mean is not None:
-            rows.append(row(f"– density {words}, all azimuths", mean, "m"))
-    rows.append(row("Largest throw", part.get("max_range"), "m"))
     if found is not None and len(found.x):
-        rows.append(row("Hazardous fragments on the ground", int(found.hazardous.sum())))
-        rows.append(row("Largest impact energy", float(found.energy.max()), "J"))
+        first = "first realisation"
+        rows.append(row("Hazardous fragments on the ground", int(found.hazardous.sum()), "", first))
+        rows.append(row("Largest impact energy", float(found.energy.max()), "J", first))
         if found.hazardous.any():
-            rows.append(row("Farthest hazardous fragment", float(found.distance[found.hazardous].max()), "m"))
+            rows.append(row("Farthest hazardous fragment", float(found.distance[found.hazardous].max()), "m", first))
     yield Rows("Hazard", tuple(rows))
 
 
@@ -205,24 +195,6 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
         if lines:
             name = witness.get("name", "")
             yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
-
-
-def sector_table(run: RunFiles) -> Iterator[Table]:
-    """Distances of every azimuth sector."""
-    lines = [
-        (
-            f"{line['azimuth_deg']:.0f}",
-            number(line.get("hazardous")),
-            _rounded(line.get("hazardous_fragment_distance"), 1),
-            _rounded(line.get("max_throw"), 1),
-        )
-        for line in run.part("flight").get("by_sector") or []
-        if "azimuth_deg" in line
-    ]
-    if lines:
-        head = ("Azimuth (°)", "Hazardous", "Hazard distance (m)", "Farthest (m)")
-        note = "Hazard distance: the larger of both densities'; 0 where the acceptable density is never reached."
-        yield Table("Distances by sector", head, _cells(lines), note, columns=2)
 
 
 def _rounded(value: float | None, decimals: int = 0) -> str:

@@ -93,10 +93,11 @@ def test_own_drag_table(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("mach,cd\n0.5,1\n0.2,1\n", r"Mach 0\.2 follows 0\.5 in entry 1; sort the table by rising Mach"),
-        ("mach,cd\n0.5,1\n0.5,1\n", "follows 0.5"),
-        ("mach,cd\n0.5,-1\n", "entry 0 is Mach 0.5, coefficient -1.0"),
-        ("mach,cd\n0.5,nan\n", "both must be finite"),
+        ("mach,cd\n0.5,1\n0.2,1\n", r"own\.csv, line 3: Mach 0\.2 follows 0\.5; needed: a table sorted by rising"),
+        ("# a\n\nmach,cd\n# b\n0.5,1\n\n0.7,1\n0.2,1\n", r"own\.csv, line 8: Mach 0\.2 follows 0\.7; needed"),
+        ("mach,cd\n0.5,1\n0.5,1\n", "line 3: Mach 0.5 follows 0.5"),
+        ("mach,cd\n0.5,-1\n", "line 2: Mach 0.5, coefficient -1.0"),
+        ("mach,cd\n0.5,nan\n", "line 2: .*needed: both finite"),
         ("speed,cd\n0.5,1\n", "columns are speed, cd; a drag table has mach, cd"),
     ],
 )
@@ -108,6 +109,8 @@ def test_drag_messages(tmp_path, text: str, message: str) -> None:
 
 
 def test_more_messages(tmp_path) -> None:
+    with pytest.raises(InputError, match=r"drag table: entry 2: Mach 0\.5 follows 1\.0; needed"):
+        Drag(np.array([0.0, 1.0, 0.5]), np.ones(3))
     with pytest.raises(InputError, match="unknown table 'spere'; did you mean 'sphere'"):
         Drag.named("spere")
     with pytest.raises(InputError, match="constant coefficient is -1"):

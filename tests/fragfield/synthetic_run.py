@@ -10,9 +10,12 @@ import h5py
 import numpy as np
 
 from burst_fenicsx.output import TimeSeries
+from flight.ensemble import assess_ensemble
+from flight.ensemble_files import write_ensemble
 from flight.files import write_landing
-from flight.hazard import assess
 from flight.result import LANDING, Status
+from flight.tally import Criteria, tally
+from flight.witness_hazard import SECTOR_HITS
 
 LENGTH, RADIUS, BORE = 0.60, 0.0775, 0.055
 END_TIME = 120e-6
@@ -247,6 +250,7 @@ def _fragments(places: np.ndarray) -> dict[str, np.ndarray]:
     return {name: np.concatenate(items) for name, items in columns.items()}
 
 
+REALISATIONS = 6
 N0, MU = 1800.0, 7.0e-3
 """Fragments a round, and Mott's mu (kg)."""
 
@@ -265,7 +269,19 @@ def _break_up(folder: Path, fragments: dict[str, np.ndarray], names: list[str]) 
     return {
         "fragments": len(fragments["mass"]), "mass": float(fragments["mass"].sum()), "mass_error": 1e-13,
         "momentum_error": 3e-4, "energy_error": 0.012,
-        "rounds": [{"name": name, "segments": segments} for name in names],
+        "rounds": [{"name": name, "segments": segments, "directions": _directions()} for name in names],
+    }  # fmt: skip
+
+
+def _directions() -> dict[str, list[float]]:
+    """Shares of mass by direction: all around alike, and about the equator."""
+    polar, azimuth = np.arange(2.5, 180.0, 5.0), np.arange(0.0, 360.0, 5.0)
+    share = np.exp(-(((polar - 85.0) / 12.0) ** 2))
+    share /= share.sum()
+    around = np.full(72, 1.0 / 72.0)
+    return {
+        "polar_deg": polar.tolist(), "polar_fragments": np.roll(share, 1).tolist(), "polar_cells": share.tolist(),
+        "azimuth_deg": azimuth.tolist(), "azimuth_fragments": around.tolist(), "azimuth_cells": around.tolist(),
     }  # fmt: skip
 
 
@@ -292,9 +308,26 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
         )  # fmt: skip
     summary["flight"] = {
         "fragments": len(mass), "landed": len(mass), "wall_seconds": 1.4, "drag": "shell_fragment_tp12",
-        "above_drag_table": 7, "below_drag_table": 0, **assess(columns).summary(),
+        "above_drag_table": 7, "below_drag_table": 0, **_ensemble(folder, columns, by_azimuth),
     }  # fmt: skip
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
+
+
+def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]]) -> dict[str, Any]:
+    """REALISATIONS of the flight: the first, and others turned and stretched by chance."""
+    random = np.random.default_rng(2)
+    counts, hits = [tally(landing)], np.zeros((REALISATIONS, 72), dtype=SECTOR_HITS)
+    for name in ("hits", "hazardous_hits", "max_initial_speed", "mean_initial_speed"):
+        hits[name] = [line[name] for line in by_azimuth]
+    for number in range(1, REALISATIONS):
+        other = landing.copy()
+        other["azimuth"] = (other["azimuth"] + random.uniform(0.0, 360.0)) % 360.0
+        other["distance"] *= random.uniform(0.95, 1.05)
+        counts.append(tally(other))
+        hits[number] = np.roll(hits[0], random.integers(72))
+    found = assess_ensemble(counts, Criteria())
+    write_ensemble(found, {"ring": hits}, folder, PROVENANCE)
+    return found.summary()
 
 
 def flight_columns(

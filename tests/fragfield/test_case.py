@@ -261,6 +261,11 @@ def _burst(changes):
         (_changed(flight={"air": {"model": "constant"}}), ["flight.air.density: missing"]),
         (_changed(flight={"air": {"density": "1 kg/m3"}}), ["flight.air.density", 'only with model = "constant"']),
         (_changed(flight={"wind": {"model": "profile", "heights": ["0 m"]}}), ["flight.wind.speeds: found 0 values"]),
+        (_changed(flight={"shape": {"model": "lognormal"}}), ["flight.shape.spread: missing", "spread = 0.2"]),
+        (_changed(flight={"shape": {"spread": 0.2}}), ["flight.shape.spread: found with", 'model = "lognormal"']),
+        (_changed(flight={"shape": {"model": "box", "ratios": [1, 0, 1]}}), ["flight.shape.ratios"]),
+        (_changed(flight={"collisions": {"restitution": 2}}), ["flight.collisions.restitution: found 2"]),
+        (_changed(flight={"collisions": {"distnace": "5 m"}}), ["collisions.distnace", '"distance"']),
         (_changed(flight={"drag": "sphre"}), ["flight.drag", "sphere"]),
         (_changed(flight={"drag": [1]}), ["flight.drag: found [1]; allowed: a name, a file, or a number"]),
         (_changed(break_up={"segments": ["2 cm", "1 cm"]}), ["break_up.segments", "rise"]),
@@ -279,6 +284,22 @@ def test_a_fault_names_file_and_key_what_was_found_and_what_is_allowed(document,
     assert message.startswith("my.toml: ")
     for part in parts:
         assert part in message
+
+
+def test_shape_and_collisions_reach_the_flight(tmp_path):
+    import flight
+
+    given = {"shape": {"model": "box", "orientation": "fixed"}, "collisions": {"distance": "5 m"}}
+    case = case_from_document(_changed(flight=given), source="my.toml", folder=tmp_path)
+    arguments = flight_arguments(case)
+    assert arguments["shape"] == flight.shape.Box((5.0, 2.0, 1.0), "fixed")
+    assert arguments["contact"] == flight.Contact(distance=5.0)
+    assert read_resolved(_write(tmp_path, to_toml(case))) == case
+    drawn = _changed(flight={"shape_factor": "2370 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})
+    arguments = flight_arguments(case_from_document(drawn, source="my.toml", folder=tmp_path))
+    assert arguments["shape"] == flight.shape.Lognormal(0.2, 2370.0)
+    arguments = flight_arguments(case_from_document(CASE, source="my.toml", folder=tmp_path))
+    assert (arguments["shape"], arguments["contact"]) == (None, None)
 
 
 def test_a_round_from_a_mesh_file_is_lit_within_its_charge(tmp_path):

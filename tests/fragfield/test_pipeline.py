@@ -86,7 +86,7 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
     out, printed = whole_run
     for stage in STAGES.values():
         for name in stage.files:
-            assert (out / name).is_file() != (name == "checkpoint.h5"), name
+            assert (out / name).is_file() != (name == "checkpoint.h5" or name.startswith("contours")), name
     summary = json.loads((out / "summary.json").read_text())
     for part, names in SUMMARY.items():
         assert names <= set(summary[part]), names - set(summary[part])
@@ -113,7 +113,17 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
 def test_every_file_carries_case_versions_seed_and_program(whole_run, short_case):
     out, _ = whole_run
     text = to_toml(load_case(short_case))
-    for name in ("burst.h5", "burst_snapshot.h5", "fragments.h5", "hits.h5", "landing.h5", "trajectories.h5"):
+    names = (
+        "burst",
+        "burst_snapshot",
+        "fragments",
+        "ensemble_fragments",
+        "hits",
+        "landing",
+        "trajectories",
+        "ensemble",
+    )
+    for name in (f"{one}.h5" for one in names):
         with h5py.File(out / name) as file:
             found = {
                 key: file.attrs[key] for key in ("case", "seed", "program_version", "versions", "date", "platform")
@@ -125,19 +135,113 @@ def test_every_file_carries_case_versions_seed_and_program(whole_run, short_case
 
 @pytest.mark.dolfinx
 def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
-    names = {"break-up": ["fragments.h5"], "fly": ["hits.h5", "landing.h5"], "report": []}
+    names = {
+        "break-up": ["fragments.h5", "ensemble_fragments.h5"],
+        "fly": ["hits.h5", "landing.h5", "ensemble.h5"],
+        "report": [],
+    }
     for stage, files in names.items():
         done = _invoke(stage, run_copy, "--json")
         assert done.exit_code == 0, done.stderr
         for name in files:
-            with h5py.File(run_copy / name) as ours, h5py.File(whole_run[0] / name) as theirs:
-                group = next(iter(ours))
-                for key in ours[group]:
-                    assert np.array_equal(ours[group][key], theirs[group][key]), (name, key)
+            assert _same_data(run_copy / name, whole_run[0] / name) > 5, name
     assert (run_copy / "report.html").stat().st_size > 10_000
     before, after = (json.loads((path / "summary.json").read_text()) for path in (whole_run[0], run_copy))
     assert before["burst"] == after["burst"]
     assert before["witness"] == after["witness"]
+
+
+def _same_data(ours: Path, theirs: Path) -> int:
+    """Compare every dataset of two files, to the last bit; give their number."""
+    found: list[dict[str, np.ndarray]] = []
+    for path in (ours, theirs):
+        found.append({})
+        with h5py.File(path) as file:
+            file.visititems(
+                lambda name, item: found[-1].update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+            )
+    assert set(found[0]) == set(found[1])
+    for name, values in found[0].items():
+        assert np.array_equal(values, found[1][name]), (ours.name, name)
+    return len(found[0])
+
+
+@pytest.mark.dolfinx
+def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(whole_run, short_case):
+    from flight.ensemble_files import read_ensemble
+    from flight.files import read_landing
+    from flight.tally import tally
+
+    out, _ = whole_run
+    summary = json.loads((out / "summary.json").read_text())
+    found, witnesses = read_ensemble(out / "ensemble.h5")
+    number = load_case(short_case).break_up.realisations
+    assert number == found.realisations == summary["flight"]["realisations"] == summary["break_up"]["realisations"]
+    first = tally(read_landing(out / "landing.h5"))
+    cells = len(first.edges) - 1
+    assert np.array_equal(found.counts.landings[0, :, :cells], first.landings[0])
+    assert np.array_equal(found.counts.throw[0], first.throw[0])
+    assert not np.array_equal(found.counts.throw[0], found.counts.throw[1])
+    assert witnesses["ring"]["hits"][0].tolist() == [row["hits"] for row in summary["witness"][0]["by_azimuth"]]
+    assert {name: band["median"] for name, band in summary["flight"]["bands"].items()} == {
+        name: summary["flight"][name] for name in summary["flight"]["bands"]
+    }
+    assert (out / "ensemble.csv").read_text().splitlines()[-1].startswith(f"{number - 1},")
+
+
+@pytest.mark.dolfinx
+def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_case):
+    changed = short_case.with_name("one.toml")
+    changed.write_text(SHORT.replace("[break_up]\n", "[break_up]\nrealisations = 1\n"))
+    first = (run_copy / "fragments.h5").read_bytes()
+    assert _invoke("break-up", changed, "--out", run_copy).exit_code == 0
+    assert not (run_copy / "ensemble_fragments.h5").exists()
+    assert len((run_copy / "fragments.h5").read_bytes()) > 0.9 * len(first)
+    done = _invoke("fly", changed, "--out", run_copy, "--json")
+    flight = json.loads(done.stdout)["flight"]
+    assert (flight["realisations"], flight["converged"]) == (1, False)
+    assert "set break_up.realisations" in done.stderr
+    told = _invoke("info", run_copy).stdout
+    assert "distances (m), 1 realisation" in told
+
+
+@pytest.mark.dolfinx
+def test_contours_are_written_where_the_site_is_known(whole_run, short_case, tmp_path):
+    case = tmp_path / "site.toml"
+    case.write_text(SHORT + '\n[site]\nlatitude = "52 deg"\nlongitude = "7.5 deg"\nbearing = "90 deg"\n')
+    done = _invoke("fly", case, "--fragments", whole_run[0] / "fragments.h5", "--out", tmp_path / "out", "--json")
+    assert done.exit_code == 0, done.stderr
+    collection = json.loads((tmp_path / "out" / "contours.geojson").read_text())
+    assert collection["features"][0]["geometry"]["coordinates"] == [7.5, 52.0]
+    assert "numpy" in json.loads(collection["provenance"]["versions"])
+    assert (tmp_path / "out" / "contours.kml").is_file()
+    assert "one realisation of the break-up was flown" in done.stderr
+
+
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_path, ranks):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for name in ("case.toml", "summary.json", "burst_snapshot.h5"):
+        shutil.copy(whole_run[0] / name, folder)
+    for command in ("break-up", "fly"):
+        done = mpirun(ranks, "-m", "fragfield", command, folder, "--json")
+        assert json.loads(done.stdout)["break_up"]["realisations"] == 20
+    for name in ("fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5", "ensemble.h5"):
+        assert _same_data(folder / name, whole_run[0] / name) > 5, name
+    assert not done.stderr.count("Traceback")
+
+
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+def test_a_fault_of_the_flight_on_two_ranks_is_told_once(mpirun, tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(SHORT)
+    done = mpirun(2, "-m", "fragfield", "fly", case, "--out", tmp_path / "run", check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("fragments.h5: no such file; run `fragfield break-up` first") == 1
 
 
 @pytest.mark.dolfinx

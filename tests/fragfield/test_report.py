@@ -17,16 +17,18 @@ import h5py
 import numpy as np
 import pytest
 
+from flight.distances import DISTANCES
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
 from fragfield.report.burst_figures import speed_along_round
 from fragfield.report.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
-from tests.fragfield.synthetic_run import write_run
+from tests.fragfield.synthetic_run import REALISATIONS, write_run
 
 FIGURES = [
-    "energy_ledger", "picture_of_burst", "speed_along_round", "casing_over_time", "number_by_mass",
-    "picture_of_fragments", "by_azimuth", "landing_map", "density_curve", "distance_by_azimuth",
+    "energy_ledger", "picture_of_burst", "speed_along_round", "casing_over_time", "number_by_mass", "directions",
+    "picture_of_fragments", "by_azimuth", "polar_by_sector", "landing_map", "density_curve", "hit_probability",
+    "distance_by_azimuth",
 ]  # fmt: skip
 SECTIONS = [
     "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "tables", "provenance",
@@ -145,8 +147,33 @@ def test_numbers_are_those_of_the_summary(page, summary):
     assert card(page, "Mean initial speed") == f"{burst['mean_initial_speed']:,.0f}"
     assert card(page, "Largest initial speed") == f"{burst['max_initial_speed']:,.0f}"
     assert card(page, "Hazardous fragments") == f"{round(flight['hazardous_fragments']):,}"
-    both = [flight[f"hazardous_fragment_distance_all_round_{kind}"] for kind in ("ground", "normal")]
-    assert card(page, "Over all azimuths") == str(math.ceil(max(both)))
+    assert card(page, "Over all azimuths") == str(math.ceil(flight["hazardous_fragment_distance_all_round"]))
+
+
+def test_every_distance_has_its_realisations_and_band(page, summary):
+    flight = summary["flight"]
+    assert page.text.count(f"median of {REALISATIONS} realisations; 5 to 95 %:") == 3
+    for name, words in DISTANCES.items():
+        band = flight["bands"][name]
+        line = next(text for text in page.texts if text.strip().lower() == words)
+        place = page.texts.index(line)
+        cells = [text.strip() for text in page.texts[place + 1 : place + 20] if text.strip()][:6]
+        assert cells[0].startswith(f"{band['median']:,.0f}\u00a0±"), name
+        assert cells[1] == f"{band['low']:,.0f}\u00a0–\u00a0{band['high']:,.0f}", name
+        assert cells[4] == str(REALISATIONS), name
+    assert f"{REALISATIONS} realisations are too few for a band of 5 to 95 %" in page.text
+
+
+def test_a_run_of_one_realisation_says_so(tmp_path):
+    folder = write_run(tmp_path / "run")
+    (folder / "ensemble.h5").unlink()
+    found = json.loads((folder / "summary.json").read_text())
+    del found["flight"]["bands"]
+    (folder / "summary.json").write_text(json.dumps(found))
+    _, names, words = outline(folder)
+    assert names == [name for name in FIGURES if name != "polar_by_sector"]
+    assert "One realisation of the break-up was flown" in words
+    assert "one realisation, no band" in words
 
 
 def test_title_is_shown_as_text(html, page):
@@ -161,12 +188,15 @@ def test_inputs_and_their_units_are_shown(page):
 
 def test_densities_agree_with_the_flight(run):
     """The curve's distances are those that the flight's own assessment put into the summary."""
-    from fragfield.report.landings import hazard
+    from fragfield.report.landings import ensemble
 
     files = read_run(run)
-    found = hazard(files)
+    found = ensemble(files)
     assert found is not None
-    assert found.hazardous_fragment_distance == pytest.approx(files.part("flight")["hazardous_fragment_distance"])
+    assert found.realisations == REALISATIONS
+    told = files.part("flight")
+    assert found.bands["hazardous_fragment_distance"].median == told["hazardous_fragment_distance"]
+    assert found.summary()["by_sector"] == told["by_sector"]
 
 
 def outline(folder: Path) -> tuple[list[str], list[str], str]:
@@ -189,7 +219,7 @@ def outline(folder: Path) -> tuple[list[str], list[str], str]:
 
 @pytest.mark.parametrize(
     ("stages", "missing", "figures"),
-    [(0, "burst, break-up, flight", 0), (1, "break-up, flight", 4), (2, "flight", 6), (3, "", 10)],
+    [(0, "burst, break-up, flight", 0), (1, "break-up, flight", 4), (2, "flight", 7), (3, "", 13)],
 )
 def test_missing_stages_are_said(tmp_path, stages, missing, figures):
     keys, names, words = outline(write_run(tmp_path / "run", stages=stages))

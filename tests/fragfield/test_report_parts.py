@@ -97,6 +97,14 @@ def told(part: str, log: str = "", witness: list | None = None, **values: object
     return [(item.weight, item.text) for item in findings(run)]
 
 
+def certainty(realisations: int, name: str | None, needed: int | None) -> dict:
+    """The flight's part of an ensemble in which one distance, or none, has not converged."""
+    return {
+        "realisations": realisations, "tolerance": 0.05, "not_converged": [name] if name else [],
+        "bands": {"max_range": {"needed": needed}}, "sectors_not_converged": 30, "by_sector": [{}] * 72,
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("part", "values", "weight", "words"),
     [
@@ -113,7 +121,14 @@ def told(part: str, log: str = "", witness: list | None = None, **values: object
         ("burst", {"acceleration_complete": None, "kinetic_energy_growth": 0.04}, "warning", "grew by 4 %"),
         ("burst", {"momentum_error": 1e-6}, "warning", "momentum drifts by 1.0e-06"),
         ("break_up", {"mass_error": -0.08}, "warning", "8 % less mass"),
-        ("flight", {"fragments": 10, "realisations": 1}, "warning", "carry no bands"),
+        ("flight", {"fragments": 10}, "warning", "One realisation of the break-up was flown: distances carry no band"),
+        ("flight", certainty(1, "max_range", None), "warning", "One realisation of the break-up was flown"),
+        ("flight", certainty(4, "max_range", 12), "warning", "4 realisations are too few for a band of 5 to 95 %, 10"),
+        ("flight", certainty(20, "max_range", 143), "warning", "20 realisations do not fix these distances to 5 %"),
+        ("flight", certainty(20, "max_range", 143), "warning", "maximum throw; about 150 are needed"),
+        ("flight", certainty(20, "max_range", None), "warning", "many more are needed"),
+        ("flight", certainty(20, None, None), "good", "20 realisations fix every distance over all sectors to 5 %"),
+        ("flight", certainty(20, None, None), "note", "In 30 of 72 sectors"),
         (
             "flight",
             {"fragments": 10, "above_drag_table": 4, "drag": "sphere"},

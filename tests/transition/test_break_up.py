@@ -133,6 +133,9 @@ def test_directions_are_those_of_the_cells(snapshot):
     assert found.azimuth_fragments.sum() == pytest.approx(1.0)
     # 48 columns of 4 samples on 72 bins: two or three of 192 in each, where the columns alone leave bins empty
     assert found.azimuth_cells == pytest.approx(1.0 / 72.0, rel=0.34)
+    told = result.summary["rounds"][0]["directions"]
+    assert told["polar_fragments"] == found.polar_fragments.tolist()
+    assert told["azimuth_cells"] == found.azimuth_cells.tolist()
     assert found.polar_difference < 0.03
     assert found.azimuth_difference < 0.05
     # a wall that flies outwards and up to 100 m/s along the axis: within 6 degrees of the equator

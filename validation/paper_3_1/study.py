@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from validation.paper_3_1.check import FIGURES, QUICK_SIZE, REFERENCE, SIZES, check, readme_tables
-from validation.readme import copy_figures, insert_tables
+from validation.paper_3_1.numbers import draw_numbers, number_rows, numbers_of_run
+from validation.readme import PICTURES, copy_figures, insert_tables
 from validation.runs import summary_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from validation.options import Options
     from validation.rows import Row
     from validation.runs import Runs
@@ -21,7 +24,7 @@ NAME = "paper_3_1"
 def study(options: Options, runs: Runs) -> list[Row]:
     """Run the case at every size, compare the finest; with `options.run` compare that run alone."""
     if options.run is not None:
-        return check(summary_of(options.run))
+        return _rows(options.run)
     sizes = (QUICK_SIZE,) if options.quick else SIZES
     if options.cell_size:
         sizes = (options.cell_size,)
@@ -31,4 +34,13 @@ def study(options: Options, runs: Runs) -> list[Row]:
     if options.readme:
         insert_tables(readme_tables(summaries, folders[finest] / "burst_snapshot.h5"))
         copy_figures(folders[finest] / "figures", FIGURES, NAME)
-    return check(summaries[finest])
+        draw_numbers(numbers_of_run(folders[finest]), PICTURES / f"{NAME}_samplers.png")
+    return _rows(folders[finest])
+
+
+def _rows(folder: Path) -> list[Row]:
+    """Rows of a run; those of its fragments where its burst is sound and kept."""
+    rows = check(summary_of(folder))
+    if all(row.passed is not False for row in rows[:2]) and (folder / "burst_snapshot.h5").is_file():
+        rows += number_rows(numbers_of_run(folder))
+    return rows

@@ -1,0 +1,24 @@
+"""The table [site]: where on Earth the rounds stand."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from fragfield.case.quantities import Quantity
+from fragfield.case.table import Table
+
+__all__ = ["SiteTable"]
+
+_HIGHEST_LATITUDE = math.radians(89.0)
+
+
+class SiteTable(Table):
+    """Where `flight.origin` lies and how the axes are turned; with it, distances are written as maps."""
+
+    latitude: Annotated[float, Quantity("rad", "51.5 deg", least=-_HIGHEST_LATITUDE, most=_HIGHEST_LATITUDE)]
+    """North positive, on WGS 84; to 89 degrees, since near a pole a contour has no map."""
+    longitude: Annotated[float, Quantity("rad", "7.25 deg", least=-2.0 * math.pi, most=2.0 * math.pi)]
+    """East positive."""
+    bearing: Annotated[float, Quantity("rad", "90 deg", least=-2.0 * math.pi, most=2.0 * math.pi)]
+    """Of +x, clockwise from north: with 90 degrees x points east and y north."""

@@ -1,0 +1,227 @@
+"""Contact between fragments: two spheres by hand, balances, no pair missed, nothing moved where nothing meets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from flight import Adaptive, Contact, Cylinder, Domain, Drag, Fragments, InputError, StandardAtmosphere, Status, fly
+from flight.contact import Encounters
+from flight.job import Job
+
+STILL = {"air": "vacuum", "gravity": 0.0, "ground": None, "time_limit": 0.05}
+
+
+def mass_of(radius: float) -> float:
+    return 7850.0 * 4.0 / 3.0 * math.pi * radius**3
+
+
+def stack(number: int, seed: int = 0, lightest: float = 1e-3) -> Fragments:
+    """Two tubes of fragments side by side that burst at once; the heaviest weigh a hundred times the lightest (kg)."""
+    generator = np.random.default_rng(seed)
+    azimuth, side = generator.uniform(0.0, 2.0 * np.pi, number), np.where(np.arange(number) % 2, 0.2, -0.2)
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(number)], axis=1)
+    position = 0.1 * outward + np.stack([side, 0.0 * side, generator.uniform(1.0, 1.6, number)], axis=1)
+    velocity = outward * generator.uniform(600.0, 1200.0, number)[:, None]
+    velocity[:, 2] = generator.normal(0.0, 50.0, number)
+    return Fragments.from_arrays(lightest * 100.0 ** generator.uniform(size=number), position, velocity)
+
+
+@pytest.mark.parametrize("speed", [20.0, 2000.0, 1e5])
+@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+def test_head_on(speed: float, restitution: float) -> None:
+    """Unequal spheres on one line: closed form of the impact with restitution, however fast they close."""
+    r1, r2 = 5e-3, 2e-3
+    m1, m2 = mass_of(r1), mass_of(r2)
+    pair = Fragments.from_arrays([m1, m2], [[0, 0, 0], [3.0, 0, 0]], [[speed, 0, 0], [-0.5 * speed, 0, 0]])
+    result = fly(pair, contact=Contact(restitution=restitution, distance=20.0), **STILL)
+    assert len(result.contacts) == 1
+    contact = result.contacts[0]
+    assert contact["time"] == pytest.approx((3.0 - r1 - r2) / (1.5 * speed), rel=1e-12)
+    assert contact["closing_speed"] == pytest.approx(1.5 * speed, rel=1e-12)
+    common = (m1 * speed - 0.5 * m2 * speed) / (m1 + m2)
+    assert contact["first_after"][0] == pytest.approx(
+        common - m2 / (m1 + m2) * restitution * 1.5 * speed, abs=1e-12 * speed
+    )
+    assert contact["second_after"][0] == pytest.approx(
+        common + m1 / (m1 + m2) * restitution * 1.5 * speed, abs=1e-12 * speed
+    )
+    reduced = m1 * m2 / (m1 + m2)
+    assert contact["energy_lost"] == pytest.approx(
+        0.5 * reduced * (1.5 * speed) ** 2 * (1.0 - restitution**2), abs=1e-9 * reduced * speed**2
+    )
+    late = 0.05 - contact["time"]
+    expected = contact["second_position"] + late * contact["second_after"]
+    assert result.landing["position"][1] == pytest.approx(expected, rel=1e-12, abs=1e-12 * speed)
+    assert result.landing["status"].tolist() == [Status.TIME_OUT] * 2
+
+
+@pytest.mark.parametrize(("angle", "sticks"), [(5.0, False), (60.0, True)])
+def test_oblique_impact_slides_or_rolls(angle: float, sticks: bool) -> None:
+    """Equal spheres with a step of half a radius: Coulomb friction, at most 2/7 of the sliding taken away."""
+    radius, speed = 5e-3, 100.0
+    step = radius  # across the flight: the normal stands at 30 degrees
+    pair = Fragments.from_arrays(mass_of(radius), [[0, 0, 0], [1.0, step, 0]], [[speed, 0, 0], [0, 0, 0]])
+    result = fly(pair, contact=Contact(restitution=0.5, friction_angle_deg=angle), **STILL)
+    contact = result.contacts[0]
+    normal = np.array([math.cos(math.pi / 6), 0.5, 0.0])
+    across = np.array([0.5, -math.cos(math.pi / 6), 0.0])
+    taken = contact["second_after"]  # impulse on the second, per mass
+    assert taken @ normal == pytest.approx(0.5 * 1.5 * speed * math.cos(math.pi / 6), rel=1e-9)
+    slid = speed * 0.5
+    full, coulomb = slid / 7.0, math.tan(math.radians(angle)) * (taken @ normal)
+    assert (coulomb > full) == sticks
+    assert taken @ across == pytest.approx(min(full, coulomb), rel=1e-9)
+    assert contact["first_after"] + contact["second_after"] == pytest.approx([speed, 0.0, 0.0], abs=1e-12 * speed)
+    assert result.summary["contact"]["energy_of_spin"] > 0.0
+
+
+def test_balances_and_every_fragment_is_there() -> None:
+    fragments = stack(3000)
+    result = fly(fragments, witnesses=[Cylinder(7.62, name="ring")], contact=Contact())
+    summary, contacts = result.summary["contact"], result.contacts
+    assert summary["contacts"] == len(contacts) > 500
+    assert (np.diff(contacts["time"]) >= 0.0).all()
+    assert summary["momentum_error"] < 1e-12
+    assert summary["energy_error"] < 1e-12
+    assert (contacts["energy_lost"] >= 0.0).all()
+    one, other = fragments.mass[contacts["first"]][:, None], fragments.mass[contacts["second"]][:, None]
+    change = one * (contacts["first_after"] - contacts["first_before"])
+    change += other * (contacts["second_after"] - contacts["second_before"])
+    size = one[:, 0] * np.linalg.norm(contacts["first_before"], axis=1)
+    size += other[:, 0] * np.linalg.norm(contacts["second_before"], axis=1)
+    assert (np.linalg.norm(change, axis=1) <= 1e-12 * size).all()
+    gap = np.linalg.norm(contacts["first_position"] - contacts["second_position"], axis=1)
+    radius = Contact().radius(fragments)
+    assert gap == pytest.approx(radius[contacts["first"]] + radius[contacts["second"]], rel=1e-6)
+    assert result.summary["status"]["landed"]["fragments"] == 3000
+    assert result.landing["mass"].sum() == fragments.total_mass
+    assert result.landing["fragment"].tolist() == list(range(3000))
+
+
+def test_what_is_never_struck_flies_as_without_contact() -> None:
+    fragments = stack(1500, seed=2)
+    ring = [Cylinder(7.62, name="ring")]
+    off, on = fly(fragments, witnesses=ring, sample=[3, 4]), fly(
+        fragments, witnesses=ring, sample=[3, 4], contact=Contact()
+    )  # fmt: skip
+    assert off.contacts is None
+    assert "contact" not in off.summary
+    struck = np.unique(np.concatenate([on.contacts["first"], on.contacts["second"]]))
+    free = np.setdiff1d(np.arange(1500), struck)
+    assert 100 < free.size < 1400
+    assert (on.landing[free] == off.landing[free]).all()
+    kept = np.isin(on.hits["fragment"], free)
+    assert (on.hits[kept] == off.hits[np.isin(off.hits["fragment"], free)]).all()
+    assert (np.diff(on.trajectories.time[: on.trajectories.start[1]]) >= 0.0).all()
+
+
+def test_the_way_to_an_impact_is_the_flights_own() -> None:
+    """Where two meet, in air, they are where the flight alone would have brought them at that time."""
+    fragments = stack(800, seed=5)
+    contacts = fly(fragments, contact=Contact()).contacts
+    seen: set[int] = set()
+    for row in contacts[:40]:
+        for name in ("first", "second"):
+            if int(row[name]) in seen:
+                continue
+            alone = fly(
+                fragments.select([row[name]]), time_limit=float(row["time"]), integrator=Adaptive(1e-12)
+            ).landing
+            assert alone["position"][0] == pytest.approx(row[f"{name}_position"], abs=1e-9)
+            assert alone["velocity"][0] == pytest.approx(row[f"{name}_before"], rel=1e-7, abs=1e-5)
+        seen |= {int(row["first"]), int(row["second"])}
+
+
+@pytest.mark.parametrize("number", [600, pytest.param(5000, marks=pytest.mark.slow)])
+def test_cells_find_what_comparing_all_pairs_finds(number: int) -> None:
+    fragments = stack(number, seed=7)
+    job = Job(
+        fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, 0.0, (), Adaptive(), Domain(),
+        3600.0, (0.0, 0.0),
+    )  # fmt: skip
+    cells = Encounters(fragments, Contact(), job.around, 0.0, 2)
+    pairs = Encounters(fragments, Contact(), job.around, 0.0, 1, one_cell=True, windows=cells.window_ends)
+    assert len(cells.contacts) > 50
+    assert (cells.contacts == pairs.contacts).all()
+
+
+def test_first_meetings_of_straight_paths_by_comparing_all_pairs() -> None:
+    """In a vacuum without gravity the first contact of all is a quadratic equation for every pair."""
+    fragments = stack(400, seed=3, lightest=1e-4)
+    radius = Contact().radius(fragments)
+    contacts = fly(fragments, contact=Contact(), **STILL).contacts
+    one, other = np.triu_indices(400, 1)
+    apart = fragments.position[other] - fragments.position[one]
+    towards = fragments.velocity[other] - fragments.velocity[one]
+    reach = radius[one] + radius[other]
+    a, b = (towards**2).sum(axis=1), (apart * towards).sum(axis=1)
+    c = (apart**2).sum(axis=1) - reach**2
+    meets = (c > 0.0) & (b < 0.0) & (b * b > a * c)
+    time = np.where(meets, c / (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))), np.inf)
+    time[(-b) / reach < 0.5] = np.inf
+    untouched, found = np.ones(400, dtype=bool), 0
+    for pair in np.argsort(time)[: len(contacts)]:  # up to the first pair of which one was struck before
+        if not (untouched[one[pair]] and untouched[other[pair]]):
+            break
+        untouched[[one[pair], other[pair]]] = False
+        assert (contacts["first"][found], contacts["second"][found]) == (one[pair], other[pair])
+        assert contacts["time"][found] == pytest.approx(time[pair], rel=1e-10)
+        found += 1
+    assert found >= 5
+
+
+def test_threads_change_nothing() -> None:
+    fragments = stack(2000, seed=9)
+    results = [fly(fragments, contact=Contact(), threads=threads) for threads in (1, 2, 3)]
+    for other in results[1:]:
+        assert (results[0].contacts == other.contacts).all()
+        assert (results[0].landing == other.landing).all()
+
+
+def test_overlap_at_launch_does_not_explode() -> None:
+    """Spheres drawn over each other part as if the others were not there."""
+    generator = np.random.default_rng(1)
+    direction = generator.normal(size=(300, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    heap = Fragments.from_arrays(0.05, 1e-3 * direction, 500.0 * direction)
+    result = fly(heap, contact=Contact(), **STILL)
+    assert len(result.contacts) == 0
+    assert result.landing["speed"] == pytest.approx(500.0, rel=1e-12)
+
+
+def test_a_dilute_cloud_and_the_distance_end_contact() -> None:
+    radius = 5e-3
+    pair = Fragments.from_arrays(mass_of(radius), [[0, 0, 0], [30.0, 0, 0]], [[500.0, 0, 0], [-500.0, 0, 0]])
+    near, far = (fly(pair, contact=Contact(distance=d), **STILL) for d in (10.0, 16.0))
+    assert (len(near.contacts), len(far.contacts)) == (0, 1)
+    assert near.summary["contact"]["windows"] < 60
+
+
+def test_one_fragment_or_none_meets_nobody() -> None:
+    one = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
+    assert (fly(one, contact=Contact()).landing == fly(one).landing).all()
+    assert len(fly(one.select(slice(0, 0)), contact=Contact()).landing) == 0
+
+
+def test_nothing_meets_below_the_ground() -> None:
+    pair = Fragments.from_arrays(mass_of(5e-3), [[0, 0, 0.1], [2, 0, 0.1]], [[200, 0, -100], [-200, 0, -100]])
+    result = fly(pair, contact=Contact(), air="vacuum")
+    assert len(result.contacts) == 0
+    assert (result.landing["status"] == Status.LANDED).all()
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ({"density": 0.0}, r"contact: density is 0\.0 kg/m3, needed: finite and above zero"),
+        ({"restitution": 1.2}, "restitution is 1.2, allowed: 0 to 1"),
+        ({"friction_angle_deg": 90.0}, "friction angle is 90.0 degrees"),
+        ({"distance": math.inf}, "distance is inf m"),
+    ],
+)
+def test_messages(argument: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Contact(**argument)

@@ -1,0 +1,152 @@
+"""Distances on a map: contours against geodesics, and files that others read."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from flight import InputError
+from flight.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.ensemble import EnsembleHazard, assess_ensemble
+from flight.result import LANDING, Status
+from flight.tally import tally
+
+Geodesic = pytest.importorskip("geographiclib.geodesic").Geodesic
+KML = "{http://www.opengis.net/kml/2.2}"
+SITE = Site(52.25, 7.5, 30.0)
+
+
+@pytest.fixture(scope="module")
+def found() -> EnsembleHazard:
+    generator = np.random.default_rng(1)
+    counts = []
+    for _ in range(12):
+        rows = np.zeros(20_000, dtype=LANDING)
+        rows["status"], rows["energy"], rows["angle"] = Status.LANDED, 100.0, 30.0
+        rows["azimuth"] = generator.uniform(0.0, 360.0, len(rows))
+        rows["distance"] = generator.exponential(60.0, len(rows)) * (2.0 + np.cos(np.radians(rows["azimuth"])))
+        counts.append(tally(rows, sector_width=15.0))
+    return assess_ensemble(counts)
+
+
+def inverse(site: Site, ring: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Geodesic distances (m) and bearings (degrees) from the site to the points of a ring."""
+    found = [Geodesic.WGS84.Inverse(site.latitude, site.longitude, lat, lon) for lon, lat in ring]
+    return np.array([one["s12"] for one in found]), np.array([one["azi1"] for one in found])
+
+
+def area(ring: np.ndarray) -> float:
+    x, y = ring.T
+    return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+
+
+@pytest.mark.parametrize("site", [SITE, Site(-33.0, 179.9999, -120.0), Site(70.0, -180.0, 400.0), Site(0.0, 0.0, 0.0)])
+def test_points_lie_at_their_distance_and_bearing(site: Site) -> None:
+    azimuth, distance = np.arange(0.0, 360.0, 7.0), np.linspace(1.0, 3000.0, 52)
+    length, bearing = inverse(site, site.places(azimuth, distance))
+    assert length == pytest.approx(distance, abs=1e-6)
+    assert (np.abs((bearing + azimuth - site.bearing + 180.0) % 360.0 - 180.0) < 1e-6).all()
+
+
+def test_longitudes_do_not_jump_at_the_date_line() -> None:
+    longitude = Site(10.0, 179.9999, 90.0).places(np.arange(0.0, 360.0, 5.0), 2000.0)[:, 0]
+    assert np.ptp(longitude) < 0.1
+
+
+def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> None:
+    contours = contours_of(found, SITE)
+    names = [(one.properties["quantity"], one.properties["statistic"]) for one in contours]
+    quantities = ("hazardous_fragment_distance", "max_throw", "hazardous_fragment_distance_all_round")
+    assert names == [(quantity, statistic) for quantity in quantities for statistic in ("median", "high", "pooled")]
+    for one in contours[:6]:
+        length, bearing = inverse(SITE, one.ring)
+        azimuth = (SITE.bearing - bearing) % 360.0
+        curve = getattr(found.by_sector[one.properties["quantity"]], one.properties["statistic"])
+        sector = np.floor(azimuth / 15.0 + 0.5).astype(int) % 24
+        inside = np.abs((azimuth + 7.5) % 15.0 - 7.5) < 7.4  # a limit of two sectors belongs to either
+        assert length[inside] == pytest.approx(curve[sector[inside]], abs=1e-6)
+        assert one.properties["largest_distance_m"] == pytest.approx(curve.max(), abs=1e-3)
+        assert one.properties["realisations"] == 12
+    circle = contours[6]
+    assert inverse(SITE, circle.ring)[0] == pytest.approx(
+        found.bands["hazardous_fragment_distance_all_round"].median, abs=1e-6
+    )
+    for one in contours:
+        assert (one.ring[0] == one.ring[-1]).all()
+        assert area(one.ring) > 0.0, "the right-hand rule: counter-clockwise"
+
+
+def test_arcs_keep_within_their_chords() -> None:
+    azimuth, distance = outline(np.array([100.0, 200.0, 300.0, 400.0]))
+    assert np.diff(azimuth).max() <= 1.0
+    assert len(azimuth) == 4 * 91
+    assert set(distance) == {100.0, 200.0, 300.0, 400.0}
+    assert 1.0 - np.cos(np.radians(0.5)) < 4e-5
+
+
+def test_no_hazard_has_no_contour() -> None:
+    rows = np.zeros(3, dtype=LANDING)
+    rows["status"], rows["distance"] = Status.LANDED, 50.0
+    quantities = {one.properties["quantity"] for one in contours_of(assess_ensemble([tally(rows)]), SITE)}
+    assert quantities == {"max_throw"}
+
+
+def test_geojson_is_as_the_standard_has_it(found: EnsembleHazard, tmp_path: Path) -> None:
+    contours = contours_of(found, SITE)
+    path = write_geojson(contours, SITE, tmp_path / "contours.geojson", {"seed": "1"})
+    read = json.loads(path.read_text())
+    assert read["type"] == "FeatureCollection"
+    assert read["provenance"] == {"seed": "1"}
+    origin, *features = read["features"]
+    assert origin["geometry"] == {"type": "Point", "coordinates": [7.5, 52.25]}
+    for feature, contour in zip(features, contours, strict=True):
+        assert feature["type"] == "Feature"
+        assert feature["geometry"]["type"] == "Polygon"
+        (ring,) = feature["geometry"]["coordinates"]
+        assert ring[0] == ring[-1]
+        length, _ = inverse(SITE, np.array(ring))
+        assert length == pytest.approx(inverse(SITE, contour.ring)[0], abs=1e-3)
+        assert feature["properties"]["name"] == contour.properties["name"]
+
+
+def test_kml_is_read_back(found: EnsembleHazard, tmp_path: Path) -> None:
+    contours = contours_of(found, SITE)
+    path = write_kml(contours, SITE, tmp_path / "contours.kml", {"seed": "1", "case": "long"})
+    root = ET.parse(path).getroot()
+    assert root.tag == f"{KML}kml"
+    origin, *places = root.findall(f"{KML}Document/{KML}Placemark")
+    assert origin.findtext(f"{KML}Point/{KML}coordinates") == "7.500000000,52.250000000"
+    for place, contour in zip(places, contours, strict=True):
+        text = place.findtext(f"{KML}Polygon/{KML}outerBoundaryIs/{KML}LinearRing/{KML}coordinates") or ""
+        ring = np.array([[float(value) for value in pair.split(",")] for pair in text.split()])
+        assert ring == pytest.approx(contour.ring, abs=1e-8)
+        data = {one.get("name"): one.findtext(f"{KML}value") for one in place.iter(f"{KML}Data")}
+        assert data["realisations"] == "12"
+        assert data["statistic"] == contour.properties["statistic"]
+        assert place.findtext(f"{KML}Style/{KML}LineStyle/{KML}color", "").startswith("ff")
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [((89.5, 0.0, 0.0), "latitude is 89.5"), ((np.nan, 0.0, 0.0), "latitude is nan"), ((0, np.inf, 0), "longitude")],
+)
+def test_places_without_a_map_are_refused(values: tuple[float, float, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Site(*values)
+
+
+def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "geographiclib.geodesic", None)
+    with pytest.raises(InputError, match="need geographiclib: pip install geographiclib"):
+        SITE.places(0.0, 1.0)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    ring = Contour(np.zeros((4, 2)), {"quantity": "max_throw"})
+    with pytest.raises(InputError, match="cannot be written"):
+        write_geojson([ring], SITE, tmp_path / "none" / "contours.geojson")
