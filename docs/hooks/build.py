@@ -17,7 +17,6 @@ __all__ = ["on_config", "on_page_markdown"]
 
 ROOT = Path(__file__).resolve().parents[2]
 _PLACE = re.compile(r"^<!-- insert (\w+)(?: (\w+))? -->$", re.MULTILINE)
-_MADE = {"case_reference": case_reference, "built_in_tables": built_in_tables, "command_reference": command_reference}
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -33,9 +32,7 @@ def on_page_markdown(markdown: str, **_: object) -> str:
 
 def _insert(place: re.Match[str]) -> str:
     kind, name = place.groups()
-    if kind == "readme":
-        return readme_part(name)
-    return _MADE[kind]()
+    return readme_part(name) if kind == "readme" else _MADE[kind]()
 
 
 def readme_part(name: str) -> str:
@@ -51,3 +48,29 @@ def readme_part(name: str) -> str:
     if found is None:
         raise ValueError(f"README.md has no part {name}")
     return found.group(1)
+
+
+def validation_ladder() -> str:
+    """The ladder's own page, with what it links to in the place of this one."""
+    text = (ROOT / "validation" / "README.md").read_text(encoding="utf-8")
+    return text.replace("../docs/pictures/", "pictures/")
+
+
+def missed_rows() -> str:
+    """Rows of the ladder's tables, without their sources, that missed what is allowed, as Markdown."""
+    lines = ["| case | quantity | ours | reference | error | allowed |", "|---|---|---|---|---|---|"]
+    for name, table in re.findall(r"<!-- begin (\w+) -->\n(.*?)<!-- end", validation_ladder(), re.DOTALL):
+        for row in table.splitlines():
+            cells = [cell.strip() for cell in row.strip("|").split("|")]
+            if "MISSED" in cells:
+                lines.append(f"| `{name}` | {' | '.join(cells[:5])} |")
+    return "\n".join(lines)
+
+
+_MADE = {
+    "case_reference": case_reference,
+    "built_in_tables": built_in_tables,
+    "command_reference": command_reference,
+    "validation_ladder": validation_ladder,
+    "missed_rows": missed_rows,
+}
