@@ -150,6 +150,13 @@ def test_the_first_run_as_written(tmp_path):
     assert run_page("guide/output.md", tmp_path, slow=True) == 1
 
 
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_the_cookbook_as_written(tmp_path):
+    assert run_page("guide/cookbook.md", tmp_path, slow=True) > 0
+    assert (tmp_path / "runs" / "test" / "report.html").is_file()
+
+
 class _Loads(HTMLParser):
     """What a page loads, and the formulas in it."""
 
