@@ -10,20 +10,27 @@
 from __future__ import annotations
 
 from flight.air import VACUUM, ConstantAir, StandardAtmosphere
+from flight.bounce import Bounce
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError
 from flight.fragments import Fragments
+from flight.height_map import HeightMap
 from flight.integrate import FlightProgress, fly
 from flight.integrator import Adaptive, Domain, FixedStep
-from flight.result import HITS, LANDING, FlightResult, Status, Trajectories, to_pandas
+from flight.obstacles import Barricade, Building, Wall
+from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
 from flight.targets import Cylinder, Panel, Polygon
 from flight.wind import Wind
 
 __all__ = [
     "HITS",
     "LANDING",
+    "OBSTACLE_HITS",
     "VACUUM",
     "Adaptive",
+    "Barricade",
+    "Bounce",
+    "Building",
     "ConstantAir",
     "Cylinder",
     "Domain",
@@ -33,12 +40,14 @@ __all__ = [
     "FlightResult",
     "FlightWarning",
     "Fragments",
+    "HeightMap",
     "InputError",
     "Panel",
     "Polygon",
     "StandardAtmosphere",
     "Status",
     "Trajectories",
+    "Wall",
     "Wind",
     "fly",
     "to_pandas",

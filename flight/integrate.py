@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.air import Air, ConstantAir, StandardAtmosphere
+from flight.bounce import Bounce
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
 from flight.integrator import Adaptive, Domain, FixedStep
 from flight.job import FlightProgress, Job
 from flight.result import FlightResult, Status
+from flight.scene import Scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -24,7 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fragments import Fragments
+    from flight.height_map import HeightMap
     from flight.integrator import Integrator
+    from flight.obstacles import Obstacle
     from flight.targets import Witness
     from flight.wind import Wind
 
@@ -40,7 +44,9 @@ def fly(
     drag: Drag | str | Path | float = "shell_fragment",
     gravity: float = STANDARD_GRAVITY,
     wind: Wind | None = None,
-    ground: float | None = 0.0,
+    ground: float | HeightMap | None = 0.0,
+    bounce: Bounce | str | None = None,
+    obstacles: Sequence[Obstacle] = (),
     witnesses: Sequence[Witness] = (),
     integrator: Integrator | None = None,
     domain: Domain | None = None,
@@ -65,10 +71,14 @@ def fly(
         Downward acceleration (m/s2).
     wind : Wind, optional
         Horizontal wind.
-    ground : float or None
-        Height of flat ground (m); None: no ground.
+    ground : float, HeightMap or None
+        Height of flat ground (m), a map of heights, or no ground.
+    bounce : Bounce, str or None
+        How fragments bounce and roll on the ground, or the name of a kind of ground; None: they stay where they land.
+    obstacles : sequence of Wall, Barricade or Building
+        What stops fragments, or turns them off.
     witnesses : sequence of Cylinder, Panel or Polygon
-        Surfaces that record every crossing, up to the landing.
+        Surfaces that record every crossing, up to the landing (with bounces, up to the last; a slide is not recorded).
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
     domain : Domain, optional
@@ -87,7 +97,7 @@ def fly(
     Raises
     ------
     InputError
-        A fragment starts below the ground, or an argument is out of range.
+        A fragment starts below the ground, off the map or in an obstacle, or an argument is out of range.
 
     Notes
     -----
@@ -96,13 +106,17 @@ def fly(
     began = time.perf_counter()
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
-    _check(fragments, gravity, ground, time_limit, origin, threads, integrator)
+    _check(gravity, time_limit, origin, threads, integrator)
+    scene = Scene(ground, Bounce.of(bounce), tuple(obstacles))
+    scene.check(fragments, gravity, origin)
     job = Job(
-        fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin
+        fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin
     )
     chosen = _chosen(sample, len(fragments), seed)
-    landing, hits, extremes = job.run(threads or _cores(), on_progress, began)
-    result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
+    landing, hits, struck, extremes = job.run(threads or _cores(), on_progress, began)
+    result = FlightResult(
+        landing, hits, job.paths(chosen), tuple(witnesses), obstacles=scene.obstacles, obstacle_hits=struck
+    )
     result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
     return result
 
@@ -137,9 +151,8 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
 
 
 def _check(
-    fragments: Fragments, gravity: float, ground: float | None, time_limit: float, origin: tuple[float, float],
-    threads: int | None, integrator: Integrator,
-) -> None:  # fmt: skip
+    gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, integrator: Integrator
+) -> None:
     if not math.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, needed: a finite number (m/s2)")
     if not (math.isfinite(time_limit) and time_limit > 0.0):
@@ -150,17 +163,6 @@ def _check(
         raise InputError(f"threads is {threads}, needed: 1 or more")
     if not isinstance(integrator, Adaptive | FixedStep):
         raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
-    if ground is None:
-        return
-    if not math.isfinite(ground):
-        raise InputError(f"ground is {ground}, needed: a finite height (m), or None")
-    below = fragments.position[:, 2] < ground
-    if below.any():
-        first = int(np.argmax(below))
-        raise InputError(
-            f"fragments: {int(below.sum())} start below the ground at {ground} m, the first is fragment {first} at "
-            f"z = {fragments.position[first, 2]} m; raise the rounds or lower the ground"
-        )
 
 
 def _summary(
@@ -180,14 +182,11 @@ def _summary(
         "fragments": len(landing),
         "mass": float(landing["mass"].sum()),
         "landed": len(landed),
-        "status": {
-            status.name.lower(): {
-                "fragments": int((landing["status"] == status).sum()),
-                "mass": float(landing["mass"][landing["status"] == status].sum()),
-            }
-            for status in Status
-        },
+        "status": _by_status(landing, "status"),
+        "rest_status": _by_status(landing, "rest_status"),
+        "bounces": int(landing["bounces"].sum()),
         "hits": len(result.hits),
+        "obstacle_hits": len(result.obstacle_hits),
         "max_range": float(landed["distance"].max()) if len(landed) else 0.0,
         "drag": drag.name,
         "above_drag_table": beyond,
@@ -196,3 +195,9 @@ def _summary(
         "rejected_steps": int(extremes[:, 1].sum(dtype=np.float64)),
         "wall_seconds": seconds,
     }
+
+
+def _by_status(landing: NDArray[Any], field: str) -> dict[str, dict[str, Any]]:
+    """Numbers and mass by a status, so that they add up to all that flew."""
+    rows = {status: landing["mass"][landing[field] == status] for status in Status}
+    return {status.name.lower(): {"fragments": len(mass), "mass": float(mass.sum())} for status, mass in rows.items()}

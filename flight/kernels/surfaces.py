@@ -19,6 +19,7 @@ __all__ = [
     "CYLINDER",
     "PIECES_SHAPE",
     "POLYGON",
+    "PRODUCT",
     "RECTANGLE",
     "WITNESS_COLUMNS",
     "cross_cylinder",
@@ -38,7 +39,7 @@ PIECES_SHAPE = (64, 14)  # halves of a step: coefficients of x and y about the a
 FARTHEST_SQUARED = 32.0**2  # radii squared; a step that reaches farther is halved
 NARROWEST_PIECE = 2.0**-50
 # binomials C(5,i) C(5,j) / C(10,i+j): the product of two polynomials of degree 5 in Bernstein form
-_PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
+PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
 
 
 @njit(error_model="numpy")
@@ -110,7 +111,7 @@ def cross_cylinder(
             coefficients[k] = 0.0
         for i in range(6):
             for j in range(6):
-                coefficients[i + j] += _PRODUCT[i, j] * (piece[i] * piece[j] + piece[6 + i] * piece[6 + j])
+                coefficients[i + j] += PRODUCT[i, j] * (piece[i] * piece[j] + piece[6 + i] * piece[6 + j])
         for k in range(11):
             coefficients[k] -= squared
         found = sign_changes(stack, 10, farthest, roots[count:])
