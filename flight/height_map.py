@@ -130,13 +130,12 @@ class HeightMap:
         grid = read_grid(path)
         corner = (grid.corner[0] - site[0], grid.corner[1] - site[1])
         if datum == "site":
-            # holes away from the site must not matter here
-            raw = cls(np.nan_to_num(grid.heights, nan=np.inf, posinf=np.inf), grid.step, corner, name=str(path))
+            hole = ~np.isfinite(grid.heights)  # elsewhere it does not matter here
+            raw = cls(np.where(hole, 0.0, grid.heights), grid.step, corner, name=str(path))
             if not raw.contains(0.0, 0.0).all():
                 raise InputError(f"{path}: the site {site} lies off the map, {raw.extent(site)}")
-            with np.errstate(invalid="ignore"):
-                zero = float(raw.at(0.0, 0.0))
-            if not math.isfinite(zero):
+            zero = float(raw.at(0.0, 0.0))
+            if cls(hole, grid.step, corner).at(0.0, 0.0) > 0.0:
                 raise InputError(f"{path}: the map has a hole at the site {site}; give datum as a height (m)")
         else:
             zero = float(datum)

@@ -117,7 +117,7 @@ def fly(
     result = FlightResult(
         landing, hits, job.paths(chosen), tuple(witnesses), obstacles=scene.obstacles, obstacle_hits=struck
     )
-    result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
+    result.summary.update(_summary(result, extremes, drag, job, time.perf_counter() - began))
     return result
 
 
@@ -166,12 +166,13 @@ def _check(
 
 
 def _summary(
-    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, in_air: bool, seconds: float
+    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: Job, seconds: float
 ) -> dict[str, Any]:
     landing = result.landing
     landed = result.landed
-    beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if in_air else 0
-    below = int((extremes[:, 2] < drag.lowest_mach).sum()) if in_air else 0
+    at_rest = landing["rest_position"][landing["rest_status"] == Status.LANDED, :2] - job.origin
+    beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if job.in_air else 0
+    below = int((extremes[:, 2] < drag.lowest_mach).sum()) if job.in_air else 0
     if beyond:
         warnings.warn(
             f"drag {drag.name}: {beyond} of {len(landing)} fragments flew above Mach {drag.highest_mach:g}, the "
@@ -184,6 +185,7 @@ def _summary(
         "landed": len(landed),
         "status": _by_status(landing, "status"),
         "rest_status": _by_status(landing, "rest_status"),
+        "max_rest_distance": float(np.sqrt((at_rest**2).sum(axis=1)).max(initial=0.0)),
         "bounces": int(landing["bounces"].sum()),
         "hits": len(result.hits),
         "obstacle_hits": len(result.obstacle_hits),

@@ -48,6 +48,11 @@ class Wall:
         _check(self, ("start", "end"), ("height", "thickness"))
         _direction(self)
 
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Middle of its plan (x, y)."""
+        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
+
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
         """Faces from `bottom` to `top` (z, m), and the corners of their hull (n, 3)."""
         middle, along, half = _direction(self)
@@ -78,6 +83,11 @@ class Barricade:
             raise InputError(f"obstacle {self.name}: slope is {self.slope}, needed: zero (upright) or more")
         _direction(self)
 
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Middle of its plan (x, y)."""
+        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
+
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
         """As of `Wall`."""
         middle, along, half = _direction(self)
@@ -106,6 +116,11 @@ class Building:
         _check(self, ("centre",), ("length", "width", "height"))
         if not math.isfinite(self.azimuth):
             raise InputError(f"obstacle {self.name}: azimuth is {self.azimuth}, needed: degrees")
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Middle of its plan (x, y)."""
+        return float(self.centre[0]), float(self.centre[1])
 
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
         """As of `Wall`."""
@@ -143,7 +158,7 @@ def pack_obstacles(
             raise InputError(
                 f"obstacle {obstacle!r}: a {type(obstacle).__name__}, allowed: flight.Wall, Barricade or Building"
             )
-        x, y = _middle(obstacle)
+        x, y = obstacle.middle
         below = ground(x, y)
         base = below if obstacle.base is None else obstacle.base
         if base is None:
@@ -190,7 +205,7 @@ def count_by_face(obstacles: Sequence[Obstacle], hits: NDArray[Any], energy: flo
         entry["faces"] = [
             {
                 "face": face,
-                "azimuth_deg": None if abs(n[2]) == 1.0 else math.degrees(math.atan2(n[1], n[0])) % 360.0,
+                "azimuth_deg": None if abs(n[2]) == 1.0 else round(math.degrees(math.atan2(n[1], n[0])), 9) % 360.0,
                 **_tally(mine[mine["face"] == number], energy),
             }
             for number, (face, n) in enumerate(zip(obstacle.faces, normals, strict=True))
@@ -234,19 +249,13 @@ def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]
         raise InputError(f"obstacle {name}: {error}") from None
 
 
-def _middle(obstacle: Obstacle) -> tuple[float, float]:
-    if isinstance(obstacle, Building):
-        return float(obstacle.centre[0]), float(obstacle.centre[1])
-    return 0.5 * (obstacle.start[0] + obstacle.end[0]), 0.5 * (obstacle.start[1] + obstacle.end[1])
-
-
 def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Middle, unit vector from start to end, half the length."""
     way = np.array([obstacle.end[0] - obstacle.start[0], obstacle.end[1] - obstacle.start[1], 0.0])
     length = float(np.linalg.norm(way))
     if not length > 0.0:
         raise InputError(f"obstacle {obstacle.name}: start and end are both {obstacle.start}; they must differ")
-    return np.array([*_middle(obstacle), 0.0]), way / length, 0.5 * length
+    return np.array([*obstacle.middle, 0.0]), way / length, 0.5 * length
 
 
 def _prism(

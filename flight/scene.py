@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene"]
 
-ON_THE_GROUND = 1e-8  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.rebound
+ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.rebound
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,24 +78,31 @@ class Scene:
             raise InputError(f"bounce: gravity is {gravity} m/s2; without weight nothing comes to rest")
         if self.bounce is not None and self.ground is None:
             raise InputError("bounce: there is no ground to bounce on")
+        if isinstance(self.ground, float | int) and not math.isfinite(self.ground):
+            raise InputError(f"ground is {self.ground}, needed: a finite height (m), a flight.HeightMap, or None")
+        self.check_places(fragments.position, origin, "fragments")
         if isinstance(self.ground, HeightMap):
-            self._check_map(self.ground, fragments)
+            height = self.ground.at(fragments.position[:, 0], fragments.position[:, 1])
+            self._check_above(fragments, height, f"of {self.ground.name}")
         elif self.ground is not None:
-            if not math.isfinite(self.ground):
-                raise InputError(f"ground is {self.ground}, needed: a finite height (m), a flight.HeightMap, or None")
             self._check_above(fragments, np.full(len(fragments), float(self.ground)), f"at {self.ground} m")
-        self._check_obstacles(fragments, origin)
 
-    def _check_map(self, ground: HeightMap, fragments: Fragments) -> None:
-        x, y = fragments.position[:, 0], fragments.position[:, 1]
+    def check_places(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:
+        """Refuse places (n, 3) off the map or in an obstacle, and an origin in one; `what` stands there."""
+        if isinstance(self.ground, HeightMap):
+            self._check_map(self.ground, position, what)
+        self._check_obstacles(position, origin, what)
+
+    @staticmethod
+    def _check_map(ground: HeightMap, position: NDArray[np.float64], what: str) -> None:
+        x, y = position[:, 0], position[:, 1]
         off = ~ground.contains(x, y)
         if off.any():
             first = int(np.argmax(off))
             raise InputError(
-                f"fragments: {off.sum()} start off {ground.name}, {ground.extent()}; the first is fragment {first} "
-                f"at x = {x[first]} m, y = {y[first]} m; is the map's site right?"
+                f"{what}: {off.sum()} start off {ground.name}, {ground.extent()}; the first is number {first} at "
+                f"x = {x[first]} m, y = {y[first]} m; is the map's site right?"
             )
-        self._check_above(fragments, ground.at(x, y), f"of {ground.name}")
 
     @staticmethod
     def _check_above(fragments: Fragments, ground: NDArray[np.float64], which: str) -> None:
@@ -108,17 +115,17 @@ class Scene:
                 "raise the rounds or lower the ground"
             )
 
-    def _check_obstacles(self, fragments: Fragments, origin: tuple[float, float]) -> None:
+    def _check_obstacles(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:
         if not self.obstacles:
             return
         rows = self.obstacle_rows()
         ground = self.ground_at(*origin)
         for row, obstacle in zip(rows, self.obstacles, strict=True):
-            inside = np.flatnonzero(depth_in(row[None], fragments.position)[:, 0] > 0.0)
+            inside = np.flatnonzero(depth_in(row[None], position)[:, 0] > 0.0)
             if inside.size:
                 raise InputError(
-                    f"obstacle {obstacle.name}: {inside.size} fragments start inside it, the first is fragment "
-                    f"{inside[0]} at {tuple(fragments.position[inside[0]])} m; move the obstacle off the rounds"
+                    f"obstacle {obstacle.name}: {inside.size} {what} start inside it, the first is number {inside[0]} "
+                    f"at {tuple(position[inside[0]])} m; move the obstacle off the rounds"
                 )
             if ground is not None and depth_in(row[None], np.array([[*origin, ground]]))[0, 0] > 0.0:
                 raise InputError(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from flight import Fragments
+    from flight import Fragments, HeightMap
     from fragfield.case import Case
     from fragfield.parallel import Team
     from fragfield.progress import ProgressReporter
@@ -116,7 +116,7 @@ def break_up(job: Job, stage: Stage) -> None:
 
 
 def fly(job: Job, stage: Stage) -> None:
-    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5 and their CSV copies."""
+    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, obstacle_hits.h5, CSV copies."""
     import flight
     from flight import hazard
     from fragfield.case.convert import flight_arguments, hazard_criteria
@@ -125,8 +125,9 @@ def fly(job: Job, stage: Stage) -> None:
     if job.fragments is not None or job.source.path != job.target.path:
         for name in ("fragments.h5", "fragments.csv"):
             fragments.write(job.target.file(name), provenance_of(job.case))
-    fragments = _above(fragments, job.case.flight.ground.height)
-    result = flight.fly(fragments, **flight_arguments(job.case), threads=job.threads, on_progress=job.reporter.flight)
+    arguments = flight_arguments(job.case)
+    fragments = _above(fragments, arguments["ground"])
+    result = flight.fly(fragments, **arguments, threads=job.threads, on_progress=job.reporter.flight)
     result.write(job.target.path, provenance_of(job.case))
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
     found = hazard.assess(result, criteria, sector_width=width, distance=job.case.hazard.distance_cell)
@@ -135,22 +136,25 @@ def fly(job: Job, stage: Stage) -> None:
         hits = result.hits_on(surface.name)
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
-    job.note({"flight": {**result.summary, **found.summary()}, "witness": surfaces})
+    obstacles = result.by_face(criteria.energy)
+    job.note({"flight": {**result.summary, **found.summary()}, "witness": surfaces, "obstacle": obstacles})
 
 
-def _above(fragments: Fragments, ground: float) -> Fragments:
+def _above(fragments: Fragments, ground: float | HeightMap) -> Fragments:
     """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
     import numpy as np
 
-    below = fragments.position[:, 2] < ground
+    x, y, z = fragments.position.T
+    height = np.full(len(z), ground) if isinstance(ground, float) else ground.at(x, y)
+    below = z < height
     if not below.any():
         return fragments
     _log.warning(
         "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
-        int(below.sum()), float(fragments.mass[below].sum()), float(ground - fragments.position[:, 2].min()),
+        int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),
     )  # fmt: skip
     position = fragments.position.copy()
-    position[:, 2] = np.maximum(position[:, 2], ground)
+    position[:, 2] = np.maximum(z, height)
     return replace(fragments, position=position)
 
 

@@ -78,8 +78,8 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
 
         `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
         the end of a fragment that has none; last state (time, place, velocity), with which those that fly on start;
-        which obstacle and face stopped it, (rows, 2); bounces on the ground; all impacts. Returns how many fly on, first
-        in `moving`, and the rows used of `struck`.
+        which obstacle and face stopped it, (rows, 2); bounces on the ground; all impacts. Returns how many fly on, now
+        first in `moving`, and the rows used of `struck`.
         """
         chord = np.empty((2, 3))
         flying = hits = 0

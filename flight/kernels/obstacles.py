@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from flight.kernels.roots import sign_changes
-from flight.kernels.surfaces import misses_box
+from flight.kernels.surfaces import least, most
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,15 +26,18 @@ EVENTS_SHAPE = (2, 5 * FACES + 1)
 NOWHERE = 2.0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def enter_obstacles(
     points: Array, obstacles: Array, until: float, events: Array, stack: Array, roots: Array
 ) -> tuple[float, int, int]:
     """Find the first place on the step, before `until`, where it enters an obstacle (2.0: none), and the face."""
     theta, which, face = NOWHERE, -1, -1
+    x_low, x_high = least(points[0], 0), most(points[0], 0)
+    y_low, y_high = least(points[1], 0), most(points[1], 0)
+    z_low, z_high = least(points[2], 0), most(points[2], 0)
     for index in range(obstacles.shape[0]):
         row = obstacles[index]
-        if misses_box(points, row):
+        if x_high < row[1] or x_low > row[2] or y_high < row[3] or y_low > row[4] or z_high < row[5] or z_low > row[6]:
             continue
         place, on = _enter(points, row, events, stack, roots)
         if place <= until and place < theta:
@@ -42,7 +45,7 @@ def enter_obstacles(
     return theta, which, face
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array) -> tuple[float, int]:
     """Place where the step enters one body, and the face.
 
@@ -90,7 +93,7 @@ def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array)
     return NOWHERE, -1
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def enter_on_chord(start: Array, end: Array, obstacles: Array) -> tuple[float, int, int]:
     """As `enter_obstacles` for the straight way from start to end, (3,) each."""
     theta, which, on = NOWHERE, -1, -1

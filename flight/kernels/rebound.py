@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LIFT", "MOST_CONTACTS", "rebound", "slide"]
 
-LIFT = 1e-8  # m off the surface at which a fragment starts anew, so that rounding does not put it below
+LIFT = 1e-9  # m off the surface at which a fragment starts anew, so that rounding does not put it below
 MOST_CONTACTS = 500  # of one fragment; then it bounces no more
 MOST_PARTS = 1_000_000  # of one slide
 STILL = 1e-6  # m/s

@@ -8,6 +8,7 @@ steps is found once.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,12 +19,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["LARGEST_DEGREE", "STACK_SHAPE", "sign_changes"]
+__all__ = ["LARGEST_DEGREE", "PRODUCT", "STACK_SHAPE", "sign_changes"]
 
 LARGEST_DEGREE = 10
 STACK_SHAPE = (72, LARGEST_DEGREE + 3)  # coefficients, then lower and upper end; one row an open interval
 NOISE = 64.0 * np.finfo(np.float64).eps
 NARROWEST = 2.0**-60
+# binomials C(5,i) C(5,j) / C(10,i+j): the product of two polynomials of degree 5 in Bernstein form
+PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
 
 
 @njit(error_model="numpy")

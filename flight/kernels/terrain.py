@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from flight.kernels.roots import sign_changes
-from flight.kernels.surfaces import PRODUCT, cross_plane
+from flight.kernels.roots import PRODUCT, sign_changes
+from flight.kernels.surfaces import cross_plane, least, most
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,14 +45,14 @@ class Terrain(NamedTuple):
     highest: float
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _index(place: float, start: float, step: float, cells: int) -> int:
     """Cell of a place along one axis; the nearest one beyond the edges."""
     index = math.floor((place - start) / step)
     return int(min(max(index, 0.0), cells - 1.0))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float, float]:
     """Height of a cell's first corner, its rise over one cell along x, along y, and its twist."""
     h = terrain.heights
@@ -60,7 +60,7 @@ def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float
     return corner, east - corner, north - corner, (h[row + 1, column + 1] - north) - (east - corner)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def height_at(terrain: Terrain, x: float, y: float) -> float:
     """Height of the ground (m)."""
     row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
@@ -71,7 +71,7 @@ def height_at(terrain: Terrain, x: float, y: float) -> float:
     return corner + u * rise_x + v * rise_y + u * v * twist
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     """Rise of the ground per length along x and along y."""
     row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
@@ -82,24 +82,25 @@ def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     return (rise_x + v * twist) / terrain.step_x, (rise_y + u * twist) / terrain.step_y
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> float:
     """Find the place on the step where it leaves the map; 2.0 if it stays."""
     theta = NOWHERE
     east = terrain.west + (terrain.heights.shape[1] - 1) * terrain.step_x
     north = terrain.south + (terrain.heights.shape[0] - 1) * terrain.step_y
-    if cross_plane(points, terrain.west, 0.0, 0.0, 1.0, 0.0, 0.0, stack, roots) > 0:
+    x, y = points[0], points[1]
+    if least(x, 0) < terrain.west and cross_plane(points, terrain.west, 0.0, 0.0, 1.0, 0.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
-    if cross_plane(points, east, 0.0, 0.0, -1.0, 0.0, 0.0, stack, roots) > 0:
+    if most(x, 0) > east and cross_plane(points, east, 0.0, 0.0, -1.0, 0.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
-    if cross_plane(points, 0.0, terrain.south, 0.0, 0.0, 1.0, 0.0, stack, roots) > 0:
+    if least(y, 0) < terrain.south and cross_plane(points, 0.0, terrain.south, 0.0, 0.0, 1.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
-    if cross_plane(points, 0.0, north, 0.0, 0.0, -1.0, 0.0, stack, roots) > 0:
+    if most(y, 0) > north and cross_plane(points, 0.0, north, 0.0, 0.0, -1.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
     return theta
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def cross_terrain(
     points: Array, terrain: Terrain, until: float, pieces: Array, events: Array, stack: Array, roots: Array
 ) -> float:
@@ -107,6 +108,8 @@ def cross_terrain(
 
     Landing is the first place below, not a sign change: a step that is below by rounding between two cells lands there.
     """
+    if least(points[2], 0) > terrain.highest:
+        return NOWHERE
     for j in range(3):
         for i in range(6):
             pieces[0, 6 * j + i] = points[j, i]
@@ -118,13 +121,13 @@ def cross_terrain(
         piece = pieces[depth]
         if piece[_LOW] >= until:
             return NOWHERE
-        lowest = piece[12:18].min()
+        lowest = least(piece, 12)
         if lowest > terrain.highest:
             continue
-        west = _index(piece[0:6].min(), terrain.west, terrain.step_x, columns)
-        east = _index(piece[0:6].max(), terrain.west, terrain.step_x, columns)
-        south = _index(piece[6:12].min(), terrain.south, terrain.step_y, rows)
-        north = _index(piece[6:12].max(), terrain.south, terrain.step_y, rows)
+        west = _index(least(piece, 0), terrain.west, terrain.step_x, columns)
+        east = _index(most(piece, 0), terrain.west, terrain.step_x, columns)
+        south = _index(least(piece, 6), terrain.south, terrain.step_y, rows)
+        north = _index(most(piece, 6), terrain.south, terrain.step_y, rows)
         if lowest > _greatest(terrain, south, north, west, east):
             continue
         if (east - west <= 1 and north - south <= 1) or depth + 2 > _DEEPEST:
@@ -140,7 +143,7 @@ def cross_terrain(
     return NOWHERE
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) -> float:
     """Bound from above of the heights over a block of cells, from the level where it covers few entries."""
     level = 0
@@ -155,7 +158,7 @@ def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) ->
     return greatest
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _cut(piece: Array, at: float, left: Array) -> None:
     """Cut the curve at a place in [0, 1] (de Casteljau): the left part into `left`, the right part stays."""
     for j in range(0, 18, 6):
@@ -166,7 +169,7 @@ def _cut(piece: Array, at: float, left: Array) -> None:
             left[j + level] = piece[j]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _cross_cells(
     piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, pieces: Array, events: Array,
     stack: Array, roots: Array,
@@ -196,7 +199,8 @@ def _cross_cells(
             joints[place], turns_x[place] = roots[k], 0.0
             count += 1
     rest, part = pieces[_FIRST], pieces[_SECOND]
-    rest[:18] = piece[:18]
+    for i in range(18):
+        rest[i] = piece[i]
     start = 0.0
     for k in range(count + 1):
         end = joints[k] if k < count else 1.0
@@ -204,7 +208,8 @@ def _cross_cells(
             if k < count:
                 _cut(rest, (end - start) / (1.0 - start), part)
             else:
-                part[:18] = rest[:18]
+                for i in range(18):
+                    part[i] = rest[i]
             theta = _cross_cell(part, terrain, row, column, stack, roots)
             if theta <= 1.0:
                 return start + (end - start) * theta
@@ -217,7 +222,7 @@ def _cross_cells(
     return NOWHERE
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", _nrt=False)
 def _cross_cell(part: Array, terrain: Terrain, row: int, column: int, stack: Array, roots: Array) -> float:
     """`cross_terrain` of a part over one cell; the place on the part."""
     corner, rise_x, rise_y, twist = _shape(terrain, row, column)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.burst_table import BurstTable
     from fragfield.case.flight_table import FlightTable, WitnessTable
+    from fragfield.case.ground_table import GroundTable
     from fragfield.case.round_table import IgnitionTable, RoundTable
     from fragfield.case.schema import Case
 
@@ -38,12 +39,14 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
         faults += _stop_rules(case.burst)
     faults += _unique("round", [entry.name for entry in case.round])
     faults += _unique("plane", [plane.name for plane in case.plane])
+    faults += _unique("obstacle", [obstacle.name for obstacle in case.obstacle])
     faults += _unique("witness", [surface.name for surface in case.witness])
     faults += check_planes(case)
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)
     faults += check_stack(case)
     faults += _flight(case.flight)
+    faults += _ground(case.flight.ground, case.flight.gravity)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
     faults += _rising("break_up.segments", case.break_up.segments or [])
@@ -129,6 +132,22 @@ def _flight(flight: FlightTable) -> Iterator[str]:
             yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
     if wind.model == "profile":
         yield from _rising("flight.wind.heights", wind.heights or [])
+
+
+def _ground(ground: GroundTable, gravity: float) -> Iterator[str]:
+    if ground.bounce and gravity == 0.0:
+        yield "flight.ground.bounce: found true without gravity; allowed: only with flight.gravity, or nothing rests"
+    if ground.map is not None and ground.height != 0.0:
+        yield (
+            f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
+            "datum shifts the map"
+        )
+    for key in ("normal_restitution", "tangential_restitution", "friction"):
+        if not ground.bounce and getattr(ground, key) is not None:
+            yield f"flight.ground.{key}: found without bounce; allowed: only with bounce = true"
+    for key in ("site", "datum", "holes"):
+        if ground.map is None and getattr(ground, key) != type(ground).model_fields[key].default:
+            yield f"flight.ground.{key}: found without a map; allowed: only with map, the name of a file"
 
 
 def _rising(key: str, values: Sequence[float]) -> Iterator[str]:

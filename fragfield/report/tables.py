@@ -155,6 +155,7 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
         row("Fragments flown", part.get("fragments")),
         row("Landed", part.get("landed")),
         row("Largest range", part.get("max_range"), "m"),
+        row("Farthest at rest", part.get("max_rest_distance") if part.get("bounces") else None, "m", "after bounces"),
         row("Drag table", part.get("drag")),
         row("Fragments above the drag table's speeds", part.get("above_drag_table")),
         row("Wall time", part.get("wall_seconds"), "s"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -41,11 +42,11 @@ def drop(height: float = 5.0, **options) -> Fragments:
 def test_vertical_drop_is_a_geometric_series() -> None:
     """Heights fall by e^2 each time; from the first impact on it lasts 2 v e / g (1 + e + e^2 + ...)."""
     share, height = 0.7, 5.0
-    result = fly(drop(height), air="vacuum", bounce=Bounce(share, 1.0, 0.5, rest_speed=1e-3), sample=[0])
+    result = fly(drop(height), air="vacuum", bounce=Bounce(share, 1.0, 0.5, rest_speed=0.01), sample=[0])
     row = result.landing[0]
     fall = math.sqrt(2.0 * height / GRAVITY)
     speed = GRAVITY * fall
-    bounces = math.floor(math.log(1e-3 / speed) / math.log(share))
+    bounces = math.floor(math.log(0.01 / speed) / math.log(share))
     assert row["bounces"] == bounces
     assert (row["status"], row["rest_status"]) == (Status.LANDED, Status.LANDED)
     assert (row["time"], row["speed"]) == (pytest.approx(fall), pytest.approx(speed))
@@ -53,7 +54,7 @@ def test_vertical_drop_is_a_geometric_series() -> None:
     assert row["rest_position"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
     paths = result.trajectories
     turns = np.flatnonzero(np.diff(paths.velocity[:, 2]) > 0.5)
-    for number, (first, last) in enumerate(zip(turns[:4], turns[1:5], strict=True), start=1):
+    for number, (first, last) in enumerate(pairwise(turns[:5]), start=1):
         tops = paths.position[first : last + 1, 2].max()
         assert tops <= height * share ** (2 * number) * (1 + 1e-6)
     assert (np.diff(paths.time) >= 0.0).all()
@@ -86,7 +87,7 @@ def test_sliding_distance_without_a_bounce() -> None:
 
 
 @pytest.mark.parametrize("slope", [10.0, -10.0])
-@pytest.mark.parametrize("cells", [2, 4001])
+@pytest.mark.parametrize("cells", [2, 401])
 def test_slide_on_an_incline(slope: float, cells: int) -> None:
     """Uphill and downhill: v^2 / (2 g (mu cos a + sin a)) along the slope, whatever the cells."""
     friction, speed = 0.5, 20.0
@@ -96,9 +97,10 @@ def test_slide_on_an_incline(slope: float, cells: int) -> None:
     ground = incline(slope, reach=600.0, cells=cells)
     row = fly(shot, air="vacuum", ground=ground, bounce=Bounce(0.0, 1.0, friction)).landing[0]
     slowing = GRAVITY * (friction * math.cos(angle) + math.sin(angle))
-    way = np.linalg.norm(row["rest_position"] - [0.0, 3.0, 0.0])
-    assert way == pytest.approx(speed**2 / (2.0 * slowing), rel=1e-6)
-    assert row["rest_time"] == pytest.approx(speed / slowing, rel=1e-5)
+    way = np.linalg.norm(row["rest_position"] - row["position"])
+    touch = row["velocity"] @ along
+    assert way == pytest.approx(touch**2 / (2.0 * slowing), rel=1e-8)
+    assert row["rest_time"] - row["time"] == pytest.approx(touch / slowing, rel=1e-8)
     assert row["rest_position"][1] == pytest.approx(3.0)
 
 
@@ -136,7 +138,7 @@ def test_steeper_than_friction_slides_off_the_map() -> None:
 
 
 def test_bounce_on_an_incline_by_its_normal() -> None:
-    """Dropped on 45 degrees and turned off without loss it leaves level, and lands where the parabola meets the slope."""
+    """Dropped on 45 degrees and turned off without loss it leaves level."""
     row = fly(drop(10.0), air="vacuum", ground=incline(-45.0), bounce=Bounce(1.0, 1.0, 0.5), sample=[0], time_limit=3.0)
     paths = row.trajectories
     first = np.flatnonzero(np.isclose(paths.time, math.sqrt(20.0 / GRAVITY)) & (paths.velocity[:, 0] > 1.0))[0]
@@ -170,7 +172,7 @@ def test_slide_ends_at_walls_edges_and_the_time_limit() -> None:
     shots = Fragments.from_arrays(0.01, (0.0, 0.0, 1e-6), [[30.0, 0, 0], [0, 30.0, 0], [-30.0, 0, 0], [0, -3.0, 0]])
     result = fly(
         shots, air="vacuum", bounce=Bounce(0.0, 1.0, 0.2), obstacles=[Wall((50.0, -5.0), (50.0, 5.0), 2.0, 1.0)],
-        domain=Domain(radius=80.0), time_limit=4.0,
+        domain=Domain(radius=110.0), time_limit=4.0,
     )  # fmt: skip
     rows = result.landing
     ends = [Status.STOPPED, Status.TIME_OUT, Status.TIME_OUT, Status.LANDED]
@@ -182,10 +184,10 @@ def test_slide_ends_at_walls_edges_and_the_time_limit() -> None:
     assert rows["rest_position"][1, 1] == pytest.approx(30.0 * 4.0 - 0.5 * a * 16.0, rel=1e-3)
     assert rows["obstacle"].tolist() == [0, -1, -1, -1]
     assert result.obstacle_hits["speed"] == pytest.approx(math.sqrt(900.0 - 2 * a * 49.5), rel=1e-3)
-    longer = fly(shots, air="vacuum", bounce=Bounce(0.0, 1.0, 0.2), domain=Domain(radius=80.0)).landing
+    longer = fly(shots, air="vacuum", bounce=Bounce(0.0, 1.0, 0.2), domain=Domain(radius=110.0)).landing
     left = [Status.LEFT_DOMAIN] * 3 + [Status.LANDED]
     assert longer["rest_status"].tolist() == left
-    assert longer["rest_position"][1, 1] == pytest.approx(80.0)
+    assert longer["rest_position"][1, 1] == pytest.approx(110.0)
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,7 @@ def test_needle_hills_are_met() -> None:
     landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
     assert (landing["status"] == Status.LANDED).all()
     assert landing["position"][:, 0] == pytest.approx(99.0 + z / 30.0, abs=1e-6)
-    above = Fragments.from_arrays(0.01, place + [0.0, 0.0, 29.5], shots.velocity)
+    above = Fragments.from_arrays(0.01, place + np.array([0.0, 0.0, 29.5]), shots.velocity)
     landing = fly(above, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
     assert (landing["status"] == Status.LEFT_DOMAIN).all()
     assert landing["position"][:, 0] == pytest.approx(200.0, abs=1e-6)
@@ -169,6 +169,11 @@ def test_holes(tmp_path) -> None:
     assert ground.heights[1, 1] == pytest.approx(np.mean([1, 2, 3, 5, 7, 9, 10, 11]))
     with pytest.warns(FlightWarning, match="they were set to 2.5 m"):
         assert HeightMap.read(path, holes=2.5).heights[1, 1] == 2.5
+    with pytest.raises(InputError, match=r"the map has a hole at the site .*; give datum as a height"):
+        HeightMap.read(path, site=(1015.0, 5015.0), datum="site", holes=2.5)
+    with pytest.warns(FlightWarning, match="1 of 12"):
+        away = HeightMap.read(path, site=(1032.0, 5015.0), datum="site", holes="neighbours")
+    assert away.at(0.0, 0.0) == pytest.approx(0.0, abs=1e-12)
     with pytest.raises(InputError, match='allowed: "refuse", "neighbours" or a height'):
         HeightMap([[0.0, 1.0], [2.0, 3.0]], 1.0, holes="ignore")
 
@@ -256,11 +261,11 @@ def test_ascii_messages(tmp_path, text: str, message: str) -> None:
 def test_more_messages(tmp_path) -> None:
     with pytest.raises(InputError, match="no such file"):
         HeightMap.read(tmp_path / "none.asc")
-    with pytest.raises(InputError, match=r"an ESRI ASCII grid \(.asc\) or a GeoTIFF"):
+    with pytest.raises(InputError, match=r"an ESRI ASCII grid \(\.asc\) or a GeoTIFF"):
         HeightMap.read(tmp_path / "map.png")
     with pytest.raises(InputError, match=r"heights have shape \(1, 3\)"):
         HeightMap([[1.0, 2.0, 3.0]], 1.0)
-    with pytest.raises(InputError, match="step is 0.0"):
+    with pytest.raises(InputError, match=r"step is 0\.0"):
         HeightMap(np.zeros((2, 2)), 0.0)
     path = tmp_path / "hill.asc"
     path.write_text(ASCII)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +54,7 @@ def inside_intervals(fragments: Fragments, faces: list) -> tuple[np.ndarray, np.
             events += [q / a, c / q]
     times = np.sort(np.where(np.isfinite(events) & (np.array(events) >= 0.0), events, np.inf), axis=0)
     first, face = np.full(n, np.inf), np.full(n, -1)
-    for start, end in zip(times[:-1], times[1:], strict=True):
+    for start, end in pairwise(times):
         middle = np.where(np.isfinite(end), 0.5 * (start + end), start + 1.0)
         middle = np.where(np.isfinite(start), middle, 0.0)
         place = fragments.position + fragments.velocity * middle[:, None]
@@ -71,8 +72,8 @@ OBSTACLES = [
     Wall((8.0, -30.0), (8.0, 30.0), 1.8, thickness=1e-3, name="thin wall"),
     Wall((-60.0, 10.0), (-20.0, 55.0), 12.0, thickness=1e-4, name="slanting sheet"),
     Barricade((-12.0, -10.0), (12.0, -10.0), 3.0, crest_width=0.5, slope=1.5, name="bank"),
-    Building((400.0, 300.0), 20.0, 12.0, 6.0, azimuth=33.0, name="house"),
-    Building((1500.0, 0.0), 0.5, 0.5, 40.0, name="mast"),
+    Building((80.0, 60.0), 20.0, 12.0, 6.0, azimuth=33.0, name="house"),
+    Building((300.0, 0.0), 0.5, 0.5, 40.0, name="mast"),
 ]
 
 
@@ -101,7 +102,7 @@ def check_none_passes(number: int, seed: int) -> None:
 
 
 def test_none_passes_in_vacuum() -> None:
-    check_none_passes(100_000, seed=0)
+    check_none_passes(40_000, seed=0)
 
 
 @pytest.mark.slow
@@ -176,7 +177,7 @@ def test_faces_of_a_building() -> None:
 
 
 def test_ricochet_off_a_wall() -> None:
-    """Straight at a wall without gravity: it comes back with its share of the speed, and along the wall with another."""
+    """Straight at a wall without gravity: it comes back with a share of the speed, along the wall with another."""
     wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet=Bounce(0.4, 0.9, 0.5))
     shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (100.0, 20.0, 0.0))
     result = fly(shot, air="vacuum", gravity=0.0, time_limit=1.0, obstacles=[wall], sample=[0])
@@ -213,12 +214,12 @@ def test_obstacles_on_a_slope_stand_on_the_ground() -> None:
     x = np.linspace(-100.0, 100.0, 21)
     ground = HeightMap(np.tile(-0.3 * x, (21, 1)), 10.0, (-100.0, -100.0))
     walls = [Wall((40.0, -60.0), (40.0, 60.0), 2.0, 0.3), Wall((-50.0, -60.0), (-40.0, 60.0), 2.0, 0.3, base=14.0)]
-    z = np.linspace(-11.9, -8.0, 100)
+    z = np.linspace(-11.8, -8.0, 100)
     place = np.stack([np.full(100, 39.5), np.zeros(100), z], axis=1)
     shots = Fragments.from_arrays(0.02, place, (100.0, 0.0, 0.0))
     landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, obstacles=walls).landing
     assert np.array_equal(landing["status"] == Status.STOPPED, z < -10.0)
-    along = Fragments.from_arrays(0.02, (0.0, 0.0, 0.5), (-30.0, 0.0, 9.0))
+    along = Fragments.from_arrays(0.02, (0.0, 0.0, 0.5), (-30.0, 0.0, 11.0))
     row = fly(along, air="vacuum", gravity=0.0, ground=ground, obstacles=walls).landing[0]
     assert row["obstacle"] == -1  # over the second, which ends at 16 m
     assert row["status"] in (Status.LEFT_DOMAIN, Status.LANDED)
@@ -242,7 +243,7 @@ def everything() -> dict:
 
 
 def test_none_disappears_and_threads_do_not_matter() -> None:
-    fragments = cloud(9000, seed=4, height=2.0)
+    fragments = cloud(4500, seed=4, height=2.0)
     one, two, three = (fly(fragments, threads=threads, sample=20, **everything()) for threads in (1, 2, 3))
     for other in (two, three):
         for table in ("landing", "hits", "obstacle_hits"):
@@ -250,11 +251,11 @@ def test_none_disappears_and_threads_do_not_matter() -> None:
         assert one.trajectories.position.tobytes() == other.trajectories.position.tobytes()
     for field in ("status", "rest_status"):
         counts = one.summary[field]
-        assert sum(entry["fragments"] for entry in counts.values()) == 9000
+        assert sum(entry["fragments"] for entry in counts.values()) == 4500
         assert sum(entry["mass"] for entry in counts.values()) == pytest.approx(fragments.mass.sum(), rel=1e-12)
         assert set(one.landing[field].tolist()) <= {status.value for status in Status}
     row = one.landing
-    assert np.array_equal(row["fragment"], np.arange(9000))
+    assert np.array_equal(row["fragment"], np.arange(4500))
     assert np.array_equal(row["obstacle"] >= 0, row["rest_status"] == Status.STOPPED)
     stopped = one.obstacle_hits[one.obstacle_hits["stopped"] == 1]
     assert np.array_equal(stopped["fragment"], np.flatnonzero(row["rest_status"] == Status.STOPPED))
@@ -309,7 +310,7 @@ def test_landing_of_an_older_program_is_read(tmp_path) -> None:
         (lambda: fly(cloud(3), obstacles=[Cylinder(1.0)]), "a Cylinder, allowed: flight.Wall, Barricade or Building"),
         (
             lambda: fly(cloud(3), obstacles=[Building((0.5, 0.5), 4.0, 4.0, 3.0, name="store")]),
-            r"obstacle store: 3 fragments start inside it, the first is fragment 0 at \(0.0, 0.0, 1.5\) m",
+            r"obstacle store: 3 fragments start inside it, the first is number 0 at \(0.0, 0.0, 1.5\) m",
         ),
         (
             lambda: fly(cloud(3), obstacles=[Wall((-5, 0), (5, 0), 1.0)]),
@@ -322,3 +323,11 @@ def test_landing_of_an_older_program_is_read(tmp_path) -> None:
 def test_messages(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_example_of_the_readme(capsys) -> None:
+    """It runs and prints what it says."""
+    text = (Path(__file__).parents[2] / "flight" / "README.md").read_text(encoding="utf-8")
+    code, _, rest = next(part for part in text.split("```python\n")[1:] if "Barricade" in part).partition("```")
+    exec(compile(code, "README.md", "exec"), {})
+    assert capsys.readouterr().out == rest.partition("```text\n")[2].partition("```")[0]
