@@ -2,7 +2,8 @@
 
 The rebound takes a share of the velocity along the normal and another one along the surface. The slide is that of a
 point held to the surface: gravity along it, and Coulomb friction by the weight's part normal to it. The air's drag and
-the centrifugal part of the normal force are left out; at a kink between two cells the speed is kept.
+the centrifugal part of the normal force are left out; at a kink between two cells the speed is kept, and where both rise
+from it a fragment that has come to a stop there rests.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numba import njit
 
 from flight.kernels.limits import LANDED, LEFT_DOMAIN, STEP_LIMIT, STOPPED, TIME_OUT
 from flight.kernels.obstacles import enter_on_chord
-from flight.kernels.terrain import height_at, slope_at
+from flight.kernels.terrain import ON_A_LINE, cell_ahead, height_at, slope_in
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,7 +31,7 @@ __all__ = ["LIFT", "MOST_CONTACTS", "rebound", "slide"]
 LIFT = 1e-9  # m off the surface at which a fragment starts anew, so that rounding does not put it below
 MOST_CONTACTS = 500  # of one fragment; then it bounces no more
 MOST_PARTS = 1_000_000  # of one slide
-STILL = 1e-6  # m/s
+STILL = 1e-3  # m/s
 LARGEST_SHARE, LARGEST_TURN = 0.25, 0.02  # of a cell, and of the velocity sideways, in one part of a slide on a map
 
 
@@ -62,8 +63,10 @@ def slide(
     start, end = chord[0], chord[1]
     for _ in range(MOST_PARTS):
         slope_x = slope_y = 0.0
+        row = column = 0
         if hilly:
-            slope_x, slope_y = slope_at(terrain, state[1], state[2])
+            row, column = cell_ahead(terrain, state[1], state[2], state[4], state[5])
+            slope_x, slope_y = slope_in(terrain, state[1], state[2], row, column)
             state[3] = height_at(terrain, state[1], state[2])
         steepness = math.hypot(slope_x, slope_y)
         cosine = 1.0 / math.sqrt(1.0 + steepness * steepness)
@@ -77,6 +80,13 @@ def slide(
             state[4] = state[5] = state[6] = u = v = speed = 0.0
             if steepness <= friction or gravity * steepness == 0.0:
                 return LANDED, -1, -1
+            down_x, down_y = -slope_x, -slope_y
+            row, column = cell_ahead(terrain, state[1], state[2], down_x, down_y)
+            slope_x, slope_y = slope_in(terrain, state[1], state[2], row, column)
+            steepness = math.hypot(slope_x, slope_y)
+            if down_x * slope_x + down_y * slope_y >= 0.0 or steepness <= friction:  # it rises there too
+                return LANDED, -1, -1
+            cosine = 1.0 / math.sqrt(1.0 + steepness * steepness)
             brake_x, brake_y = -slope_x / steepness * cosine, -slope_y / steepness * cosine
         hold = friction * gravity * cosine
         a = -gravity * cosine * cosine * slope_x - hold * brake_x
@@ -93,6 +103,9 @@ def slide(
             sideways = abs(a * v - b * u)
             if sideways > 0.0:
                 longest = min(longest, LARGEST_TURN * level_speed * level_speed / sideways)
+            west, south = terrain.west + column * terrain.step_x, terrain.south + row * terrain.step_y
+            longest = min(longest, _time_to_line(state[1], west, terrain.step_x, u, a))
+            longest = min(longest, _time_to_line(state[2], south, terrain.step_y, v, b))
             if longest < dt:
                 dt, stops, times_out = longest, False, False
         for j in range(3):
@@ -126,6 +139,25 @@ def slide(
             state[0] = limits.time_limit
             return TIME_OUT, -1, -1
     return STEP_LIMIT, -1, -1
+
+
+@njit(error_model="numpy")
+def _time_to_line(place: float, line: float, step: float, speed: float, acceleration: float) -> float:
+    """Time until a cell's lower or upper line is passed along one axis; infinite if neither is."""
+    least = np.inf
+    for k in range(2):
+        way = line + k * step - place
+        if abs(way) < ON_A_LINE * step:
+            way = 0.0
+        root = speed * speed + 2.0 * acceleration * way
+        if root < 0.0:
+            continue
+        root = math.copysign(math.sqrt(root), speed)
+        # the roots of way = speed t + acceleration t^2 / 2, each without cancellation
+        for time in (2.0 * way / (speed + root), -(speed + root) / acceleration):
+            if 0.0 < time < least:
+                least = time
+    return least
 
 
 @njit(error_model="numpy")

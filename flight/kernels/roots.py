@@ -48,8 +48,14 @@ def _single_root(row: Array, degree: int, work: Array) -> float:
     low, high = 0.0, 1.0
     low_positive = row[0] >= 0.0
     denominator = row[0] - row[degree]
-    # a step that starts on the surface has a zero there that is no crossing
-    t = row[0] / denominator if denominator != 0.0 and row[0] != 0.0 else 0.5
+    t = row[0] / denominator if denominator != 0.0 else 0.5
+    if row[0] == 0.0:  # a zero at the start is the change only where what follows is below zero
+        first = 1
+        while first < degree and row[first] == 0.0:
+            first += 1
+        if row[first] < 0.0:
+            return 0.0
+        t = 0.5
     for _ in range(100):
         if not low <= t <= high:
             t = 0.5 * (low + high)
