@@ -181,7 +181,7 @@ def _main(path: Path) -> None:
     nodes, grid = states[0]
     count = len(nodes.position)
     levels = np.zeros(count, dtype=np.int8)
-    motion = Motion(np.arange(count, dtype=np.int32), levels, levels, np.zeros((2, 0, 3)))
+    motion = Motion(np.arange(count, dtype=np.int32), levels, levels, np.ones(count))
     with np.errstate(all="ignore"):
         add_element_forces(step, time, 0, False, nodes, motion, count, grid, schedule, *states[1], totals, scratch)
     print(json.dumps(Counted.done))

@@ -10,7 +10,6 @@ import numpy as np
 from burst_fenicsx.contact.restart import contact_arrays, restore_contact
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import hourglass_by_block, hourglass_by_slot
-from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.ledger import Entry
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
         "volume": blocks.by_cell(grid.volume),
         "viscous_pressure": blocks.by_cell(grid.viscous),
         "stable_step": blocks.by_cell(grid.stable),
-        "level": blocks.by_cell(np.repeat(blocks.level, LANES)),
+        "level": blocks.cell_levels,
         "hourglass": blocks.by_cell(hourglass_by_slot(state.solid.hourglass)),
     }
 
@@ -183,7 +182,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     grid.stable[:] = blocks.by_slot(file["cells/stable_step"][()][mesh.cell])
     state.solid.hourglass[:] = hourglass_by_block(blocks.by_slot(file["cells/hourglass"][()][mesh.cell]))
     if solver.contact is not None:
-        solver.contact.set_level(solver.subcycling.contact_level, solver.subcycling.motion.finest)
+        solver.contact.set_level(solver.subcycling.contact_level)
         kept: dict[str, np.ndarray] = {}
         file["contact"].visititems(lambda name, item: kept.update({name: item[()]} if hasattr(item, "shape") else {}))
         restore_contact(solver.contact, kept)

@@ -16,6 +16,7 @@ from burst_fenicsx.kernels import solid as solid_kernel
 from burst_fenicsx.kernels.assembly import cell_volumes
 from burst_fenicsx.kernels.exact import quantise, rounding_constant
 from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.problem import CasingMaterial, Part
@@ -77,28 +78,30 @@ class BurstFields:
     chunks: Chunks
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
-        """Arrange the blocks anew by the levels of the cells' steps, (owned cells,), and the highest of all ranks."""
+        """Arrange the blocks anew by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
+
+        Those of the nodes, `Nodes.finest`, are known by then.
+        """
         old, new = self.blocks, self.chunks.blocks(level, highest)
-
-        def moved(values: np.ndarray) -> np.ndarray:
-            return new.by_slot(old.by_cell(values))
-
+        source = old.slot_of_cell[new.cells.ravel()]
+        hourglass = np.empty((len(new.cells), self.solid.hourglass.shape[1]))
+        move_lanes(source, self.solid.hourglass, hourglass)
         grid, solid = self.grid, self.solid
         self.blocks = new
+        mixed = np.empty(len(new.cells), dtype=np.int8)
+        blocks_are_mixed(new.cells, new.level, grid.dofmap, self.nodes.finest, mixed)
         self.grid = grid._replace(
             cells=new.cells,
             filled=new.count,
             material=new.material,
             level=new.level,
-            mass=moved(grid.mass),
-            volume=moved(grid.volume),
-            viscous=moved(grid.viscous),
-            stable=moved(grid.stable),
+            mixed=mixed,
+            mass=grid.mass[source],
+            volume=grid.volume[source],
+            viscous=grid.viscous[source],
+            stable=grid.stable[source],
         )
-        self.solid = solid._replace(
-            hourglass=hourglass_by_block(moved(hourglass_by_slot(solid.hourglass))),
-            softening_scale=moved(solid.softening_scale),
-        )
+        self.solid = solid._replace(hourglass=hourglass, softening_scale=solid.softening_scale[source])
 
 
 def hourglass_by_slot(values: np.ndarray) -> np.ndarray:
@@ -186,7 +189,12 @@ def make_fields(
         cell_mass=cell_mass,
         products=products,
         nodes=Nodes(
-            position, velocity.x.array.reshape(-1, 3), force.x.array.reshape(-1, 3), rounding_constant(largest_force)
+            position,
+            velocity.x.array.reshape(-1, 3),
+            force.x.array.reshape(-1, 3),
+            rounding_constant(largest_force),
+            np.zeros(len(position), dtype=np.int8),
+            np.zeros_like(position),
         ),
         grid=Grid(
             mesh.dofmap,
@@ -194,6 +202,7 @@ def make_fields(
             blocks.count,
             blocks.material,
             blocks.level,
+            np.zeros(len(blocks.cells), dtype=np.int8),
             blocks.by_slot(cell_mass),
             slot_volume,
             np.zeros_like(slot_volume),

@@ -31,9 +31,7 @@ def output_fields(state: BurstFields, contact_force: np.ndarray | None = None) -
     pressure = state.charge.pressure[:count] * state.charge.leakage[state.charge.axial_part]
     pressure = np.where(charge, pressure, -stress[:, :3].mean(axis=1))
     stress[charge, :3] -= pressure[charge, None]
-    volume = np.empty(count)
-    slots, held = state.blocks.slots
-    volume[held] = state.grid.volume[slots]
+    volume = state.blocks.by_cell(state.grid.volume)
     points = {
         "position": state.nodes.position,
         "velocity": state.nodes.velocity,

@@ -196,9 +196,6 @@ def _energies_left(state: BurstFields) -> np.ndarray:
     """Work that each round's gas could still do (rounds,) in J, on this rank; chemical energy of the unlit included."""
     mesh = state.mesh
     total = np.zeros(len(state.products))
-    volume = np.empty(mesh.cells)
-    slots, held = state.blocks.slots
-    volume[held] = state.grid.volume[slots]
     for index, products in enumerate(state.products):
         own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
         start = state.cell_mass[own] / products.density
@@ -206,7 +203,7 @@ def _energies_left(state: BurstFields) -> np.ndarray:
         if isinstance(products, JwlProducts):
             left = state.charge.energy[own]
         else:
-            left = products.remaining_work(volume[own] / start)
+            left = products.remaining_work(state.grid.volume[state.blocks.slot_of_cell[own]] / start)
         energies = np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
         total[index] = (start * energies).sum()
     return total

@@ -47,6 +47,20 @@ class Blocks:
         held = np.arange(LANES)[None, :] < self.count[:, None]
         return np.flatnonzero(held), self.cells[held]
 
+    @cached_property
+    def slot_of_cell(self) -> np.ndarray:
+        """Slot that holds each cell, (cells,) int32."""
+        slots, held = self.slots
+        slot = np.empty(len(held), dtype=np.int32)
+        slot[held] = slots
+        return slot
+
+    @property
+    def cell_levels(self) -> np.ndarray:
+        """Level of each cell, (cells,) int32."""
+        levels: np.ndarray = self.level[self.slot_of_cell // LANES]
+        return levels
+
     def by_slot(self, values: np.ndarray) -> np.ndarray:
         """Values of cells (cells, ...) in the order of the slots; padded lanes repeat their block's last cell."""
         result: np.ndarray = values[self.cells.ravel()]
@@ -54,9 +68,7 @@ class Blocks:
 
     def by_cell(self, values: np.ndarray) -> np.ndarray:
         """Values of slots (slots, ...) in the order of the cells."""
-        slots, held = self.slots
-        result = np.empty((len(held), *values.shape[1:]), dtype=values.dtype)
-        result[held] = values[slots]
+        result: np.ndarray = values[self.slot_of_cell]
         return result
 
 
@@ -72,9 +84,9 @@ class Chunks:
 
     def __init__(self, dofmap: np.ndarray, material: np.ndarray, is_charge: np.ndarray) -> None:
         cells = len(material)
-        self._material = material
+        self._material, self._materials = material, len(is_charge)
         self._charge = np.asarray(is_charge)[material]
-        self._chunk = (np.arange(cells) // chunk_size(cells)).astype(np.int32)
+        self._chunk = np.arange(cells) // chunk_size(cells)
         self._chunks = int(self._chunk[-1]) + 1 if cells else 0
         colour = _colour_chunks(self._chunk, dofmap, self._chunks)
         colours = int(colour.max()) + 1 if len(colour) else 0
@@ -89,12 +101,12 @@ class Chunks:
         Within a chunk solid cells come before charge, and cells of short steps before those of long ones, so that what
         takes part in a step lies together.
         """
-        order = np.lexsort((self._material, -level.astype(np.int64), self._charge, self._chunk))
+        below = int(level.max(initial=0)) - level.astype(np.int64)
+        key = ((2 * self._chunk + self._charge) * (below.max(initial=0) + 1) + below) * self._materials + self._material
+        order = np.argsort(key, kind="stable")
         chunk, charge, levels = self._chunk[order], self._charge[order], level[order]
         material = self._material[order]
-        other = np.ones(len(order), dtype=bool)
-        other[1:] = np.any([values[1:] != values[:-1] for values in (chunk, levels, material)], axis=0)
-        starts = np.flatnonzero(other)
+        starts = np.flatnonzero(np.diff(key[order], prepend=-1))
         sizes = np.diff(np.append(starts, len(order)))
         per_group = -(-sizes // LANES)
         group = np.repeat(np.arange(len(starts)), per_group)

@@ -42,6 +42,8 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
+# Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
+_CHECKPOINT_SECONDS = 30.0
 _PLANE_SLACK = 0.02  # of the cell size: the outline of the cells bulges a little over the circle
 _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
 
@@ -176,6 +178,7 @@ class Simulation:
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
+        self._checkpoint_at = -np.inf  # on the clock
         self.first_step_at, self.first_cell_step_at = 0, 0
         self.acceleration_complete: float | None = None
 
@@ -296,10 +299,15 @@ class Simulation:
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
-        if self.solver.time > 0.0:
+        if self.solver.time > 0.0 and self._checkpoint_is_due():
             self._write_checkpoint()
 
+    def _checkpoint_is_due(self) -> bool:
+        """Whether the last checkpoint lies back far enough; collective."""
+        return bool(self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS))
+
     def _write_checkpoint(self) -> None:
+        self._checkpoint_at = clock.perf_counter()
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)

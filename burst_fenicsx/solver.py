@@ -225,7 +225,7 @@ class BurstSolver:
         cells' new shares.
         """
         state, cycles, cfl = self.fields, self.subcycling, self.settings.time_step.cfl
-        old = state.blocks.by_cell(np.repeat(state.blocks.level, state.blocks.cells.shape[1]))
+        old = state.blocks.cell_levels
         old_level, old_step = cycles.contact_level, cycles.step
         stable, charge = state.blocks.by_cell(state.grid.stable), state.charge
         # A front and what follows close behind it are left to cells of one step.
@@ -256,7 +256,7 @@ class BurstSolver:
         if contact is not None:
             # The step of contact goes on smoothly.
             self.free_step *= 2.0 ** (cycles.contact_level - old_level)
-            contact.set_level(cycles.contact_level, cycles.motion.finest)
+            contact.set_level(cycles.contact_level)
         else:
             self.free_step = 0.0
         self.add_forces(0.0)
@@ -280,18 +280,16 @@ class BurstSolver:
         """
         nodes, cycles = self.fields.nodes, self.subcycling
         move_nodes(
-            cycles.motion.order[: cycles.moving[least]],
+            cycles.moving[least],
+            *cycles.motion,
             kick,
             step,
             part,
             cycles.highest,
-            self.fields.inverse_mass,
             nodes.force,
             nodes.velocity,
             nodes.position,
-            cycles.motion.finest,
-            cycles.motion.coarsest,
-            cycles.motion.mean,
+            nodes.mean,
         )
 
     def add_forces(self, step: float, least: int = 0) -> None:

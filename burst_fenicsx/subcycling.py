@@ -58,10 +58,13 @@ class Subcycling:
         nodes = len(fields.mass)
         self.motion = Motion(
             order=np.arange(nodes, dtype=np.int32),
-            finest=np.zeros(nodes, dtype=np.int8),
-            coarsest=np.zeros(nodes, dtype=np.int8),
-            mean=np.zeros((2, 0, 3)),
+            level=np.zeros(nodes, dtype=np.int8),
+            lower=np.zeros(nodes, dtype=np.int8),
+            inverse_mass=fields.inverse_mass,
         )
+        # Of the cells around the nodes, by the levels that were looked at last.
+        self._finest, self._coarsest = np.zeros(nodes, dtype=np.int8), np.zeros(nodes, dtype=np.int8)
+        self._looked_at: np.ndarray | None = None
         self.moving = np.array([nodes])
         self.highest = 0
         self.contact_level = 0
@@ -90,7 +93,7 @@ class Subcycling:
         """
         comm = self._comm
         base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
-        best, least = -1, self._cells / whole
+        best, least, chosen = -1, self._cells / whole, np.zeros(self._fields.mesh.cells, dtype=np.int8)
         for candidate in range(_CANDIDATES if contact_step else _HIGHEST):
             step = base * 2**candidate
             if candidate and step > _LONGEST:
@@ -100,13 +103,10 @@ class Subcycling:
             counts = comm.allreduce(counts) if comm.size > 1 else counts
             cost = float(counts @ 2.0 ** np.arange(len(counts))) / step
             if cost < least:
-                best, least = candidate, cost
+                best, least, chosen = candidate, cost, level
         self.step = base * 2**best if best >= 0 else whole
         self.contact_level = max(best, 0) if contact_step else 0
-        if best < 0:
-            return np.zeros(self._fields.mesh.cells, dtype=np.int8)
-        beside = max(self.contact_level - _BELOW_CONTACT, 0)
-        return self._graded(self._wanted(self.step, allowed(self.step), beside))
+        return self._graded(chosen)
 
     def _wanted(self, step: float, allowed: np.ndarray, beside_contact: int) -> np.ndarray:
         """Level (cells,) int8 of each cell by its own allowed step (s) and, beside contact, at least that given."""
@@ -117,40 +117,44 @@ class Subcycling:
 
     def _graded(self, level: np.ndarray) -> np.ndarray:
         """Raise levels until those of cells that share a node differ by one at most; collective."""
-        mesh, motion = self._fields.mesh, self.motion
         while True:
             self._find_node_levels(level)
-            raised = raise_levels(mesh.dofmap, motion.finest, level)
+            raised = raise_levels(self._fields.mesh.dofmap, self._finest, level)
             if self._comm.size > 1:
                 raised = self._comm.allreduce(raised)
             if raised == 0:
+                self._looked_at = level
                 return level
 
     def _find_node_levels(self, level: np.ndarray) -> None:
         """Highest and lowest level of the cells around every node, from those of this rank's cells; collective."""
-        dofmap, motion = self._fields.mesh.all_dofmap, self.motion
+        dofmap, finest, coarsest = self._fields.mesh.all_dofmap, self._finest, self._coarsest
         if self._of_cells is None or self._of_nodes is None:
-            node_levels(dofmap, level, motion.finest, motion.coarsest)
+            node_levels(dofmap, level, finest, coarsest)
             return
         self._of_cells.x.array[: len(level)] = level
         compat.send_to_ghosts(self._of_cells)
-        node_levels(dofmap, self._of_cells.x.array.astype(np.int8), motion.finest, motion.coarsest)
+        node_levels(dofmap, self._of_cells.x.array.astype(np.int8), finest, coarsest)
         # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
         both = self._of_nodes.x.array.reshape(-1, 3)
-        both[:, 0], both[:, 1] = motion.finest, motion.coarsest
+        both[:, 0], both[:, 1] = finest, coarsest
         compat.send_to_ghosts(self._of_nodes)
-        motion.finest[:], motion.coarsest[:] = both[:, 0], both[:, 1]
+        finest[:], coarsest[:] = both[:, 0], both[:, 1]
 
     def set_levels(self, level: np.ndarray) -> None:
         """Take over levels (cells,) int8 that differ by one at most where cells share a node; collective."""
-        motion = self.motion
-        self._find_node_levels(level)
-        motion.finest[self._touched] = np.maximum(motion.finest[self._touched], self.contact_level)
+        if level is not self._looked_at:
+            self._find_node_levels(level)
+        nodes = self._fields.nodes
+        finest = nodes.finest
+        # Cells beside contact lie one level below it at most.
+        finest[:] = np.where(self._touched, np.maximum(self._finest, self.contact_level), self._finest)
         highest = max(int(level.max(initial=0)), self.contact_level)
         self.highest = self._comm.allreduce(highest, op=MPI.MAX) if self._comm.size > 1 else highest
-        motion.order[:] = np.argsort(-motion.finest, kind="stable")
-        self.moving = np.array([np.count_nonzero(motion.finest >= least) for least in range(self.highest + 1)])
+        order = np.argsort(-finest, kind="stable").astype(np.int32)
+        lower = (self._coarsest < finest).astype(np.int8)
+        self.motion = Motion(order, finest[order], lower[order], self._fields.inverse_mass[order])
+        self.moving = np.array([np.count_nonzero(finest >= least) for least in range(self.highest + 1)])
         self.cell_steps = int((1 << level.astype(np.int64)).sum())
-        velocity = self._fields.nodes.velocity
-        self.motion = motion._replace(mean=np.stack([velocity, velocity]) if self.highest else np.zeros((2, 0, 3)))
+        nodes.mean[:] = nodes.velocity
         self._fields.regroup(level, self.highest)

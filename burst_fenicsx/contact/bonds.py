@@ -54,13 +54,16 @@ class BondedFaces:
         faces = interface_faces(mesh)
         charge, solid = local[mesh.twins[:, 0]], local[mesh.twins[:, 1]]
         mine = ((charge >= 0) & (charge < owned)) | ((solid >= 0) & (solid < owned))
-        self.node_pairs = np.flatnonzero(mine)
-        charge, solid = charge[mine], solid[mine]
+        pairs = np.flatnonzero(mine)
+        # In the order of the nodes, so that pairs that follow each other find theirs in cache.
+        self.node_pairs = pairs[np.argsort(charge[pairs], kind="stable")]
+        twins = mesh.twins[self.node_pairs, 1]
+        charge, solid = charge[self.node_pairs], solid[self.node_pairs]
         self.counted = (charge < owned).astype(float)
         wanted = np.zeros(len(mesh.nodes), dtype=bool)
-        wanted[mesh.twins[mine, 1]] = True
+        wanted[twins] = True
         faces = faces[wanted[faces].any(axis=1)]
-        first, first_face, face = _springs(mesh.nodes, faces, mesh.twins[mine, 1])
+        first, first_face, face = _springs(mesh.nodes, faces, twins)
         self.faces = local[faces].astype(np.int32)
         if (self.faces < 0).any() or (charge < 0).any() or (solid < 0).any():
             raise RuntimeError("a rank lacks a side of a split face")

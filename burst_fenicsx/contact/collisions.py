@@ -224,6 +224,11 @@ class CollidingSurfaces(NodeContact):
             self._position[self._near], self._velocity[self._near] = motion[:, :3], motion[:, 3:]
 
     @property
+    def pushed(self) -> np.ndarray:
+        """Nodes of this rank that may be given a force till the next search (k,) int32."""
+        return self._near_local
+
+    @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
         return float(self.state.depth[self.state.node].max(initial=0.0))

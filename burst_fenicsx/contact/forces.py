@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,11 @@ from burst_fenicsx.contact.bonds import BondedFaces
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
-from burst_fenicsx.kernels.rows import add_rows, clear_rows, move_rows, sum_rows
+from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from burst_fenicsx.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings
@@ -102,9 +105,12 @@ class ContactForces:
             rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
             self.planes = [PlaneContact(plane, fields, local[rows], rows) for plane in settings.planes]
         self._nodes = np.flatnonzero(self.touched).astype(np.int32)
+        self._always = self._always_pushed()
+        self._met = np.zeros(0, dtype=np.int32)  # nodes that surfaces may push till the next search
+        self._pushed = self._always  # these and those of bonds and planes
         self._share = 1.0  # contact's step over the longest one
-        self._last_position: np.ndarray | None = None
-        self._mean_velocity = np.zeros((0, 3))
+        # Nodes that take several steps in one of contact, and where they were at the last one of that (m).
+        self._faster, self._last_position = np.zeros(0, dtype=np.int32), np.zeros((0, 3))
 
     @property
     def touched(self) -> np.ndarray:
@@ -116,6 +122,12 @@ class ContactForces:
         local = self._fields.mesh.local_node(self._twins)
         touched[local[local >= 0]] = True
         return touched
+
+    def _always_pushed(self) -> np.ndarray:
+        """Nodes of bonds and those that planes may push (k,) int32."""
+        twins = self._fields.mesh.local_node(self._twins).ravel()
+        nodes = [twins[twins >= 0], *(plane.state.node for plane in self.planes)]
+        return np.unique(np.concatenate(nodes)).astype(np.int32)
 
     @property
     def exists(self) -> bool:
@@ -133,57 +145,74 @@ class ContactForces:
         """
         if not self.exists or stable_for <= 0.0:
             return
-        clear_rows(self.force, self._nodes)
+        clear_rows(self.force, self._pushed)
         budget = self._budget / stable_for**2
-        velocity = self._velocity_over(step)
-        deepest = self.penetrations
-        if self.bonds is not None:
-            self.bonds.add_forces(budget, step, velocity, self.force)
-            if front_near:
-                deepest.bond_at_front = max(deepest.bond_at_front, self.bonds.deepest)
-            else:
-                deepest.bond_after = max(deepest.bond_after, self.bonds.deepest)
-        if self.collisions is not None:
-            if self.collisions.search_is_due(step):
-                self.collisions.search(self._let_go())
-            share = 1.0 - _PLANE_SHARE if self.planes else 1.0
-            self.collisions.add_forces(budget * share, step, velocity, self.force)
-            deepest.collision = max(deepest.collision, self.collisions.deepest)
-        if self.planes:
-            before = sum_rows(self.force, self.planes[0].state.node)
-            for plane in self.planes:
-                plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
-                deepest.plane = max(deepest.plane, plane.deepest)
-            pushed = sum_rows(self.force, self.planes[0].state.node) - before
-            self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
-            self.plane_force = pushed
+        with self._mean_velocities(step) as velocity:
+            self._join(budget, step, velocity, front_near=front_near)
+            self._collide(budget, step, velocity)
+            self._push_from_planes(budget, step, velocity)
         for part in self._parts:
             _, friction, work = part.booked
             self.friction += friction
             self.stiffness_work += work
-        add_rows(self._share, self.force, self._nodes, self._fields.nodes.force)
+        add_rows(self._share, self.force, self._pushed, self._fields.nodes.force)
 
-    def set_level(self, level: int, finest: np.ndarray) -> None:
-        """Contact takes 2^`level` steps in a longest one from now on; collective.
-
-        `finest` (nodes,) are the levels of the nodes.
-        """
-        self._share = 1.0 / 2**level
-        some = bool((finest[self._nodes] > level).any())
-        # All ranks alike: the two ways to the mean velocity round differently.
-        if self.comm.allreduce(some, op=MPI.LOR) if self.comm.size > 1 else some:
-            self._last_position = self._fields.nodes.position.copy()
-            self._mean_velocity = np.zeros_like(self._last_position)
+    def _join(self, budget: float, step: float, velocity: np.ndarray, *, front_near: bool) -> None:
+        """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""
+        if self.bonds is None:
+            return
+        self.bonds.add_forces(budget, step, velocity, self.force)
+        deepest = self.penetrations
+        if front_near:
+            deepest.bond_at_front = max(deepest.bond_at_front, self.bonds.deepest)
         else:
-            self._last_position = None
+            deepest.bond_after = max(deepest.bond_after, self.bonds.deepest)
 
-    def _velocity_over(self, step: float) -> np.ndarray:
-        """Mean velocities (nodes, 3) over contact's own step (s); some nodes have taken several steps in it."""
+    def _collide(self, budget: float, step: float, velocity: np.ndarray) -> None:
+        """Forces of colliding surfaces, after a search where one is due; collective."""
+        if self.collisions is None:
+            return
+        if self.collisions.search_is_due(step):
+            self.collisions.search(self._let_go())
+        if self.collisions.pushed is not self._met:
+            self._met = self.collisions.pushed
+            self._pushed = np.union1d(self._always, self._met)
+        share = 1.0 - _PLANE_SHARE if self.planes else 1.0
+        self.collisions.add_forces(budget * share, step, velocity, self.force)
+        self.penetrations.collision = max(self.penetrations.collision, self.collisions.deepest)
+
+    def _push_from_planes(self, budget: float, step: float, velocity: np.ndarray) -> None:
+        """Forces of the planes, and what impulse they have given."""
+        if not self.planes:
+            return
+        before = sum_rows(self.force, self.planes[0].state.node)
+        for plane in self.planes:
+            plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
+            self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
+        pushed = sum_rows(self.force, self.planes[0].state.node) - before
+        self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
+        self.plane_force = pushed
+
+    def set_level(self, level: int) -> None:
+        """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""
+        self._share = 1.0 / 2**level
         nodes = self._fields.nodes
-        if self._last_position is None or step == 0.0:
-            return nodes.velocity
-        move_rows(nodes.position, self._nodes, step, self._last_position, self._mean_velocity)
-        return self._mean_velocity
+        self._faster = self._nodes[nodes.finest[self._nodes] > level]
+        self._last_position = nodes.position[self._faster]
+
+    @contextmanager
+    def _mean_velocities(self, step: float) -> Iterator[np.ndarray]:
+        """Mean velocities (nodes, 3) over contact's step (s): while they are used, in the place of the velocities."""
+        nodes, faster = self._fields.nodes, self._faster
+        own = nodes.velocity[faster]
+        if step > 0.0 and len(faster):
+            now = nodes.position[faster]
+            nodes.velocity[faster] = (now - self._last_position) / step
+            self._last_position = now
+        try:
+            yield nodes.velocity
+        finally:
+            nodes.velocity[faster] = own
 
     @property
     def _parts(self) -> list[BondedFaces | CollidingSurfaces | PlaneContact]:

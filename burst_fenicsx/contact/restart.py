@@ -49,10 +49,11 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     if contact.bonds is not None:
         bonds = contact.bonds.bonds
         pairs = contact.bonds.node_pairs
-        # Springs lie in the order of the pairs, as they do here.
+        # In the file springs lie by the number of their pair, here by the pairs' nodes.
         chosen = np.flatnonzero(np.isin(arrays["bonds/pair"], pairs))
+        by_pair = np.argsort(np.repeat(pairs, np.diff(bonds.first)), kind="stable")
         for name in ("bonded", "slip", "gap", "held"):
-            getattr(bonds, name)[:] = arrays[f"bonds/{name}"][chosen]
+            getattr(bonds, name)[by_pair] = arrays[f"bonds/{name}"][chosen]
         bonds.released[:] = arrays["bonds/released"][pairs]
         bonds.booked[:, 0] = arrays["bonds/stored"][pairs]
     if contact.collisions is not None:

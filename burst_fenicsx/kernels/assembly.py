@@ -59,9 +59,7 @@ def add_element_forces(
     _clear(motion.order[:moving], nodes.force)
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-        _run_chunks(
-            chunks, step, time, least, full_quadrature, nodes, motion, grid, schedule, solid, charge, totals, scratch
-        )
+        _run_chunks(chunks, step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, scratch)
 
 
 @parallel_kernel
@@ -79,7 +77,6 @@ def _run_chunks(
     least: int,
     full_quadrature: bool,
     nodes: Nodes,
-    motion: Motion,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
@@ -93,9 +90,7 @@ def _run_chunks(
     """
     for k in numba.prange(chunks.size):
         work = scratch[numba.get_thread_id()]
-        _run_chunk(
-            chunks[k], step, time, least, full_quadrature, nodes, motion, grid, schedule, solid, charge, totals, work
-        )
+        _run_chunk(chunks[k], step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, work)
 
 
 @kernel
@@ -106,7 +101,6 @@ def _run_chunk(
     least: int,
     full_quadrature: bool,
     nodes: Nodes,
-    motion: Motion,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
@@ -122,26 +116,21 @@ def _run_chunk(
     limits[1] = -1.0
     limits[2] = np.inf
     limits[3] = -1.0
-    several = motion.mean.shape[1] > 0
-    even = Nodes(nodes.position, motion.mean[0] if several else nodes.velocity, nodes.force, nodes.rounding)
-    odd = Nodes(nodes.position, motion.mean[1], nodes.force, nodes.rounding)
     first = schedule.first_solid[chunk]
     for block in range(first, first + schedule.active[chunk, least, 0]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
-        means = odd if level & 1 else even
         if full_quadrature:
-            solid_block_full(block, share * step, share, means, grid, solid, work, energy, limits)
+            solid_block_full(block, share * step, share, nodes, grid, solid, work, energy, limits)
         else:
-            solid_block(block, share * step, share, means, grid, solid, work, energy, limits)
+            solid_block(block, share * step, share, nodes, grid, solid, work, energy, limits)
     totals.given[chunk] = 0.0
     first = schedule.first_charge[chunk]
     for block in range(first, first + schedule.active[chunk, least, 1]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
-        means = odd if level & 1 else even
         work_before, heat_before = energy[3], energy[4]
-        charge_block(block, share * step, time, share, means, grid, charge, work, energy, limits)
+        charge_block(block, share * step, time, share, nodes, grid, charge, work, energy, limits)
         owner = grid.material[block] // _PARTS
         totals.given[chunk, owner, 0] += energy[3] - work_before
         totals.given[chunk, owner, 1] += energy[4] - heat_before
@@ -155,56 +144,49 @@ def _run_chunk(
 
 @parallel_kernel
 def move_nodes(
-    rows: np.ndarray,
+    moving: int,
+    order: np.ndarray,
+    levels: np.ndarray,
+    lower: np.ndarray,
+    inverse_mass: np.ndarray,
     kick: float,
     step: float,
     part: int,
     highest: int,
-    inverse_mass: np.ndarray,
     force: np.ndarray,
     velocity: np.ndarray,
     position: np.ndarray,
-    finest: np.ndarray,
-    coarsest: np.ndarray,
     mean: np.ndarray,
 ) -> None:
     """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
 
-    Each node moves on by its own step, `step` / 2^finest. Where it belongs to cells of a longer step, its mean velocity
-    over theirs is that of its own steps in it.
+    Each node moves on by its own step, `step` / 2^level. Where it belongs to cells of twice that, its mean velocity
+    over theirs is that of its own two steps in it.
 
     Parameters
     ----------
-    rows : nodes that move. kick : dt of the velocity (s). step : longest step (s).
+    moving : how many nodes move, the first in order. order, levels, lower, inverse_mass : as in `Motion`.
+    kick : dt of the velocity (s). step : longest step (s).
     part : how many shortest steps, `step` / 2^highest, of the longest have gone by.
-    inverse_mass : (nodes,) 1/kg. force : (nodes, 3) N, the resultant of Eq. 2.
-    velocity, position : (nodes, 3) m/s and m, in place.
-    finest, coarsest, mean : as in `Motion`; `mean` is advanced.
+    force : (nodes, 3) N, the resultant of Eq. 2.
+    velocity, position, mean : (nodes, 3) m/s, m and m/s, in place.
     """
-    several = mean.shape[1] > 0
-    for k in numba.prange(rows.size):
-        node = rows[k]
-        level = finest[node]
-        own = step / (1 << level)
-        push = kick * inverse_mass[node]
-        for i in range(3):
-            speed = velocity[node, i] + push * force[node, i]
-            velocity[node, i] = speed
-            position[node, i] += own * speed
-        if not several:
-            continue
-        below = level - coarsest[node]
-        if below == 0:
-            for i in range(3):
-                mean[level & 1, node, i] = velocity[node, i]
-            continue
-        # The cells around are of the node's coarsest level and, at most, of the one above.
-        for gap in range(below - 1, below + 1):
-            parity = (level - gap) & 1
-            first = ((part >> (highest - level)) & ((1 << gap) - 1)) == 0
-            for i in range(3):
-                before = 0.0 if first else mean[parity, node, i]
-                mean[parity, node, i] = before + velocity[node, i] / (1 << gap)
+    for k in numba.prange(moving):
+        node, level = np.uint64(order[k]), levels[k]  # unsigned: no code for negative ones
+        own, push = step / (1 << level), kick * inverse_mass[k]
+        x = velocity[node, 0] + push * force[node, 0]
+        y = velocity[node, 1] + push * force[node, 1]
+        z = velocity[node, 2] + push * force[node, 2]
+        velocity[node, 0], velocity[node, 1], velocity[node, 2] = x, y, z
+        position[node, 0] += own * x
+        position[node, 1] += own * y
+        position[node, 2] += own * z
+        if lower[k]:
+            # After the first of the two steps the mean is that step's velocity.
+            before = 0.5 * ((part >> (highest - level)) & 1)
+            mean[node, 0] = (1.0 - before) * x + before * mean[node, 0]
+            mean[node, 1] = (1.0 - before) * y + before * mean[node, 1]
+            mean[node, 2] = (1.0 - before) * z + before * mean[node, 2]
 
 
 @parallel_kernel

@@ -22,6 +22,7 @@ from burst_fenicsx.kernels.common import (
     VOLUME,
     bound_hourglass,
     force_modes,
+    gather_velocities,
     lower_limits,
     may_overdo,
     move_cells,
@@ -113,7 +114,7 @@ def charge_block(
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
-    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
+    gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
     least_burn = _load_state(block, time, material[8], grid, state, scratch)
     move_cells(step, scratch)
     if least_burn < 1.0:

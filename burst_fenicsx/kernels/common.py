@@ -12,12 +12,15 @@ from burst_fenicsx.kernels.hexahedron import (
     Modes,
     cell_gradient,
     cell_modes,
+    gather,
+    gather_means,
     load_gradient,
     squared_gradients,
     store_gradient,
     velocity_gradient,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.tensors import (
     Matrix,
     Symmetric,
@@ -54,6 +57,7 @@ __all__ = [
     "bound_hourglass",
     "earlier",
     "force_modes",
+    "gather_velocities",
     "lower_limits",
     "may_overdo",
     "move_cells",
@@ -81,6 +85,15 @@ MOST_DAMPED = 1.0
 """Share of an hourglass rate that viscosity may take away in one step; beyond it the rate would change its sign."""
 
 _ROOT_8 = np.sqrt(8.0)
+
+
+@block_kernel
+def gather_velocities(block: int, nodes: Nodes, grid: Grid, rows: np.ndarray) -> None:
+    """Gather the nodes' mean velocities (m/s) over the step of the block's cells; `rows` as for `gather`."""
+    if grid.mixed[block]:
+        gather_means(grid.cells[block], grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
+    else:
+        gather(grid.cells[block], grid.dofmap, nodes.velocity, rows)
 
 
 @block_kernel

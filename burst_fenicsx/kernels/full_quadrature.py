@@ -9,7 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, earlier, lower_limits, viscosity_and_step
+from burst_fenicsx.kernels.common import (
+    FORCE,
+    POSITION,
+    VELOCITY,
+    earlier,
+    gather_velocities,
+    lower_limits,
+    viscosity_and_step,
+)
 from burst_fenicsx.kernels.hexahedron import (
     Gradient,
     Modes,
@@ -81,7 +89,7 @@ def solid_block_full(
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
-    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
+    gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
     _move_cells(block, step, state, scratch)
     for point in range(8):
         # In the order of dolfinx's quadrature space, zeta fastest, so that its functions mean what they say.

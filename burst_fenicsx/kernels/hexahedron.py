@@ -48,6 +48,7 @@ __all__ = [
     "cell_gradient",
     "cell_modes",
     "gather",
+    "gather_means",
     "gather_modes",
     "load_gradient",
     "mean_gradient",
@@ -82,6 +83,26 @@ def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.nd
             node = np.uint64(dofmap[cell, n])
             for i in range(3):
                 rows[(3 * n + i) * LANES + lane] = field[node, i]
+
+
+@block_kernel
+def gather_means(
+    cells: np.ndarray,
+    dofmap: np.ndarray,
+    level: int,
+    finest: np.ndarray,
+    field: np.ndarray,
+    means: np.ndarray,
+    rows: np.ndarray,
+) -> None:
+    """As `gather` for cells of a level, but take nodes whose level in `finest` (nodes,) is higher from `means`."""
+    for lane in range(LANES):
+        cell = np.uint64(cells[lane])
+        for n in range(8):
+            node = np.uint64(dofmap[cell, n])
+            source = means if finest[node] > level else field
+            for i in range(3):
+                rows[(3 * n + i) * LANES + lane] = source[node, i]
 
 
 @lane_function

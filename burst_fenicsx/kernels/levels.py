@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
 
-__all__ = ["node_levels", "raise_levels"]
+__all__ = ["blocks_are_mixed", "move_lanes", "node_levels", "raise_levels"]
 
 
 @kernel
@@ -24,14 +25,14 @@ def node_levels(dofmap: np.ndarray, level: np.ndarray, finest: np.ndarray, coars
             coarsest[node] = min(coarsest[node], level[cell])
 
 
-@kernel
+@parallel_kernel
 def raise_levels(dofmap: np.ndarray, finest: np.ndarray, level: np.ndarray) -> int:
     """Raise cells that lie more than one level below a neighbour; how many were raised.
 
     `dofmap` (cells, 8) int32; `finest` (nodes,) as from `node_levels`; `level` (cells,) int8, in place.
     """
     raised = 0
-    for cell in range(dofmap.shape[0]):
+    for cell in numba.prange(dofmap.shape[0]):
         highest = 0
         for n in range(8):
             highest = max(highest, finest[dofmap[cell, n]])
@@ -39,3 +40,30 @@ def raise_levels(dofmap: np.ndarray, finest: np.ndarray, level: np.ndarray) -> i
             level[cell] = highest - 1
             raised += 1
     return raised
+
+
+@parallel_kernel
+def blocks_are_mixed(
+    cells: np.ndarray, level: np.ndarray, dofmap: np.ndarray, finest: np.ndarray, mixed: np.ndarray
+) -> None:
+    """Tell for each block whether a node of its cells takes shorter steps than they do, `mixed` (blocks,) int8.
+
+    `cells` (blocks, LANES) int32; `level` (blocks,); `dofmap` (cells, 8) int32; `finest` (nodes,) as in `Nodes`.
+    """
+    for block in numba.prange(cells.shape[0]):
+        highest = 0
+        for lane in range(LANES):
+            for n in range(8):
+                highest = max(highest, finest[dofmap[cells[block, lane], n]])
+        mixed[block] = highest > level[block]
+
+
+@parallel_kernel
+def move_lanes(source: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
+    """Move rows of lanes, (blocks, rows LANES), to other blocks: `source` (slots,) int32 tells each slot's old one."""
+    rows = old.shape[1] // LANES
+    for slot in numba.prange(source.size):
+        block, lane = slot // LANES, slot % LANES
+        before, place = source[slot] // LANES, source[slot] % LANES
+        for row in range(rows):
+            new[block, row * LANES + lane] = old[before, row * LANES + place]

@@ -7,7 +7,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "move_rows", "place_rows", "sum_rows"]
+__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "place_rows", "sum_rows"]
 
 
 @parallel_kernel
@@ -24,16 +24,6 @@ def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndar
     for k in numba.prange(rows.size):
         for i in range(3):
             target[rows[k], i] += share * source[rows[k], i]
-
-
-@parallel_kernel
-def move_rows(position: np.ndarray, rows: np.ndarray, step: float, last: np.ndarray, mean: np.ndarray) -> None:
-    """Mean velocities (m/s) over `step` (s) of the rows of `position` (n, 3), which become the `last` ones (m)."""
-    for k in numba.prange(rows.size):
-        row = rows[k]
-        for i in range(3):
-            mean[row, i] = (position[row, i] - last[row, i]) / step
-            last[row, i] = position[row, i]
 
 
 @parallel_kernel
@@ -62,11 +52,11 @@ def sum_rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return total
 
 
-@kernel
+@parallel_kernel
 def largest_speed(velocity: np.ndarray, nodes: np.ndarray) -> float:
     """Largest speed (m/s) among the given nodes."""
     largest = 0.0
-    for node in nodes:
-        speed = velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2
-        largest = max(largest, speed)
+    for k in numba.prange(nodes.size):
+        node = nodes[k]
+        largest = max(largest, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
     return np.sqrt(largest)

@@ -22,6 +22,7 @@ from burst_fenicsx.kernels.common import (
     VOLUME,
     bound_hourglass,
     force_modes,
+    gather_velocities,
     lower_limits,
     may_overdo,
     move_cells,
@@ -174,7 +175,7 @@ def solid_block(
     count = grid.filled[block]
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
-    gather(cells, grid.dofmap, nodes.velocity, scratch[VELOCITY * LANES :])
+    gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
     _load_state(block, grid, state, scratch)
     move_cells(step, scratch)
     if _try_elastic(step, material, scratch) > 0:

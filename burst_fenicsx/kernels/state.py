@@ -18,9 +18,11 @@ class Nodes(NamedTuple):
     """Nodal fields, each (nodes, 3), and how the terms of the forces are rounded."""
 
     position: np.ndarray  # m
-    velocity: np.ndarray  # m/s; for the kernels, the mean over the step of the cell
+    velocity: np.ndarray  # m/s
     force: np.ndarray  # N, set to the element forces by the kernels, then the resultant
     rounding: float  # N, constant of `exact.quantise` for every term that is added to `force`
+    finest: np.ndarray  # (nodes,) int8, level of the node, the highest of what acts on it: it takes 2^level steps
+    mean: np.ndarray  # (nodes, 3) m/s over its last two steps, where a node belongs to cells of twice its step
 
 
 class Grid(NamedTuple):
@@ -31,6 +33,7 @@ class Grid(NamedTuple):
     filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
     level: np.ndarray  # (blocks,) int32, of the cells' step: the longest one over 2^level
+    mixed: np.ndarray  # (blocks,) int8, whether a node of the cells takes shorter steps than they do
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
@@ -51,12 +54,10 @@ class Schedule(NamedTuple):
 class Motion(NamedTuple):
     """How the nodes move between the steps of their cells (see `burst_fenicsx.subcycling`)."""
 
-    order: np.ndarray  # (nodes,) int32, those of short steps first
-    finest: np.ndarray  # (nodes,) int8, level of the node, the highest of what acts on it: it takes 2^level steps
-    coarsest: np.ndarray  # (nodes,) int8, lowest level of the cells around, at most one below their highest
-    # (2, nodes, 3) m/s, mean velocities over the steps of the cells of even and of odd level; (2, 0, 3) where all cells
-    # are of level 0, which take the velocities themselves
-    mean: np.ndarray
+    order: np.ndarray  # (nodes,) int32, those of short steps first; in this order ...
+    level: np.ndarray  # (nodes,) int8, `Nodes.finest`
+    lower: np.ndarray  # (nodes,) int8, whether the node belongs to cells of twice its step: no cell's is longer
+    inverse_mass: np.ndarray  # (nodes,) 1/kg
 
 
 class SolidState(NamedTuple):

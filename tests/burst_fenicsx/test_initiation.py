@@ -196,7 +196,7 @@ def test_the_step_resolves_the_burn_once_the_charge_is_lit():
         solver.step()
     solver.step()
     fields = solver.fields
-    level = fields.blocks.by_cell(np.repeat(fields.blocks.level, fields.blocks.cells.shape[1]))
+    level = fields.blocks.cell_levels
     light, rate = fields.charge.ignition_time, fields.charge.burn_rate
     burning = (fields.charge.burn_fraction[: len(level)] < 1.0) & (light < solver.time + 3.0 * solver.time_step)
     assert burning.any()

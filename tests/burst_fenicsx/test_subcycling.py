@@ -57,19 +57,24 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
     solver, _ = standing_wave(subcycling=True)
     solver.step()
     fields, cycles = solver.fields, solver.subcycling
-    level = fields.blocks.by_cell(np.repeat(fields.blocks.level, fields.blocks.cells.shape[1]))
+    level = fields.blocks.cell_levels
     stable = fields.blocks.by_cell(fields.grid.stable)
     assert cycles.highest >= 3
     assert (cycles.step / 2.0**level <= 0.7 * stable).all()
-    finest, coarsest = cycles.motion.finest, cycles.motion.coarsest
+    finest, motion = fields.nodes.finest, cycles.motion
     around = level[np.argsort(fields.mesh.dofmap.ravel(), kind="stable") // 8]
     first = np.searchsorted(np.sort(fields.mesh.dofmap.ravel()), np.arange(len(fields.mass)))
     np.testing.assert_array_equal(finest, np.maximum.reduceat(around, first))
-    np.testing.assert_array_equal(coarsest, np.minimum.reduceat(around, first))
-    assert (finest - coarsest <= 1).all()
-    assert (finest - coarsest == 1).any()
+    below = finest - np.minimum.reduceat(around, first)
+    assert (below <= 1).all()
+    assert (below == 1).any()
     # Those of short steps come first, and as many move as belong to cells of that level or a higher one.
-    assert (np.diff(finest[cycles.motion.order].astype(int)) <= 0).all()
+    assert (np.diff(motion.level.astype(int)) <= 0).all()
+    np.testing.assert_array_equal(motion.level, finest[motion.order])
+    np.testing.assert_array_equal(motion.lower, below[motion.order])
+    np.testing.assert_array_equal(motion.inverse_mass, fields.inverse_mass[motion.order])
+    mixed = [finest[fields.mesh.dofmap[cells]].max() for cells in fields.blocks.cells] > fields.blocks.level
+    np.testing.assert_array_equal(fields.grid.mixed, mixed)
     assert [int((finest >= least).sum()) for least in range(cycles.highest + 1)] == list(cycles.moving)
     assert cycles.cell_steps == (2 ** level.astype(int)).sum()
 
@@ -90,14 +95,14 @@ def test_mean_velocities_over_a_cells_step_are_its_nodes_displacements():
     solver, _ = standing_wave(subcycling=True)
     for _ in range(20):
         solver.step()
-    before = solver.fields.nodes.position.copy()
-    cycles = solver.subcycling
+    nodes, motion = solver.fields.nodes, solver.subcycling.motion
+    before = nodes.position.copy()
     solver.choose_again = np.inf
     solver.step()
-    moved = solver.fields.nodes.position - before
-    mixed = np.flatnonzero((cycles.motion.finest == 1) & (cycles.motion.coarsest == 0))
-    assert len(mixed)
-    np.testing.assert_allclose(cycles.motion.mean[0, mixed] * solver.time_step, moved[mixed], rtol=1e-9, atol=1e-18)
+    between = motion.order[(motion.level == 1) & (motion.lower == 1)]
+    assert len(between)
+    displacement = (nodes.position - before)[between]
+    np.testing.assert_allclose(nodes.mean[between] * solver.time_step, displacement, rtol=1e-9, atol=1e-18)
 
 
 def test_energy_and_momentum_stay_over_many_periods():
