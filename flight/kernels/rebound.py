@@ -2,8 +2,8 @@
 
 The rebound takes a share of the velocity along the normal and another one along the surface. The slide is that of a
 point held to the surface: gravity along it, and Coulomb friction by the weight's part normal to it. The air's drag and
-the centrifugal part of the normal force are left out; at a kink between two cells the speed is kept, and where both rise
-from it a fragment that has come to a stop there rests.
+the centrifugal part of the normal force are left out. At a kink between two cells the speed is kept; what has come to
+a stop in one from which the ground rises on both sides rests.
 """
 
 from __future__ import annotations

@@ -22,14 +22,12 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = [
-    "ON_A_LINE", "TERRAIN_PIECES_SHAPE", "Terrain", "cell_ahead", "cross_edges", "cross_terrain", "height_at", "slope_at",
-    "slope_in",
+    "ON_A_LINE", "TERRAIN_PIECES_SHAPE", "Terrain", "cell_ahead", "cross_edges", "cross_terrain", "height_at",
+    "slope_at", "slope_in",
 ]  # fmt: skip
 
-TERRAIN_PIECES_SHAPE = (
-    72,
-    20,
-)  # parts of a step: coefficients of x, y, z, lower and upper end; the last rows are scratch
+# parts of a step: coefficients of x, y and z, lower and upper end; the last two rows are scratch
+TERRAIN_PIECES_SHAPE = (72, 20)
 _FIRST, _SECOND, _DEEPEST = 70, 71, 68
 _LOW, _HIGH = 18, 19
 ON_A_LINE = 1e-9  # of a cell; what is nearer to a line between cells lies on it

@@ -205,3 +205,21 @@ def test_slide_ends_at_walls_edges_and_the_time_limit() -> None:
 def test_messages(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_slide_to_and_fro_in_a_valley() -> None:
+    """Between two slopes steeper than friction each way is shorter by one factor, and it rests at the bottom."""
+    angle, friction = math.radians(40.0), 0.3
+    x = np.linspace(-200.0, 200.0, 41)  # a node at the bottom
+    ground = HeightMap(np.tile(math.tan(angle) * np.abs(x), (2, 1)), (10.0, 400.0), (-200.0, -200.0))
+    start = Fragments.from_arrays(0.01, (33.0, 0.0, 33.0 * math.tan(angle) + 1e-6), (0.0, 0.0, 0.0))
+    row = fly(start, air="vacuum", ground=ground, bounce=Bounce(0.0, 1.0, friction)).landing[0]
+    down = GRAVITY * (math.sin(angle) - friction * math.cos(angle))
+    up = GRAVITY * (math.sin(angle) + friction * math.cos(angle))
+    way, time = 33.0 / math.cos(angle), 0.0
+    while way > 1e-9:
+        speed = math.sqrt(2.0 * down * way)
+        time, way = time + speed / down + speed / up, 0.5 * speed**2 / up
+    assert row["rest_status"] == Status.LANDED
+    assert row["rest_position"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-5)
+    assert row["rest_time"] - row["time"] == pytest.approx(time, rel=1e-3)
