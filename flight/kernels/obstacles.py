@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["EVENTS_SHAPE", "FACES", "FIRST_FACE", "OBSTACLE_COLUMNS", "enter_obstacles", "enter_on_chord"]
 
 FACES = 6
-FIRST_FACE = (
-    7  # column; an obstacle's row: unused, box (6), as a witness's; then a point (3) and outward normal (3) a face
-)
+# a row: unused, box (6), as a witness's; from this column on a point (3) and the outward normal (3) of each face
+FIRST_FACE = 7
 OBSTACLE_COLUMNS = FIRST_FACE + 6 * FACES
 EVENTS_SHAPE = (2, 5 * FACES + 1)
 NOWHERE = 2.0
