@@ -111,7 +111,8 @@ def _bounce(table: GroundTable) -> Bounce | None:
 def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:
     import flight
 
-    values = {key: tuple(v) if isinstance(v, list) else v for key, v in table.model_dump(exclude={"kind"}).items()}
+    dumped = table.model_dump(exclude={"kind"})
+    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in dumped.items()}
     if isinstance(table, WallTable):
         return flight.Wall(**values)
     if isinstance(table, BarricadeTable):
