@@ -98,12 +98,14 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
 
 
 def _check_flight(case: Case, source: str) -> None:
-    """What only the flight can judge: drag tables, surfaces, the integrator's bounds."""
+    """What only the flight can judge: drag tables, maps, surfaces, obstacles, the integrator's bounds."""
     from flight.errors import InputError as FlightInputError
     from fragfield.case.convert import flight_arguments
+    from fragfield.case.surroundings import check_surroundings
 
     try:
         flight_arguments(case)
+        check_surroundings(case)
     except FlightInputError as error:
         raise InputError(f"{source}: flight.{error}") from None
 
@@ -128,9 +130,14 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     rounds = _told(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
+    flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
-        drag = str((folder / case.flight.drag).resolve())
-        changes["flight"] = case.flight.model_copy(update={"drag": drag})
+        flight["drag"] = str((folder / case.flight.drag).resolve())
+    if case.flight.ground.map is not None:
+        place = str((folder / case.flight.ground.map).resolve())
+        flight["ground"] = case.flight.ground.model_copy(update={"map": place})
+    if flight:
+        changes["flight"] = case.flight.model_copy(update=flight)
     if case.hazard.stack_rule is not None:
         changes["hazard"] = case.hazard.model_copy(
             update={"stack_rule": _located_rule(case.hazard.stack_rule, source, folder)}

@@ -20,6 +20,7 @@ from fragfield.report.distance_tables import band_words, distance_table, sector_
 from fragfield.report.findings import findings
 from fragfield.report.inputs import input_tables
 from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings
+from fragfield.report.obstacle_tables import obstacle_tables
 from fragfield.report.quantities import number
 from fragfield.report.round_tables import (
     arrangement_table,
@@ -217,6 +218,7 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
 def _flight(run: RunFiles, draw: Draw) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *flight_rows(run),
+        *obstacle_tables(run),
         *draw(
             "by_azimuth", "Number and speed by azimuth",
             "Fragments that cross the witness surface, by the azimuth of the crossing: number, and speed at which they "
