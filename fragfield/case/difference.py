@@ -8,11 +8,11 @@ from fragfield.case.quantities import show
 from fragfield.case.write import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from fragfield.case.schema import Case
 
-__all__ = ["differences"]
+__all__ = ["differences", "document_differences"]
 
 _WORDS_ONLY = ("title", "notes", "source")  # change nothing that is computed
 
@@ -43,7 +43,14 @@ def differences(stored: Case, now: Case, within: Sequence[str] | None = None) ->
     list of str
         Lines `key: stored 0.006 m, now 0.008 m`.
     """
-    before, after = (dict(_flat(plain(case, units=True))) for case in (stored, now))
+    return document_differences(plain(stored, units=True), plain(now, units=True), within)
+
+
+def document_differences(
+    stored: Mapping[str, Any], now: Mapping[str, Any], within: Sequence[str] | None = None
+) -> list[str]:
+    """As `differences`, of two resolved cases as tables with units."""
+    before, after = (dict(_flat(document)) for document in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
         if key.rpartition(".")[2] in _WORDS_ONLY or not (
