@@ -208,7 +208,8 @@ def compare(
         Path | None, typer.Option("--out", metavar="DIR", help="Write tables (CSV, JSON) and a picture there.")
     ] = None,
     sector: Annotated[
-        float | None, typer.Option("--sector", metavar="DEGREES", help="Width of the sectors; default 15, or as the runs have them.")
+        float | None,
+        typer.Option("--sector", metavar="DEGREES", help="Width of the sectors; default 15, or as the runs have them."),
     ] = None,
     all_round: Annotated[
         bool, typer.Option("--all-round", help="Divide by the reference's mean over all azimuths.")

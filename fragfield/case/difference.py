@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.quantities import show
@@ -47,9 +48,17 @@ def differences(stored: Case, now: Case, within: Sequence[str] | None = None) ->
 
 
 def document_differences(
-    stored: Mapping[str, Any], now: Mapping[str, Any], within: Sequence[str] | None = None
+    stored: Mapping[str, Any],
+    now: Mapping[str, Any],
+    within: Sequence[str] | None = None,
+    *,
+    words: tuple[str, str] = ("stored", "now"),
+    tolerance: float = 0.0,
 ) -> list[str]:
-    """As `differences`, of two resolved cases as tables with units."""
+    """As `differences`, of two resolved cases as tables with units.
+
+    `words` name the two cases; values with the same unit whose numbers agree to the relative `tolerance` do not count.
+    """
     before, after = (dict(_flat(document)) for document in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
@@ -57,9 +66,19 @@ def document_differences(
             within is None or any(_lies_in(key, table) for table in within)
         ):
             continue
-        if before.get(key) != after.get(key):
-            lines.append(f"{key}: stored {_shown(before, key)}, now {_shown(after, key)}")
+        if not _agree(before.get(key), after.get(key), tolerance):
+            lines.append(f"{key}: {words[0]} {_shown(before, key)}, {words[1]} {_shown(after, key)}")
     return lines
+
+
+def _agree(one: object, other: object, tolerance: float) -> bool:
+    if one == other or tolerance == 0.0 or not (isinstance(one, str) and isinstance(other, str)):
+        return one == other
+    (number, _, unit), (other_number, _, other_unit) = one.partition(" "), other.partition(" ")
+    try:
+        return unit == other_unit and math.isclose(float(number), float(other_number), rel_tol=tolerance)
+    except ValueError:
+        return False
 
 
 def _lies_in(key: str, table: str) -> bool:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.difference import document_differences
 from fragfield.compare.hazards import compare_densities, compare_distances
-from fragfield.compare.runs import check_alike, notes_on, read_compared_run
+from fragfield.compare.runs import check_alike, differences_of, notes_on, read_compared_run
 from fragfield.compare.witness import compare_hits, sectors_together
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ def compare_runs(
     return {
         "run": _told(run),
         "reference": _told(reference),
-        "differences": document_differences(reference.case, run.case),
+        "differences": differences_of(run, reference),
         "notes": notes,
         "all_round": all_round,
         "casing": list(_casings(run, reference)),

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
     from flight.ensemble import EnsembleHazard
 
-__all__ = ["ComparedRun", "check_alike", "notes_on", "read_compared_run"]
+__all__ = ["ComparedRun", "check_alike", "differences_of", "notes_on", "read_compared_run"]
+
+_ROUND_OFF = 1e-12  # an angle written as a default and one read in degrees differ in their last digit
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +125,23 @@ def _shown(table: dict[str, Any], key: str) -> str:
     return show(table[key]) if key in table else "nothing"
 
 
+def differences_of(run: ComparedRun, reference: ComparedRun) -> list[str]:
+    """One line a key in which the cases differ; of rounds and planes that only one has, their numbers."""
+    ours, theirs, lines = dict(run.case), dict(reference.case), []
+    for name in ("round", "plane"):
+        tables = [case.get(name, []) for case in (ours, theirs)]
+        mine, other = (len(table) for table in tables)
+        if mine != other:
+            lines.append(f"{name}: reference {other}, run {mine}")
+            ours[name], theirs[name] = (table[: min(mine, other)] for table in tables)
+    return lines + document_differences(theirs, ours, words=("reference", "run"), tolerance=_ROUND_OFF)
+
+
 def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     """What a reader must know of the two runs beside their ratios."""
     notes = []
     seeds = [one.summary.get("seed") for one in (run, reference)]
-    same = not document_differences(reference.case, run.case)
+    same = not differences_of(run, reference)
     if same and seeds[0] == seeds[1]:
         notes.append("both runs are of the same case and seed: their differences are not of the cases")
     elif seeds[0] != seeds[1]:

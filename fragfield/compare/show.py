@@ -49,7 +49,7 @@ def print_comparison(found: Mapping[str, Any]) -> None:
 def _print_lines(console: Console, head: str, lines: Sequence[str]) -> None:
     if not lines:
         return
-    console.print(f"{head} (stored: the run it is divided by):")
+    console.print(f"{head}")
     for line in lines[:_MOST_LINES]:
         console.print(f"  {line}", markup=False)
     if len(lines) > _MOST_LINES:

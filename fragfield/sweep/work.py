@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -179,5 +178,7 @@ def _message(code: int, printed: str) -> str:
 
 
 def _tell(text: str, options: SweepOptions) -> None:
-    if not options.quiet and sys.stderr.isatty():
-        sys.stderr.write(f"{time.strftime('%H:%M:%S')} {text}\n")
+    """Name the run on stderr, before its own warnings."""
+    if not options.quiet:
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()

@@ -122,8 +122,19 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
     first = found["by_distance"][0]
     assert first["ground_density"]["ratio"] == pytest.approx(2.0, rel=0.1)
     assert first["ground_density"]["ratio_error"] > 0.0
-    assert any(line.startswith("round[2].name: stored nothing") for line in found["differences"])
+    assert found["differences"] == [
+        "round: reference 1, run 2",
+        "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']",
+    ]
     assert found["notes"] == ["both have the seed 1; standard errors of ratios take their chances for independent"]
+
+
+def test_round_off_in_a_unit_is_no_difference(runs, single):
+    text = (single / "case.toml").read_text()
+    (single / "case.toml").write_text(text.replace('"0.00012 s"', '"0.00012000000000000002 s"'))
+    assert not compare_runs(single, runs[1])["differences"]
+    (single / "case.toml").write_text(text.replace('"0.00012 s"', '"0.00013 s"'))
+    assert compare_runs(single, runs[1])["differences"] == ['burst.end_time: reference "0.00012 s", run "0.00013 s"']
 
 
 def test_by_distance_reaches_as_far_as_the_farther_run(runs):
