@@ -35,6 +35,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   lint       ruff, mypy, import-linter
   validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
+  docs       the documentation, into build/docs; arguments go to mkdocs build
   help       this text
 
 Each act sets up first what is missing; a set-up that is complete costs no time.
@@ -230,7 +231,7 @@ pip_install() {
 
 install_python_packages() {
     say "Python packages, pinned by constraints/ (about $venv_megabytes MB, a few minutes)"
-    pip_install --editable ".[test,lint]" || refuse \
+    pip_install --editable ".[test,lint,docs]" || refuse \
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About $venv_megabytes MB are needed here."
@@ -295,7 +296,7 @@ prepare_running() {
 act=${1:-install}
 [ $# -eq 0 ] || shift
 case $act in
-    install | demo | test | lint | validate | bench) ;;
+    install | demo | test | lint | validate | bench | docs) ;;
     help | -h | --help) usage && exit 0 ;;
     *)
         printf 'setup: unknown act "%s".\n\n' "$act" >&2
@@ -337,4 +338,8 @@ case $act in
         exec "$bin/python" -m validation "$@"
         ;;
     bench) exec "$bin/python" -m benchmarks "$@" ;;
+    docs)
+        "$bin/python" -m mkdocs build --strict "$@"
+        say "the documentation is build/docs/index.html"
+        ;;
 esac

@@ -96,7 +96,7 @@ def test_unknown_act_is_told_the_known_ones(machine: Machine) -> None:
     done = machine.run("instal")
     assert done.returncode == 2
     assert 'unknown act "instal"' in done.stderr
-    for act in ("install", "demo", "test", "lint", "validate", "bench"):
+    for act in ("install", "demo", "test", "lint", "validate", "bench", "docs"):
         assert f"\n  {act} " in done.stderr
 
 
