@@ -16,7 +16,7 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
-from fragfield.report.distance_tables import band_words, distance_table, sector_table, stack_rule_table
+from fragfield.report.distance_tables import band_words, density_table, distance_table, sector_table, stack_rule_table
 from fragfield.report.findings import findings
 from fragfield.report.inputs import input_tables
 from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings
@@ -38,6 +38,7 @@ from fragfield.report.tables import (
     mesh_rows,
     provenance_rows,
 )
+from fragfield.report.validation_status import read_record, validation_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,6 +79,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         Section(
             "tables", "Tables by azimuth", _stage(run, "flight", lambda: [*azimuth_tables(run), *sector_table(run)])
         ),
+        _validation(run),
         _provenance(run),
         _use(),
         _signatures(),
@@ -119,7 +121,7 @@ def _summary(run: RunFiles) -> Section:
     blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards))]
     if "flight" not in run.missing:
         terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
-        blocks.append(Paragraph(terms))
+        blocks += [Paragraph(terms), *density_table(run)]
     blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.LIMITS)]
     return Section("summary", "Summary for the safety engineer", blocks)
 
@@ -264,6 +266,12 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))
+
+
+def _validation(run: RunFiles) -> Section:
+    version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))
+    blocks = list(validation_blocks(read_record(), version, revision))
+    return Section("validation", "Validation of this version", blocks)
 
 
 def _provenance(run: RunFiles) -> Section:
