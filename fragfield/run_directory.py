@@ -92,7 +92,7 @@ STAGES: dict[str, Stage] = {
             ("flight", "witness"),
             ("flight", "witness", "hazard", "site"),
         ),
-        Stage("report", "", "report.html", ("report.html",), (), ("title",)),
+        Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),
     )
 }
 _MOST_DIFFERENCES = 10

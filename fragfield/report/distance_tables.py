@@ -14,8 +14,7 @@ from fragfield.report.quantities import SPACE, number
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from numpy.typing import NDArray
-
+    from flight.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["band_words", "density_table", "distance_table", "sector_table", "stack_rule_table"]
@@ -58,7 +57,7 @@ def density_table(run: RunFiles) -> Iterator[Table]:
         return
     curves, area = found.by_distance, 1.0 / hazard_density(run)
     lines = []
-    for cell in _few_cells(curves["ground_density"].pooled):
+    for cell in _few_cells(found):
         densest = max(float(curves[f"worst_{name}_density"].pooled[cell]) for name in ("ground", "normal"))
         line = [f"{found.counts.edges[cell]:,.0f}{SPACE}–{SPACE}{found.counts.edges[cell + 1]:,.0f}"]
         for name in ("ground", "normal"):
@@ -77,9 +76,11 @@ def density_table(run: RunFiles) -> Iterator[Table]:
     yield Table("Density by distance", head, tuple(lines), note)
 
 
-def _few_cells(density: NDArray[np.float64], most: int = 8) -> list[int]:
-    """About `most` distance cells, evenly spread from the first to the last in which anything hazardous landed."""
-    last = int(np.flatnonzero(density > 0).max(initial=0))
+def _few_cells(found: EnsembleHazard, most: int = 8) -> list[int]:
+    """About `most` distance cells, evenly spread to half as far again as the hazardous fragment distance reaches."""
+    farthest = 1.5 * found.bands["hazardous_fragment_distance"].high
+    last = int(np.flatnonzero(found.by_distance["ground_density"].pooled > 0).max(initial=0))
+    last = min(last, max(1, int(np.searchsorted(found.distance, farthest))))
     return sorted({round(cell) for cell in np.linspace(0, last, min(most, last + 1))})
 
 

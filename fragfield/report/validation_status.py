@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Record", "read_record", "validation_blocks", "validation_words"]
 
 _FORMAT, _FORMAT_VERSION = "fragfield validation", 1
-_COMMAND = "`python -m validation --record`"
+_COMMAND = "“python -m validation --record”"
 
 
 @dataclass(frozen=True)

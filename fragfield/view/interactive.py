@@ -25,7 +25,14 @@ if TYPE_CHECKING:
 
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["VIEW_OF_BURST", "VIEW_OF_FRAGMENTS", "interactive_fault", "write_interactive_views"]
+__all__ = [
+    "VIEW_OF_BURST",
+    "VIEW_OF_FRAGMENTS",
+    "interactive_fault",
+    "view_of_burst",
+    "view_of_fragments",
+    "write_interactive_views",
+]
 
 VIEW_OF_BURST, VIEW_OF_FRAGMENTS = "view_burst.html", "view_fragments.html"
 MOST_TRIANGLES = 120_000
@@ -70,14 +77,14 @@ def write_interactive_views(run: RunFiles, folder: Path | None = None) -> list[P
     target = folder or run.folder
     written = []
     if run.nodes:
-        written.append(_view_of_burst(run, target / VIEW_OF_BURST))
+        written.append(view_of_burst(run, target))
     if run.fragments:
-        written.append(_view_of_fragments(run, target / VIEW_OF_FRAGMENTS))
+        written.append(view_of_fragments(run, target))
     return written
 
 
-def _view_of_burst(run: RunFiles, path: Path) -> Path:
-    """The rounds at the end of the burst, cut open, coloured by speed."""
+def view_of_burst(run: RunFiles, folder: Path) -> Path:
+    """Write the page of the rounds at the end of the burst, cut open, coloured by speed; return its path."""
     grid = final_burst(run)
     fastest = float(grid.point_data["speed"].max()) or 1.0
     surface = _bare(section(grid).extract_surface(algorithm="dataset_surface").triangulate())
@@ -87,11 +94,12 @@ def _view_of_burst(run: RunFiles, path: Path) -> Path:
     _add_coloured(plotter, surface, fastest)
     plotter.view_vector((0.35, -1.0, 0.3), viewup=(0, 0, 1))
     time = (run.burst_time or 0.0) * 1e6
+    path = folder / VIEW_OF_BURST
     return _write(plotter, path, run.title, f"Section of the burst at {time:.0f} µs", "Speed (m/s)", fastest)
 
 
-def _view_of_fragments(run: RunFiles, path: Path) -> Path:
-    """The fragments a moment after the burst with the way that they came, coloured by initial speed."""
+def view_of_fragments(run: RunFiles, folder: Path) -> Path:
+    """Write the page of the fragments a moment after the burst, coloured by initial speed; return its path."""
     import pyvista
 
     points, start = fragment_points(run, STREAK)
@@ -112,6 +120,7 @@ def _view_of_fragments(run: RunFiles, path: Path) -> Path:
         f"{points.n_points:,} fragments"
     )  # fmt: skip
     words = f"{number} {STREAK * 1e6:.0f} µs after the burst, drag neglected; symbols stand for the mass"
+    path = folder / VIEW_OF_FRAGMENTS
     return _write(plotter, path, run.title, words, "Initial speed (m/s)", fastest)
 
 
