@@ -181,15 +181,15 @@ install_debian_packages() {
 
 # The tests of the report in a browser want one. It is nothing that the program needs: without it they are skipped.
 install_browser() {
-    if command -v chromium >/dev/null; then return 0; fi
+    if command -v chromium >/dev/null && command -v pdftotext >/dev/null; then return 0; fi
     [ "$(id -u)" -eq 0 ] || sudo -n true 2>/dev/null || {
         say "no chromium here, and no root to install it: the tests in a browser are skipped"
         return 0
     }
-    say "apt-get install chromium (for the tests of the report)"
+    say "apt-get install chromium poppler-utils (for the tests of the report)"
     log=$(mktemp)
     as_root apt-get -q update >"$log" 2>&1 || true
-    as_root apt-get -q -y -o DPkg::Lock::Timeout=300 install --no-install-recommends chromium >>"$log" 2>&1 ||
+    as_root apt-get -q -y -o DPkg::Lock::Timeout=300 install --no-install-recommends chromium poppler-utils >>"$log" 2>&1 ||
         say "apt could not install chromium ($log): the tests in a browser are skipped"
 }
 
