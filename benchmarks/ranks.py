@@ -39,8 +39,7 @@ _REPEATS = 2
 _MANY = (64, 1024)
 _LATENCY, _BAND_WIDTH = 2e-6, 10e9  # s and B/s: of a common network, for each rank
 _OF_NODE = 24  # bytes of a vector
-_OF_NEAR = 80  # bytes of a surface node in contact's sums: place, velocity, force, load
-_SUMS_OF_CONTACT = 3  # over all ranks in each of its steps: speed, motion, forces
+_OF_NEAR = 88  # bytes of another rank's surface node in contact's exchange: place, velocity, load; force and load back
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ def ranks(options: Options) -> dict[str, Any]:
             "seconds_searching": run["seconds_searching"],
             "exchanges": run["exchanges"],
             "bytes_per_exchange": run["bytes_per_exchange"],
-            "near_nodes": run["near_nodes"],
+            "halo_nodes": run["halo_nodes"],
         }
         for n, run in found.items()
     ]
@@ -114,7 +113,7 @@ def estimate(
     uneven = balance(steps, levels, min(per_round, levels.shape[1]))
     cell_steps = one["cell_steps"] * finer * len(mesh.cells) / one["cells"]
     exchanges = two["exchanges"] * finer
-    contacts, near = one["contacts"] * finer, one["near_nodes"] * finer**2 * rounds
+    contacts, halo = one["contacts"] * finer, two["halo_nodes"] * finer**2
     search = one["seconds_searching"] / one["searches"]
     repeated = float(np.clip(2.0 * two["seconds_searching"] / two["searches"] / search - 1.0, 0.0, 1.0))
     search *= finer**2 * rounds
@@ -123,7 +122,7 @@ def estimate(
         "seconds_of_cells": of_cells * cell_steps / number * uneven,
         "seconds_of_nodes": exchanges * (neighbours * _LATENCY + _OF_NODE * nodes / _BAND_WIDTH),
         "seconds_of_contact": contacts
-        * (_SUMS_OF_CONTACT * 2.0 * math.log2(number) * _LATENCY + 2.0 * _OF_NEAR * near / _BAND_WIDTH),
+        * (2.0 * math.log2(number) * _LATENCY + 2.0 * neighbours * _LATENCY + _OF_NEAR * halo / _BAND_WIDTH),
         "seconds_of_searches": one["searches"] * finer * search * (repeated + (1.0 - repeated) / number),
     }
     alone = of_cells * cell_steps + one["searches"] * finer * search
@@ -148,15 +147,13 @@ def shared_nodes(mesh: HexahedralMesh, number: int) -> tuple[int, int]:
     """Most nodes that a rank shares with others, and most neighbours that a rank has, for runs of cells."""
     owner = np.arange(len(mesh.cells), dtype=np.int64) * number // len(mesh.cells)
     # Twins count as one place: where one is on a rank, so is the other.
-    place = np.arange(len(mesh.nodes))
-    place[mesh.twins[:, 1]] = mesh.twins[:, 0]
-    pairs = np.unique(place[mesh.cells].ravel() * number + np.repeat(owner, 8))
+    pairs = np.unique(mesh.places[mesh.cells].ravel() * number + np.repeat(owner, 8))
     node, rank = pairs // number, pairs % number
     several = np.bincount(node)[node] > 1
     node, rank = node[several], rank[several]
     most = int(np.bincount(rank, minlength=number).max(initial=0))
     # Pairs lie by node: those of one node follow each other.
-    neighbours = set()
+    neighbours: set[tuple[int, int]] = set()
     for apart in range(1, int(np.bincount(node).max(initial=1))):
         same = node[apart:] == node[:-apart]
         neighbours |= set(zip(rank[:-apart][same].tolist(), rank[apart:][same].tolist(), strict=True))

@@ -17,7 +17,7 @@ from fragfield.case.write import to_toml
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
 
-__all__ = ["provenance_of", "versions"]
+__all__ = ["provenance_of", "revision", "versions"]
 
 _DISTRIBUTIONS = {
     "numpy": "numpy",
@@ -51,7 +51,7 @@ def versions() -> dict[str, str]:
 
 
 @cache
-def _revision() -> str:
+def revision() -> str:
     """Revision of the source tree the program runs from, with "+" for local changes; empty where installed."""
     root = Path(__file__).resolve().parent.parent
     if not (root / ".git").exists():
@@ -88,7 +88,7 @@ def provenance_of(case: Case) -> dict[str, str]:
         "seed": str(case.seed),
         "program": "fragfield",
         "program_version": fragfield.__version__,
-        "revision": _revision(),
+        "revision": revision(),
         "platform": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }

@@ -189,6 +189,27 @@ def test_operations_are_counted_as_the_kernels_do_them(run):
     assert found["divide"] + found["root"] < 0.1 * found["multiply"]
 
 
+def test_shared_nodes_are_counted_in_the_partition():
+    """A bar of 12 cells in runs of 3 and 4: each of the cuts has four nodes, the ranks in the middle have two."""
+    from benchmarks.ranks import shared_nodes
+    from tests.burst_fenicsx.boxes import box
+
+    bar = box((12, 1, 1), (12.0, 1.0, 1.0))
+    assert shared_nodes(bar, 1) == (0, 0)
+    assert shared_nodes(bar, 2) == (4, 1)
+    assert shared_nodes(bar, 4) == (8, 2)
+
+
+def test_the_balance_is_that_of_the_slowest_rank_in_every_step():
+    from benchmarks.ranks import balance
+
+    steps = np.array([1e-7])
+    assert balance(steps, np.zeros((1, 8), dtype=np.int8), 4) == 1.0
+    # Two of eight cells take two steps: on one rank of two it makes 4 + 2 in place of (8 + 2) / 2.
+    levels = np.array([[1, 1, 0, 0, 0, 0, 0, 0]], dtype=np.int8)
+    assert balance(steps, levels, 2) == pytest.approx(6.0 / 5.0)
+
+
 def test_the_grind_time_of_lulesh_is_read():
     from benchmarks.lulesh import parsed
 

@@ -1,6 +1,7 @@
 """`python -m validation [NAME...] [--quick] [--json]`: run the cases, compare, print the table.
 
-Exit code 0 when every check passed, 1 when one failed, 2 for bad input, that of fragfield when a run failed.
+Exit code 0 when every check passed, 1 when one failed, 2 for bad input, that of fragfield when a run failed; a case
+that cannot go on does not keep the others from being computed.
 """
 
 from __future__ import annotations
@@ -9,18 +10,37 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
+from validation.copper_cylinder import study as copper_cylinder
+from validation.m107_1944 import study as m107_1944
 from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
-from validation.rows import print_rows
+from validation.products import study as products
+from validation.readme import LADDER, insert_tables
+from validation.record import Outcome, entry, overview, read_record, write_record
+from validation.rows import print_rows, rows_table
 from validation.runs import FOLDER, Runs, StudyError
+from validation.solid import study as solid
+from validation.steel_tubes import study as steel_tubes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from validation.rows import Row
+    from validation.options import Options
 
-CASES = {"paper_3_1": paper_3_1.study, "paper_3_2": paper_3_2.study}
+CASES = {
+    "products": products.study,
+    "solid": solid.study,
+    "copper_cylinder": copper_cylinder.study,
+    "steel_tubes": steel_tubes.study,
+    "paper_3_1": paper_3_1.study,
+    "paper_3_2": paper_3_2.study,
+    "m107_1944": m107_1944.study,
+}
+"""The ladder, from theory to tests."""
+
+IN_FULL = tuple(name for name in CASES if not name.startswith("paper"))
+"""Cases whose rows stand in full in validation/README.md; the paper's have tables of their own in the README."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,18 +52,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     folder = options.out.resolve() if options.out else FOLDER
     runs = Runs(folder, resume=options.resume, threads=options.threads, ranks=options.ranks)
-    rows: list[Row] = []
-    try:
-        for name in options.names or CASES:
-            rows += CASES[name](options, runs)
-    except StudyError as error:
-        print(f"validation: {error}", file=sys.stderr)
-        return error.code
+    outcomes: dict[str, Outcome] = {}
+    codes = []
+    for name in options.names or CASES:
+        try:
+            outcomes[name] = Outcome(tuple(CASES[name](options, runs)))
+        except StudyError as error:
+            print(f"validation: {error}", file=sys.stderr)
+            outcomes[name] = Outcome((), str(error))
+            codes.append(error.code)
+    rows = [row for outcome in outcomes.values() for row in outcome.rows]
     if options.json:
         print(json.dumps([row.as_dict() for row in rows], indent=1))
     else:
         print_rows(rows)
-    return 1 if any(row.passed is False for row in rows) else 0
+    if options.record or options.readme:
+        keep(outcomes, options)
+    return codes[0] if codes else int(any(row.passed is False for row in rows))
+
+
+def keep(outcomes: Mapping[str, Outcome], options: Options) -> None:
+    """Write what was found into the record and into the tables of the READMEs; a part of a case is no case."""
+    if options.sensitivities or options.scaling:
+        return
+    known = read_record() | {name: entry(outcome, quick=options.quick) for name, outcome in outcomes.items()}
+    ordered = {name: known[name] for name in CASES if name in known}
+    if options.record:
+        write_record(ordered)
+    if options.readme:
+        insert_tables({"validation": overview(ordered, tuple(CASES))})
+        full = {name: rows_table(outcome.rows) for name, outcome in outcomes.items() if name in IN_FULL}
+        insert_tables(full, LADDER)
 
 
 if __name__ == "__main__":

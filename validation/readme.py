@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["PICTURES", "README", "copy_figures", "insert_tables"]
+__all__ = ["LADDER", "PICTURES", "README", "copy_figures", "insert_tables"]
 
 README = Path(__file__).resolve().parent.parent / "README.md"
+LADDER = Path(__file__).resolve().parent / "README.md"
+"""Where the rows of the cases stand in full."""
 PICTURES = README.parent / "docs" / "pictures"
 
 

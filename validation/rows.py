@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-__all__ = ["Row", "compare", "markdown_table", "print_rows", "within"]
+__all__ = ["Row", "compare", "markdown_table", "print_rows", "rows_table", "within"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def compare(
 ) -> Row:
     """Compare with a reference by the relative error."""
     error = ours / reference - 1.0
-    passed = None if tolerance is None else abs(error) <= tolerance
+    passed = None if tolerance is None else bool(abs(error) <= tolerance)
     return Row(case, quantity, ours, reference, error, tolerance, passed, source, unit)
 
 
@@ -54,7 +54,7 @@ def within(case: str, quantity: str, ours: float, low: float, high: float, sourc
     """Ask for a value between two bounds; the reference shown is the nearer bound, the error the distance outside."""
     reference = min(max(ours, low), high)
     error = ours - reference
-    return Row(case, quantity, ours, reference, error, 0.0, low <= ours <= high, source, unit)
+    return Row(case, quantity, ours, reference, error, 0.0, bool(low <= ours <= high), source, unit)
 
 
 def print_rows(rows: Sequence[Row]) -> None:
@@ -70,6 +70,18 @@ def print_rows(rows: Sequence[Row]) -> None:
     # A pipe has no width of its own; there a row stays on one line.
     console = Console()
     Console(width=None if console.is_terminal else 200).print(table)
+
+
+def rows_table(rows: Iterable[Row]) -> str:
+    """The rows as a table in Markdown, all of one case."""
+    head = ("quantity", "ours", "reference", "error", "allowed", "verdict", "source")
+    body = []
+    for row in rows:
+        ours, reference, *rest = _cells(row)
+        unit = f" {row.unit}" if row.unit else ""
+        reference = reference if row.reference is None else f"{reference}{unit}"
+        body.append((row.quantity, f"{ours}{unit}", reference, *rest, row.source))
+    return markdown_table(head, body)
 
 
 def _cells(row: Row) -> tuple[str, str, str, str, str]:

@@ -90,7 +90,7 @@ class Runs:
             raise StudyError(f"{name}: there is no case {case}")
         if changes:
             self.folder.mkdir(parents=True, exist_ok=True)
-            path = out.with_suffix(".toml")
+            path = out.with_name(f"{out.name}.toml")  # a size may have a point of its own
             path.write_text(changed_case(ROOT / case, changes), encoding="utf-8")
         if self.resume and _finished(out, path, size, stage):
             return out

@@ -1,0 +1,44 @@
+"""How the figures of the validation are drawn and kept: in the report's style, one PNG a case."""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from fragfield.report.drawing import drawing_style, new_figure, to_bytes
+from validation.readme import PICTURES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+__all__ = ["keep_picture", "picture"]
+
+
+@contextmanager
+def picture(path: Path, columns: int = 1, *, rows: int = 1, height: float = 3.2, **grid: Any) -> Iterator[list[Axes]]:
+    """Axes to draw on, in reading order; on leaving, the figure is written to `path` (PNG).
+
+    Parameters
+    ----------
+    path : Path
+        Of the picture; its folder is made where it is missing.
+    columns, rows : int
+        Numbers of axes.
+    height : float
+        In inches; the width is that of the report.
+    """
+    with drawing_style():
+        figure, axes = new_figure(rows, columns, narrow=False, height=height, narrow_height=height, **grid)
+        yield axes
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(to_bytes(figure, "png"))
+
+
+def keep_picture(path: Path, folder: Path = PICTURES) -> None:
+    """Copy a picture to where the README finds it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(path, folder / path.name)

@@ -1,0 +1,3 @@
+"""Long steel tubes with TNT against Gurney's formula, from thick walls to thin ones."""
+
+from __future__ import annotations
