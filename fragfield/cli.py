@@ -53,7 +53,12 @@ FragmentsFile = Annotated[
     Path | None, typer.Option("--fragments", metavar="FILE", help="Fly these fragments (.h5 or .csv), not the run's.")
 ]
 Window = Annotated[
-    bool | None, typer.Option("--window/--pictures", help="Open a window, or write pictures; default: as possible.")
+    bool | None,
+    typer.Option("--window/--pictures", help="Open a window, or write pictures and films; default: as possible."),
+]
+
+Html = Annotated[
+    bool, typer.Option("--html", help="Write interactive 3-D pages, view_burst.html and view_fragments.html.")
 ]
 
 
@@ -152,13 +157,18 @@ def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = 
 
 
 @app.command()
-def view(case: CaseOrRun, window: Window = None, quiet: Quiet = False, json: Json = False) -> None:
-    """Look at a run: in a window where there is a display, else as pictures."""
+def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
+    """Look at a run: in a window where there is a display, else as pictures and films; or as 3-D pages."""
     with _guarded(json=json, quiet=quiet):
         from fragfield.view import view_run
 
-        written = view_run(_request(case).source.path, window=window)
-        _give({"pictures": [str(path) for path in written]}, json=json, quiet=quiet, show=_print_paths)
+        written = view_run(_request(case).source.path, window=window, html=html)
+        _give(
+            {"pages" if html else "pictures": [str(path) for path in written]},
+            json=json,
+            quiet=quiet,
+            show=_print_paths,
+        )
 
 
 @app.command()

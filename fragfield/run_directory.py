@@ -96,7 +96,7 @@ STAGES: dict[str, Stage] = {
             ("flight", "witness", "obstacle"),
             ("flight", "witness", "hazard", "site", "obstacle"),
         ),
-        Stage("report", "", "report.html", ("report.html",), (), ("title",)),
+        Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),
     )
 }
 _MOST_DIFFERENCES = 10
