@@ -13,7 +13,7 @@ supported_dolfinx="0.5 0.9 0.10 0.11"
 apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-venv openmpi-bin ca-certificates gcc libc6-dev
 libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
 apt_megabytes=2300
-venv_megabytes=1700
+venv_megabytes=1850
 
 say() { printf 'setup: %s\n' "$*"; }
 
@@ -180,6 +180,20 @@ install_debian_packages() {
     rm -f "$log"
 }
 
+# The tests of the report in a browser want one. It is nothing that the program needs: without it they are skipped.
+install_browser() {
+    if command -v chromium >/dev/null && command -v pdftotext >/dev/null; then return 0; fi
+    [ "$(id -u)" -eq 0 ] || sudo -n true 2>/dev/null || {
+        say "no chromium here, and no root to install it: the tests in a browser are skipped"
+        return 0
+    }
+    say "apt-get install chromium poppler-utils (for the tests of the report)"
+    log=$(mktemp)
+    as_root apt-get -q update >"$log" 2>&1 || true
+    as_root apt-get -q -y -o DPkg::Lock::Timeout=300 install --no-install-recommends chromium poppler-utils >>"$log" 2>&1 ||
+        say "apt could not install chromium ($log): the tests in a browser are skipped"
+}
+
 # --- pip ----------------------------------------------------------------------------------------------------
 
 # The pins in force. In an environment what dolfinx was built with keeps its version; only our direct needs are pinned.
@@ -231,7 +245,7 @@ pip_install() {
 
 install_python_packages() {
     say "Python packages, pinned by constraints/ (about $venv_megabytes MB, a few minutes)"
-    pip_install --editable ".[test,lint,docs]" || refuse \
+    pip_install --editable ".[view,test,lint,docs]" || refuse \
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About $venv_megabytes MB are needed here."
@@ -310,6 +324,7 @@ cd "$root"
 venv=$root/.venv
 leave_own_venv
 set_up
+if [ "$act $origin" = "test debian" ]; then install_browser; fi
 prepare_running
 bin=$venv/bin
 case $act in

@@ -16,6 +16,7 @@ from flight.contact import Encounters
 from flight.drag import Drag
 from flight.integrator import Adaptive, Domain
 from flight.job import Job
+from flight.scene import Scene
 
 if TYPE_CHECKING:
     from benchmarks.options import Options
@@ -179,7 +180,7 @@ def _encounters(fragments: Fragments, **options: Any) -> Encounters:
     from benchmarks.timing import all_threads
 
     job = Job(
-        fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, 0.0, (), Adaptive(), Domain(),
-        3600.0, (0.0, 0.0),
+        fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, Scene(0.0), (), Adaptive(),
+        Domain(), 3600.0, (0.0, 0.0),
     )  # fmt: skip
     return Encounters(fragments, Contact(), job.around, 0.0, all_threads(), **options)

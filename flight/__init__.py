@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from flight import shape
 from flight.air import VACUUM, ConstantAir, StandardAtmosphere
+from flight.bounce import Bounce
 from flight.contact import CONTACTS, Contact
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError
 from flight.fragments import Fragments
+from flight.height_map import HeightMap
 from flight.integrate import FlightProgress, fly
 from flight.integrator import Adaptive, Domain, FixedStep
-from flight.result import HITS, LANDING, FlightResult, Status, Trajectories, to_pandas
+from flight.obstacles import Barricade, Building, Wall
+from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
 from flight.targets import Cylinder, Panel, Polygon
 from flight.wind import Wind
 
@@ -25,8 +28,12 @@ __all__ = [
     "CONTACTS",
     "HITS",
     "LANDING",
+    "OBSTACLE_HITS",
     "VACUUM",
     "Adaptive",
+    "Barricade",
+    "Bounce",
+    "Building",
     "ConstantAir",
     "Contact",
     "Cylinder",
@@ -37,12 +44,14 @@ __all__ = [
     "FlightResult",
     "FlightWarning",
     "Fragments",
+    "HeightMap",
     "InputError",
     "Panel",
     "Polygon",
     "StandardAtmosphere",
     "Status",
     "Trajectories",
+    "Wall",
     "Wind",
     "fly",
     "shape",

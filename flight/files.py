@@ -1,4 +1,4 @@
-"""The files of a flight: landing.h5, hits.h5, their CSV copies, and trajectories for ParaView."""
+"""The files of a flight: landing.h5, hits.h5 and others, their CSV copies, and trajectories for ParaView."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from flight.contact import CONTACTS
 from flight.errors import InputError
 from flight.hdf5 import open_checked, write_attributes
-from flight.result import HITS, LANDING, FlightResult, Trajectories, flat_columns
+from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Trajectories, flat_columns
 from flight.text_tables import write_columns
 
 if TYPE_CHECKING:
@@ -18,10 +19,23 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["read_hits", "read_landing", "write_hits", "write_landing", "write_result", "write_trajectories"]
+__all__ = [
+    "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
+    "write_landing", "write_obstacle_hits", "write_result", "write_trajectories",
+]  # fmt: skip
 
 FORMAT_VERSION = 1
 LANDING_FORMAT, HITS_FORMAT, PATHS_FORMAT = "fragfield landing", "fragfield hits", "fragfield trajectories"
+OBSTACLE_HITS_FORMAT, CONTACTS_FORMAT = "fragfield obstacle hits", "fragfield contacts"
+# fields that older files lack, and the one whose value they had; -1 or 0 where that is a number
+_LATER = {
+    "bounces": 0,
+    "rest_status": "status",
+    "obstacle": -1,
+    "face": -1,
+    "rest_time": "time",
+    "rest_position": "position",
+}
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
 
 
@@ -45,6 +59,19 @@ def write_result(
         columns = flat_columns(result.hits)
         label = np.array(names or [""])[result.hits["witness"]] if len(result.hits) else np.zeros(0, "U1")
         written.append(write_columns(folder / "witness.csv", {"name": label, **columns}, stamp))
+    if result.obstacles:
+        names = [obstacle.name for obstacle in result.obstacles]
+        written.append(write_obstacle_hits(result.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
+        if csv:
+            which, face = result.obstacle_hits["obstacle"], result.obstacle_hits["face"]
+            faces = [result.obstacles[i].faces[f] for i, f in zip(which, face, strict=True)]
+            labels = {"name": np.array(names)[which], "face_name": np.array(faces, dtype="U8")}
+            columns = flat_columns(result.obstacle_hits)
+            written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
+    if result.contacts is not None:
+        written.append(write_contacts(result.contacts, folder / "contacts.h5", stamp))
+        if csv:
+            written.append(write_columns(folder / "contacts.csv", flat_columns(result.contacts), stamp))
     if len(result.trajectories):
         written += write_trajectories(result.trajectories, result.landing, folder / "trajectories.xdmf", stamp)
     return written
@@ -60,6 +87,29 @@ def write_hits(
 ) -> Path:
     """Write hits.h5: one dataset a field of `HITS` under /hits, and the names of the surfaces in /witnesses."""
     return _write_table(hits, Path(path), "hits", HITS_FORMAT, provenance or {}, {"witnesses": witnesses})
+
+
+def write_obstacle_hits(
+    hits: NDArray[Any], obstacles: list[str], path: str | Path, provenance: Mapping[str, str] | None = None
+) -> Path:
+    """Write obstacle_hits.h5: one dataset a field of `OBSTACLE_HITS` under /obstacle_hits, names in /obstacles."""
+    names = {"obstacles": obstacles}
+    return _write_table(hits, Path(path), "obstacle_hits", OBSTACLE_HITS_FORMAT, provenance or {}, names)
+
+
+def read_obstacle_hits(path: str | Path) -> tuple[NDArray[Any], list[str]]:
+    """Read obstacle_hits.h5 back as a structured array of dtype `OBSTACLE_HITS` and the names of the obstacles."""
+    return _read_table(Path(path), "obstacle_hits", OBSTACLE_HITS_FORMAT, OBSTACLE_HITS)
+
+
+def write_contacts(contacts: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
+    """Write contacts.h5: one dataset a field of `CONTACTS` under /contacts."""
+    return _write_table(contacts, Path(path), "contacts", CONTACTS_FORMAT, provenance or {}, {})
+
+
+def read_contacts(path: str | Path) -> NDArray[Any]:
+    """Read contacts.h5 back as a structured array of dtype `CONTACTS`."""
+    return _read_table(Path(path), "contacts", CONTACTS_FORMAT, CONTACTS)[0]
 
 
 def read_landing(path: str | Path) -> NDArray[Any]:
@@ -97,14 +147,19 @@ def _write_table(
 
 def _read_table(path: Path, group: str, name: str, dtype: np.dtype[Any]) -> tuple[NDArray[Any], list[str]]:
     with open_checked(path, name, FORMAT_VERSION) as file:
-        missing = [field for field in dtype.names or () if f"{group}/{field}" not in file]
+        later = {field: value for field, value in _LATER.items() if dtype is LANDING and f"{group}/{field}" not in file}
+        missing = [field for field in dtype.names or () if f"{group}/{field}" not in file and field not in later]
         if missing:
             raise InputError(f"{path}: /{group}/{', '.join(missing)} missing; the file is cut off")
         table = np.zeros(len(file[f"{group}/{(dtype.names or ('',))[0]}"]), dtype=dtype)
         try:
             for field in dtype.names or ():
-                table[field] = file[f"{group}/{field}"][...]
-            names = [str(text) for text in file["witnesses"].asstr()[...]] if "witnesses" in file else []
+                value = later.get(field)
+                source = value if isinstance(value, str) else field
+                table[field] = value if isinstance(value, int) else file[f"{group}/{source}"][...]
+            names = []
+            for key in ("witnesses", "obstacles"):
+                names += [str(text) for text in file[key].asstr()[...]] if key in file else []
         except (OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error})") from None
     return table, names

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.air import Air, ConstantAir, StandardAtmosphere
+from flight.bounce import Bounce
 from flight.contact import FEWEST, Contact, Encounters
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
@@ -18,6 +19,7 @@ from flight.integrator import Adaptive, Domain, FixedStep
 from flight.job import FlightProgress, Job
 from flight.legs import legs_between
 from flight.result import FlightResult, Status
+from flight.scene import Scene
 from flight.shape import describe, shaped
 
 if TYPE_CHECKING:
@@ -27,7 +29,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fragments import Fragments
+    from flight.height_map import HeightMap
     from flight.integrator import Integrator
+    from flight.obstacles import Obstacle
     from flight.shape import Shape
     from flight.targets import Witness
     from flight.wind import Wind
@@ -44,7 +48,9 @@ def fly(
     drag: Drag | str | Path | float = "shell_fragment",
     gravity: float = STANDARD_GRAVITY,
     wind: Wind | None = None,
-    ground: float | None = 0.0,
+    ground: float | HeightMap | None = 0.0,
+    bounce: Bounce | str | None = None,
+    obstacles: Sequence[Obstacle] = (),
     witnesses: Sequence[Witness] = (),
     integrator: Integrator | None = None,
     contact: Contact | None = None,
@@ -71,14 +77,18 @@ def fly(
         Downward acceleration (m/s2).
     wind : Wind, optional
         Horizontal wind.
-    ground : float or None
-        Height of flat ground (m); None: no ground.
+    ground : float, HeightMap or None
+        Height of flat ground (m), a map of heights, or no ground.
+    bounce : Bounce, str or None
+        How fragments bounce and roll on the ground, or the name of a kind of ground; None: they stay where they land.
+    obstacles : sequence of Wall, Barricade or Building
+        What stops fragments, or turns them off.
     witnesses : sequence of Cylinder, Panel or Polygon
-        Surfaces that record every crossing, up to the landing.
+        Surfaces that record every crossing, up to the landing (with bounces, up to the last; a slide is not recorded).
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
     contact : Contact, optional
-        Lets fragments strike each other in the first metres. It knows flat ground, but no walls.
+        Lets fragments strike each other in the first metres, over flat ground without bounce and obstacles.
     shape : flight.shape.Mean, Lognormal or Box, optional
         Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
     domain : Domain, optional
@@ -99,7 +109,7 @@ def fly(
     Raises
     ------
     InputError
-        A fragment starts below the ground, or an argument is out of range.
+        A fragment starts below the ground, off the map or in an obstacle, or an argument is out of range.
 
     Notes
     -----
@@ -108,20 +118,25 @@ def fly(
     began = time.perf_counter()
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
-    _check(fragments, gravity, ground, time_limit, origin, threads, integrator)
+    _check(gravity, time_limit, origin, threads, integrator)
+    scene = Scene(ground, Bounce.of(bounce), tuple(obstacles))
+    scene.check(fragments, gravity, origin)
+    if contact is not None:
+        scene.check_contact()
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = Job(
-        fragments, _air(air), drag, gravity, wind, ground, witnesses, integrator, domain or Domain(), time_limit, origin
+        fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin
     )
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or _cores()
     if contact is None or len(fragments) < FEWEST:
-        landing, hits, extremes = job.run(threads, on_progress, began)
-        result = FlightResult(landing, hits, job.paths(chosen), tuple(witnesses))
+        landing, hits, struck, extremes = job.run(threads, on_progress, began)
+        paths = job.paths(chosen)
+        result = FlightResult(landing, hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=struck)
     else:
         result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
     result.summary["presented_area"] = describe(shape, fragments)
-    result.summary.update(_summary(result, extremes, drag, job.in_air, time.perf_counter() - began))
+    result.summary.update(_summary(result, extremes, drag, job, time.perf_counter() - began))
     return result
 
 
@@ -133,7 +148,8 @@ def _fly_in_contact(
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
     job.fragments, job.clock = legs.fragments, legs.clock
-    landing, hits, extremes = legs.join(*job.run(threads, on_progress, began))
+    landing, hits, _, extremes = job.run(threads, on_progress, began)
+    landing, hits, extremes = legs.join(landing, hits, extremes)
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
     result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts)
     result.summary["contact"] = encounters.summary
@@ -170,9 +186,8 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
 
 
 def _check(
-    fragments: Fragments, gravity: float, ground: float | None, time_limit: float, origin: tuple[float, float],
-    threads: int | None, integrator: Integrator,
-) -> None:  # fmt: skip
+    gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, integrator: Integrator
+) -> None:
     if not math.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, needed: a finite number (m/s2)")
     if not (math.isfinite(time_limit) and time_limit > 0.0):
@@ -183,26 +198,16 @@ def _check(
         raise InputError(f"threads is {threads}, needed: 1 or more")
     if not isinstance(integrator, Adaptive | FixedStep):
         raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
-    if ground is None:
-        return
-    if not math.isfinite(ground):
-        raise InputError(f"ground is {ground}, needed: a finite height (m), or None")
-    below = fragments.position[:, 2] < ground
-    if below.any():
-        first = int(np.argmax(below))
-        raise InputError(
-            f"fragments: {int(below.sum())} start below the ground at {ground} m, the first is fragment {first} at "
-            f"z = {fragments.position[first, 2]} m; raise the rounds or lower the ground"
-        )
 
 
 def _summary(
-    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, in_air: bool, seconds: float
+    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: Job, seconds: float
 ) -> dict[str, Any]:
     landing = result.landing
     landed = result.landed
-    beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if in_air else 0
-    below = int((extremes[:, 2] < drag.lowest_mach).sum()) if in_air else 0
+    at_rest = landing["rest_position"][landing["rest_status"] == Status.LANDED, :2] - job.origin
+    beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if job.in_air else 0
+    below = int((extremes[:, 2] < drag.lowest_mach).sum()) if job.in_air else 0
     if beyond:
         warnings.warn(
             f"drag {drag.name}: {beyond} of {len(landing)} fragments flew above Mach {drag.highest_mach:g}, the "
@@ -213,14 +218,12 @@ def _summary(
         "fragments": len(landing),
         "mass": float(landing["mass"].sum()),
         "landed": len(landed),
-        "status": {
-            status.name.lower(): {
-                "fragments": int((landing["status"] == status).sum()),
-                "mass": float(landing["mass"][landing["status"] == status].sum()),
-            }
-            for status in Status
-        },
+        "status": _by_status(landing, "status"),
+        "rest_status": _by_status(landing, "rest_status"),
+        "max_rest_distance": float(np.sqrt((at_rest**2).sum(axis=1)).max(initial=0.0)),
+        "bounces": int(landing["bounces"].sum()),
         "hits": len(result.hits),
+        "obstacle_hits": len(result.obstacle_hits),
         "max_range": float(landed["distance"].max()) if len(landed) else 0.0,
         "drag": drag.name,
         "above_drag_table": beyond,
@@ -229,3 +232,9 @@ def _summary(
         "rejected_steps": int(extremes[:, 1].sum(dtype=np.float64)),
         "wall_seconds": seconds,
     }
+
+
+def _by_status(landing: NDArray[Any], field: str) -> dict[str, dict[str, Any]]:
+    """Numbers and mass by a status, so that they add up to all that flew."""
+    rows = {status: landing["mass"][landing[field] == status] for status in Status}
+    return {status.name.lower(): {"fragments": len(mass), "mass": float(mass.sum())} for status, mass in rows.items()}

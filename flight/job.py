@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.after_landing import FlownChunk, fly_chunk_to_rest
 from flight.integrator import Adaptive, FixedStep
-from flight.result import HITS, LANDING, Trajectories
+from flight.result import HITS, LANDING, OBSTACLE_HITS, Trajectories
 from flight.targets import pack
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.integrator import Domain, Integrator
     from flight.kernels.limits import Limits
+    from flight.scene import Scene
     from flight.targets import Witness
     from flight.wind import Wind
 
@@ -53,7 +55,7 @@ class Job:
     """One flight: the tables, and the threads that pull chunks of fragments."""
 
     def __init__(
-        self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, ground: float | None,
+        self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, scene: Scene,
         witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
         origin: tuple[float, float],
     ) -> None:  # fmt: skip
@@ -71,7 +73,7 @@ class Job:
         )  # fmt: skip
         fixed = isinstance(integrator, FixedStep)
         self.limits = Limits(
-            math.nan if ground is None else float(ground), float(origin[0]), float(origin[1]), float(domain.radius),
+            scene.flat_height, float(origin[0]), float(origin[1]), float(domain.radius),
             float(domain.ceiling), float(domain.floor), float(time_limit),
             1.0 if isinstance(integrator, FixedStep) else integrator.tolerance,
             integrator.step if isinstance(integrator, FixedStep) else 0.0,
@@ -80,17 +82,20 @@ class Job:
         )  # fmt: skip
         self.in_air = bool(table.pieces[:, :4].any())
         self.rows, self.vertices, self.everything = pack(self.witnesses)
+        self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
 
     def run(
         self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float
-    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float32]]:
-        """Fly all; give landing, hits, and per fragment steps, rejected steps, lowest and highest Mach number."""
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[np.float32]]:
+        """Fly all; give landing, hits, hits on obstacles, and per fragment steps, rejected ones, Mach numbers."""
         total = len(self.fragments)
         landing = np.zeros(total, dtype=LANDING)
         extremes = np.zeros((total, 4), dtype=np.float32)
         chunks = range(0, total, CHUNK)
-        hits: list[NDArray[Any]] = [np.zeros(0, dtype=HITS)] * len(chunks)
-        arrays = [*_arrays(self.fragments), self.clock]
+        no_hits, none_struck = np.zeros(0, dtype=HITS), np.zeros(0, dtype=OBSTACLE_HITS)
+        hits: list[NDArray[Any]] = [no_hits] * len(chunks)
+        struck: list[NDArray[Any]] = [none_struck] * len(chunks)
+        arrays = [*self._arrays(self.fragments), self.clock]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
 
@@ -103,9 +108,10 @@ class Job:
                 if index < 0:
                     return
                 end = min(start + CHUNK, total)
-                hits[index] = self._hits(self._fly(arrays, start, end, self.limits, buffers)[0])
-                self._fill_landing(landing[start:end], start, buffers)
-                extremes[start:end] = buffers["outcome"][: end - start, 7:]
+                flown = fly_chunk_to_rest(self, arrays, start, end, self.limits, buffers)
+                hits[index], struck[index] = self._hits(flown.hits), self._struck(flown.struck)
+                self._fill_landing(landing[start:end], start, flown)
+                extremes[start:end] = flown.outcome[:, 7:11]
                 with lock:
                     done += end - start
 
@@ -126,26 +132,32 @@ class Job:
                     future.result()
             if on_progress is not None:
                 on_progress(FlightProgress(done, total, time.perf_counter() - began))
-        return landing, np.concatenate(hits) if hits else np.zeros(0, dtype=HITS), extremes
+        return landing, np.concatenate([no_hits, *hits]), np.concatenate([none_struck, *struck]), extremes
 
     def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
         """Fly the chosen fragments again and keep their paths."""
         if chosen.size == 0:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
-        few = [*_arrays(self.fragments.select(chosen)), self.clock[chosen]]
+        few = [*self._arrays(self.fragments.select(chosen)), self.clock[chosen]]
         # adaptive whatever the flight's step: points of a fixed small step would fill the memory
         tolerance = min(self.limits.tolerance, Adaptive().tolerance)
         limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
         pieces = []
         for start in range(0, chosen.size, CHUNK):
             end = min(start + CHUNK, chosen.size)
-            pieces.append(self._fly(few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK))[1])
+            pieces.append(fly_chunk_to_rest(self, few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK)).path)
         path = np.concatenate(pieces)
         start_rows = np.searchsorted(path[:, 7], np.arange(chosen.size + 1))
         return Trajectories(
             chosen, start_rows.astype(np.int64), path[:, 0].copy(), path[:, 1:4].copy(), path[:, 4:7].copy()
         )
+
+    def _arrays(self, fragments: Fragments) -> list[NDArray[np.float64]]:
+        """Arrays for the kernel in one layout: numba would compile anew for read-only or strided ones."""
+        start = self.scene.lifted(fragments.position)
+        arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
+        return [np.require(array, requirements=["C", "W"]) for array in arrays]
 
     def _buffers(self, hits: int, path: int) -> dict[str, NDArray[Any]]:
         columns = self.trajectory
@@ -156,14 +168,14 @@ class Job:
             "path": np.zeros((path, columns.PATH_COLUMNS)),
         }
 
-    def _fly(
+    def fly(
         self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
         while True:
             hit_count, path_count = self.trajectory.fly_chunk(
                 start, end, *arrays,
-                self.around, limits, self.rows, self.vertices, self.everything,
+                self.around, limits, self.terrain, self.obstacles, self.rows, self.vertices, self.everything,
                 buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"],
             )  # fmt: skip
             for name, count in (("hits", hit_count), ("path", path_count)):
@@ -175,13 +187,15 @@ class Job:
         hits, path = buffers["hits"][:hit_count], buffers["path"][:path_count]
         return hits[np.lexsort((hits[:, 0], hits[:, 8]))], path[np.argsort(path[:, 7], kind="stable")]
 
-    def _fill_landing(self, rows: NDArray[Any], start: int, buffers: dict[str, NDArray[Any]]) -> None:
-        number = len(rows)
-        outcome = buffers["outcome"][:number]
+    def _fill_landing(self, rows: NDArray[Any], start: int, flown: FlownChunk) -> None:
+        number, outcome = len(rows), flown.outcome
         here = slice(start, start + number)
         fragments = self.fragments
         rows["fragment"] = np.arange(start, start + number)
-        rows["status"] = buffers["status"][:number]
+        rows["status"] = flown.status
+        rows["rest_status"], rows["bounces"] = flown.rest_status, flown.bounces
+        rows["obstacle"], rows["face"] = flown.stopped_by[:, 0], flown.stopped_by[:, 1]
+        rows["rest_time"], rows["rest_position"] = flown.rest[:, 0], flown.rest[:, 1:4]
         for name in ("round", "segment", "mass"):
             rows[name] = getattr(fragments, name)[here]
         with np.errstate(over="ignore"):
@@ -194,19 +208,31 @@ class Job:
         rows["distance"], rows["azimuth"] = _horizontal(place), _azimuth(place)
         rows["angle"] = _angles(-outcome[:, 6], _horizontal(outcome[:, 4:6]))
 
-    def _hits(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
-        rows = np.zeros(len(buffer), dtype=HITS)
-        if not len(buffer):
-            return rows
-        fragment = buffer[:, 8].astype(np.int64)
-        witness = buffer[:, 7].astype(np.int32)
-        rows["fragment"], rows["witness"], rows["direction"] = fragment, witness, buffer[:, 9]
+    def _struck(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
+        rows = np.zeros(len(buffer), dtype=OBSTACLE_HITS)
+        fragment = buffer[:, 9].astype(np.int64)
+        rows["obstacle"], rows["face"], rows["stopped"] = buffer[:, 7], buffer[:, 8], buffer[:, 10]
+        self._fill_impacts(rows, fragment, buffer)
+        return rows
+
+    def _fill_impacts(self, rows: NDArray[Any], fragment: NDArray[np.int64], buffer: NDArray[np.float64]) -> None:
+        """What an impact has of its fragment, and time, place and velocity from the buffer's first columns."""
+        rows["fragment"] = fragment
         for name in ("round", "segment", "mass"):
             rows[name] = getattr(self.fragments, name)[fragment]
         rows["initial_speed"] = np.linalg.norm(self.fragments.velocity[fragment], axis=1)
         rows["time"], rows["position"], rows["velocity"] = buffer[:, 0], buffer[:, 1:4], buffer[:, 4:7]
         speed = np.linalg.norm(buffer[:, 4:7], axis=1)
         rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
+
+    def _hits(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
+        rows = np.zeros(len(buffer), dtype=HITS)
+        if not len(buffer):
+            return rows
+        fragment = buffer[:, 8].astype(np.int64)
+        witness = buffer[:, 7].astype(np.int32)
+        rows["witness"], rows["direction"] = witness, buffer[:, 9]
+        self._fill_impacts(rows, fragment, buffer)
         centres = np.array(
             [
                 getattr(surface, "centre", self.origin)[:2] if surface_is_round else self.origin
@@ -216,12 +242,6 @@ class Job:
         rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
         rows["elevation"] = _angles(buffer[:, 6], _horizontal(buffer[:, 4:6]))
         return rows
-
-
-def _arrays(fragments: Fragments) -> list[NDArray[np.float64]]:
-    """Arrays for the kernel in one layout: numba would compile anew for read-only or strided ones."""
-    names = ("mass", "shape_factor", "position", "velocity")
-    return [np.require(getattr(fragments, name), requirements=["C", "W"]) for name in names]
 
 
 def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.obstacles import Obstacle
     from flight.targets import Witness
 
-__all__ = ["HITS", "LANDING", "FlightResult", "Status", "Trajectories", "to_pandas"]
+__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "FlightResult", "Status", "Trajectories", "to_pandas"]
 
 
 class Status(IntEnum):
@@ -27,7 +28,7 @@ class Status(IntEnum):
     LEFT_DOMAIN = 3
     STEP_LIMIT = 4  # gave up after too many steps
     NOT_A_NUMBER = 5  # the equation of motion gave no number
-    STOPPED = 6  # by a wall or barricade
+    STOPPED = 6  # by a wall, a barricade or a building
 
 
 LANDING = np.dtype(
@@ -46,6 +47,12 @@ LANDING = np.dtype(
         ("distance", "f8"),  # horizontal, from the origin (m)
         ("azimuth", "f8"),  # of the place seen from the origin (degrees, 0 to 360)
         ("angle", "f8"),  # of the path below the horizontal (degrees)
+        ("bounces", "i4"),  # on the ground
+        ("rest_status", "i1"),  # Status at the very end: LANDED is at rest on the ground
+        ("obstacle", "i4"),  # index of the one that stopped it, -1: none
+        ("face", "i1"),  # of that obstacle, -1: none
+        ("rest_time", "f8"),  # s
+        ("rest_position", "f8", 3),  # m
     ]
 )
 
@@ -65,6 +72,24 @@ HITS = np.dtype(
         ("energy", "f8"),  # J
         ("azimuth", "f8"),  # of the place seen from the cylinder's axis, or from the origin (degrees, 0 to 360)
         ("elevation", "f8"),  # of the velocity above the horizontal (degrees)
+    ]
+)
+
+OBSTACLE_HITS = np.dtype(
+    [
+        ("obstacle", "i4"),  # index of the obstacle
+        ("face", "i1"),  # of its `faces`
+        ("fragment", "i8"),
+        ("round", "i4"),
+        ("segment", "i4"),
+        ("stopped", "i1"),  # 1 it stayed there, 0 it was turned off
+        ("mass", "f8"),  # kg
+        ("initial_speed", "f8"),  # m/s
+        ("time", "f8"),  # s
+        ("position", "f8", 3),  # m
+        ("velocity", "f8", 3),  # m/s, at the impact
+        ("speed", "f8"),  # m/s
+        ("energy", "f8"),  # J
     ]
 )
 
@@ -103,7 +128,8 @@ class FlightResult:
     Attributes
     ----------
     landing : (n,) structured array of dtype `LANDING`
-        The end of every fragment's flight, in the order flown.
+        The end of every fragment's flight, in the order flown: its first impact on the ground, or where it left, was
+        stopped or ran out of time; and `rest_*`, where it came to rest once bounce and roll are over.
     hits : (h,) structured array of dtype `HITS`
         Every crossing of a witness surface, by fragment and then time.
     trajectories : Trajectories
@@ -114,6 +140,10 @@ class FlightResult:
         Numbers and mass by status, steps, wall time, use of the drag table beyond its ends.
     contacts : structured array of dtype `flight.CONTACTS`, optional
         Every contact between fragments, by time, where `fly` was given a `Contact`.
+    obstacles : tuple
+        Walls, barricades and buildings, in the order `obstacle` counts.
+    obstacle_hits : (o,) structured array of dtype `OBSTACLE_HITS`
+        Every impact on an obstacle, by fragment and then time.
     """
 
     landing: NDArray[Any]
@@ -122,6 +152,8 @@ class FlightResult:
     witnesses: tuple[Witness, ...]
     summary: dict[str, Any] = field(default_factory=dict)
     contacts: NDArray[Any] | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+    obstacle_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=OBSTACLE_HITS))
 
     @property
     def landed(self) -> NDArray[Any]:
@@ -141,12 +173,21 @@ class FlightResult:
             witness = names.index(witness)
         return self.hits[self.hits["witness"] == witness]
 
+    def by_face(self, energy: float = 79.0) -> list[dict[str, Any]]:
+        """Hits on every obstacle by face; see `flight.obstacles.count_by_face`."""
+        from flight.obstacles import count_by_face
+
+        return count_by_face(self.obstacles, self.obstacle_hits, energy)
+
     def to_pandas(self) -> tuple[Any, Any]:
         """`landing` and `hits` as pandas frames (vectors become three columns); pandas must be installed."""
         return to_pandas(self.landing), to_pandas(self.hits)
 
     def write(self, folder: str | Path, provenance: Mapping[str, str] | None = None, *, csv: bool = True) -> list[Path]:
-        """Write landing.h5, hits.h5, their CSV copies and trajectories.xdmf into a folder; return the paths."""
+        """Write landing.h5, hits.h5, CSV copies and trajectories.xdmf into a folder; return the paths.
+
+        With obstacles also obstacle_hits.h5, with contact between fragments contacts.h5.
+        """
         from flight import files
 
         return files.write_result(self, folder, provenance or {}, csv=csv)

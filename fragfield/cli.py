@@ -53,7 +53,12 @@ FragmentsFile = Annotated[
     Path | None, typer.Option("--fragments", metavar="FILE", help="Fly these fragments (.h5 or .csv), not the run's.")
 ]
 Window = Annotated[
-    bool | None, typer.Option("--window/--pictures", help="Open a window, or write pictures; default: as possible.")
+    bool | None,
+    typer.Option("--window/--pictures", help="Open a window, or write pictures and films; default: as possible."),
+]
+
+Html = Annotated[
+    bool, typer.Option("--html", help="Write interactive 3-D pages, view_burst.html and view_fragments.html.")
 ]
 
 
@@ -152,13 +157,18 @@ def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = 
 
 
 @app.command()
-def view(case: CaseOrRun, window: Window = None, quiet: Quiet = False, json: Json = False) -> None:
-    """Look at a run: in a window where there is a display, else as pictures."""
+def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
+    """Look at a run: in a window where there is a display, else as pictures and films; or as 3-D pages."""
     with _guarded(json=json, quiet=quiet):
         from fragfield.view import view_run
 
-        written = view_run(_request(case).source.path, window=window)
-        _give({"pictures": [str(path) for path in written]}, json=json, quiet=quiet, show=_print_paths)
+        written = view_run(_request(case).source.path, window=window, html=html)
+        _give(
+            {"pages" if html else "pictures": [str(path) for path in written]},
+            json=json,
+            quiet=quiet,
+            show=_print_paths,
+        )
 
 
 @app.command()
@@ -173,6 +183,89 @@ def info(
         from fragfield.show import print_info
 
         _give(describe(path), json=json, quiet=quiet, show=print_info)
+
+
+@app.command()
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="The file to write: NAME.toml.")],
+    round_: Annotated[str, typer.Option("--round", metavar="PROFILE", help="Built-in contour of the round.")] = "m107",
+    explosive: Annotated[str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive.")] = "tnt",
+    casing: Annotated[
+        str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
+    ] = None,
+    stack: Annotated[
+        str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Copies of the round: row, triangle, pallet.")
+    ] = None,
+    every_key: Annotated[
+        bool, typer.Option("--all", help="Every key of the case file, not only the usual ones.")
+    ] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Write a commented case file to start from."""
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.new_case import write_new_case
+
+        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, every_key=every_key)
+        _give({"case": [str(written)]}, json=json, quiet=quiet, show=_print_paths)
+
+
+@app.command()
+def compare(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as a pair's.")],
+    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The run it is divided by, such as the single's.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Write tables (CSV, JSON) and a picture there.")
+    ] = None,
+    sector: Annotated[
+        float | None,
+        typer.Option("--sector", metavar="DEGREES", help="Width of the sectors; default 15, or as the runs have them."),
+    ] = None,
+    all_round: Annotated[
+        bool, typer.Option("--all-round", help="Divide by the reference's mean over all azimuths.")
+    ] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.compare import compare_runs, print_comparison, write_comparison
+
+        found = compare_runs(run, reference, sector=sector, all_round=all_round)
+        if out is not None:
+            write_comparison(found, out)
+        _give(found, json=json, quiet=quiet, show=print_comparison)
+
+
+@app.command()
+def sweep(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")],
+    values: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE,...", help='Values of a key: burst.cell_size="8 mm,6 mm".')
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Holds the runs; default runs/NAME_sweep.")
+    ] = None,
+    stage: Annotated[str, typer.Option("--stage", metavar="run|burst", help="The whole chain, or the burst.")] = "run",
+    threads: Threads = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, go on with begun ones.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Run a case for every combination of values, one after another, into one table.
+
+    A run that fails is told in the table and the others go on. Exit code 0 if all runs are done, 3 if one failed, 2 if
+    a key or a value is not allowed: then nothing runs.
+    """
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.sweep import SweepOptions, plan_sweep, print_sweep, run_sweep
+
+        folder = out or Path("runs") / f"{case.stem}_sweep"
+        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet)
+        found = run_sweep(plan_sweep(case, values), options)
+        _give(found, json=json, quiet=quiet, show=print_sweep)
+    raise typer.Exit(found["exit_code"])
 
 
 def main() -> None:

@@ -20,10 +20,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight import FlightProgress, FlightResult, Fragments
+    from flight import FlightProgress, FlightResult, Fragments, HeightMap
     from flight.ensemble import EnsembleHazard
     from flight.tally import Tally
-    from fragfield.case import Case
     from fragfield.stages import Job
     from transition import BreakUpResult
 
@@ -121,7 +120,7 @@ class _Flights:
         from flight.tally import tally
         from flight.witness_hazard import sector_hits
 
-        fragments = above_ground(fragments, self.case, tell=number == 0)
+        fragments = above_ground(fragments, self.arguments["ground"], tell=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
         with warnings.catch_warnings():
             if number > 0:  # told of the first
@@ -140,17 +139,18 @@ class _Flights:
         self.job.reporter.flight(replace(state, done=self.done + state.done, total=self.total, wall_seconds=seconds))
 
 
-def above_ground(fragments: Fragments, case: Case, *, tell: bool = True) -> Fragments:
+def above_ground(fragments: Fragments, ground: float | HeightMap, *, tell: bool = True) -> Fragments:
     """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
-    ground = case.flight.ground.height
-    below = fragments.position[:, 2] < ground
+    x, y, z = fragments.position.T
+    height = np.full(len(z), ground) if isinstance(ground, float) else ground.at(x, y)
+    below = z < height
     if not below.any():
         return fragments
     if tell:
         _log.warning(
             "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
-            int(below.sum()), float(fragments.mass[below].sum()), float(ground - fragments.position[:, 2].min()),
+            int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),
         )  # fmt: skip
     position = fragments.position.copy()
-    position[:, 2] = np.maximum(position[:, 2], ground)
+    position[:, 2] = np.maximum(z, height)
     return replace(fragments, position=position)

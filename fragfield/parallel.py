@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Team", "launched_rank"]
+__all__ = ["Team", "launched_rank", "launched_size"]
 
 Told = TypeVar("Told")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -26,7 +26,8 @@ def launched_rank() -> int:
     return next((int(os.environ[name]) for name in _RANK_VARIABLES if os.environ.get(name, "").isdigit()), 0)
 
 
-def _launched_size() -> int:
+def launched_size() -> int:
+    """Number of ranks by the launcher's environment, 1 without a launcher."""
     return next((int(os.environ[name]) for name in _SIZE_VARIABLES if os.environ.get(name, "").isdigit()), 1)
 
 
@@ -39,7 +40,7 @@ class Team:
     @classmethod
     def join(cls) -> Team:
         """All ranks of the launch. MPI is loaded by name and only under a launcher: other commands start without it."""
-        if _launched_size() < 2:
+        if launched_size() < 2:
             return cls()
         return cls(importlib.import_module("mpi4py.MPI").COMM_WORLD)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.placing import heights, placed
+from fragfield.case.surroundings import describe_surroundings, ground_height
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,7 +36,7 @@ def arrangement(case: Case) -> dict[str, Any]:
     dict
         `rounds` (name, position, axis, number of ignition points, first and last delay, `initiation`),
         `least_clearance` (two names and the clear distance, or None for a single round), `planes` (name, kind, the
-        nearest round and its clear distance) and `contact`; SI, angles in degrees.
+        nearest round and its clear distance), `surroundings` (of the flight) and `contact`; SI, angles in degrees.
     """
     from fragfield.case.convert import burst_settings
 
@@ -55,6 +56,7 @@ def arrangement(case: Case) -> dict[str, Any]:
         ],
         "least_clearance": _least(case, bodies),
         "planes": [_plane(case, plane, bodies) for plane in case.plane],
+        "surroundings": describe_surroundings(case),
         "contact": {
             "charge_casing": contact.charge_casing,
             "cohesion": contact.cohesion,
@@ -123,9 +125,9 @@ def arrangement_warnings(case: Case) -> Iterator[str]:
     for number, plane in enumerate(case.plane, start=1):
         assert plane.normal is not None  # resolved
         assert plane.point is not None
-        ground = case.flight.ground.height
+        ground = ground_height(case, *plane.point[:2])
         if plane.kind == "ground" and plane.normal[2] > 1.0 - 1e-12 and abs(plane.point[2] - ground) > _SAME_HEIGHT:
             yield (
                 f"plane[{number}] ({plane.name}) is ground at z = {plane.point[2]:g} m in the burst, and "
-                f"flight.ground.height = {ground:g} m in flight: say the same twice, or call the plane a wall"
+                f"flight.ground is at {ground:g} m there in flight: say the same twice, or call the plane a wall"
             )

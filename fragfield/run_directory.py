@@ -78,8 +78,12 @@ STAGES: dict[str, Stage] = {
             (
                 "hits.h5",
                 "landing.h5",
+                "obstacle_hits.h5",
+                "contacts.h5",
                 "witness.csv",
                 "landing.csv",
+                "obstacle_hits.csv",
+                "contacts.csv",
                 "trajectories.xdmf",
                 "trajectories.h5",
                 "ensemble.h5",
@@ -89,10 +93,10 @@ STAGES: dict[str, Stage] = {
                 "contours.geojson",
                 "contours.kml",
             ),
-            ("flight", "witness"),
-            ("flight", "witness", "hazard", "site"),
+            ("flight", "witness", "obstacle"),
+            ("flight", "witness", "hazard", "site", "obstacle"),
         ),
-        Stage("report", "", "report.html", ("report.html",), (), ("title",)),
+        Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),
     )
 }
 _MOST_DIFFERENCES = 10

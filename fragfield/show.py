@@ -128,6 +128,7 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
             + f", {plane['clearance'] * 1e3:.4g} mm from {plane['nearest_round']}",
             markup=False,
         )
+    _print_surroundings(console, found["surroundings"])
     contact = found["contact"]
     inner = "charge and casing share their nodes"
     if contact["charge_casing"] == "bonded":
@@ -139,6 +140,30 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     if contact["surfaces"]:
         outer = f"surfaces that meet push each other, friction {contact['surface_friction_angle_deg']:.4g} degrees"
     console.print(f"contact: {inner}; {outer}", markup=False)
+
+
+def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
+    """Ground and obstacles of the flight."""
+    ground = found["ground"]
+    if "map" in ground:
+        (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
+        console.print(
+            f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
+            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; beyond it fragments have left",
+            markup=False,
+        )
+    if bounce := found["bounce"]:
+        console.print(
+            f"bounce: {bounce['name']}, restitution {bounce['normal']:g} normal and {bounce['tangential']:g} along, "
+            f"friction {bounce['friction']:g}" + (f"; {bounce['source']}" if bounce["source"] else ""),
+            markup=False,
+        )
+    for entry in found["obstacles"]:
+        console.print(
+            f"obstacle {entry['name']}: {entry['kind']}, z {entry['base']:.4g} to {entry['top']:.4g} m, "
+            + ("stops fragments" if entry["ricochet"] is None else f"turns fragments off like {entry['ricochet']}"),
+            markup=False,
+        )
 
 
 def _lighting(entry: Mapping[str, Any]) -> str:
@@ -188,6 +213,9 @@ def print_summary(summary: Mapping[str, Any]) -> None:
             table.add_row(part.replace("_", " "), key.replace("_", " "), _number(found[key], factor), unit)
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", _number(surface["hits"], 1.0), "")
+    for obstacle in summary.get("obstacle") or []:
+        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}"
+        table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
     console = _console()
     console.print(table)
     _print_distances(console, summary.get("flight") or {})

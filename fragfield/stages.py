@@ -150,7 +150,8 @@ def fly(job: Job, stage: Stage) -> None:
         _log.warning("%s", words)
     if job.case.hazard.stack_rule is not None:
         summary["stack_rule"] = stack_rule_of(job.case)
-    job.note({"flight": summary, "witness": surfaces})
+    obstacles = flown.first.by_face(criteria.energy)
+    job.note({"flight": summary, "witness": surfaces, "obstacle": obstacles})
 
 
 def _realisations(job: Job, stage: Stage) -> list[Fragments]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import subprocess
 import sys
@@ -139,36 +138,20 @@ def changed_case(path: Path, changes: Mapping[str, Any]) -> str:
     path : Path
         The case file.
     changes : mapping from dotted key to value
-        A value with a dimension as a string with its unit. Under a list, `*` stands for every entry and a number for
-        one: "round.*.casing.shear_softening_strain". A callable is given the old value.
+        As `fragfield.case.changed_document` takes them.
 
     Raises
     ------
     StudyError
-        The case has no such key.
+        The case has no such key, or may not have such a value.
     """
-    from fragfield.case import load_case, to_toml
+    from fragfield.case import changed_document, load_case, to_toml
     from fragfield.case.load import case_from_document
+    from fragfield.errors import InputError
 
-    document = tomllib.loads(to_toml(load_case(path)))
-    changed = copy.deepcopy(document)
-    for key, value in changes.items():
-        _replace(changed, key.split("."), value, f"{path.name}: {key}")
-    return to_toml(case_from_document(changed, source=f"{path} changed", folder=path.parent))
-
-
-def _replace(node: dict[str, Any] | list[Any], steps: list[str], value: object, where: str) -> None:
-    step, *rest = steps
-    if isinstance(node, list):
-        chosen: list[Any] = [n for n in range(len(node)) if step in ("*", str(n))]
-    else:
-        chosen = [step] if step in node else []
-    if not chosen:
-        raise StudyError(f"{where}: there is no {step!r}")
-    for place in chosen:
-        if not rest:
-            node[place] = value(node[place]) if callable(value) else value
-        elif isinstance(node[place], (dict, list)):
-            _replace(node[place], rest, value, where)
-        else:
-            raise StudyError(f"{where}: {step!r} holds a value, no {rest[0]!r}")
+    document, source = tomllib.loads(to_toml(load_case(path))), f"{path} changed"
+    try:
+        changed = changed_document(document, changes, source=source, folder=path.parent)
+        return to_toml(case_from_document(changed, source=source, folder=path.parent))
+    except InputError as error:
+        raise StudyError(str(error)) from None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN
+from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, STOPPED
 from flight.kernels.motion import (
     LANES,
     NEW,
@@ -15,16 +15,19 @@ from flight.kernels.motion import (
     STATE,
     STEP,
 )
+from flight.kernels.obstacles import enter_obstacles
 from flight.kernels.surfaces import CYLINDER, cross_cylinder, cross_plane, dense_state, inside_outline, misses_box
+from flight.kernels.terrain import cross_edges, cross_terrain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.kernels.limits import Limits
+    from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
 
-__all__ = ["HIT_COLUMNS", "ending", "may_end", "outside", "record_hits"]
+__all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "may_end", "outside", "record_hits"]
 
 # time, place (3), velocity (3), witness, fragment, sense of the crossing
 HIT_COLUMNS = 10
@@ -46,7 +49,7 @@ def may_end(q: Array, lane: int, limits: Limits) -> bool:
 
 @njit(error_model="numpy")
 def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Array) -> tuple[float, int]:
-    """Place on the step where the flight ends and its status; 2.0 if it goes on."""
+    """Place on the step where the flight ends at flat ground or the domain's edge, and its status; 2.0: it goes on."""
     theta, status = 2.0, IN_FLIGHT
     if limits.ground == limits.ground and cross_plane(points, 0.0, 0.0, limits.ground, 0.0, 0.0, 1.0, stack, roots) > 0:
         theta, status = roots[0], LANDED
@@ -63,6 +66,26 @@ def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Ar
         if found > 0 and roots[0] < theta:
             theta, status = roots[0], LEFT_DOMAIN
     return theta, status
+
+
+@njit(error_model="numpy", _nrt=False)
+def ending_in_scene(
+    points: Array, theta: float, status: int, terrain: Terrain, obstacles: Array, terrain_pieces: Array,
+    events: Array, stack: Array, roots: Array,
+) -> tuple[float, int, int, int]:  # fmt: skip
+    """As `ending`, whose answer is given, on a height map and among obstacles; with obstacle and face, or -1."""
+    if terrain.heights.shape[0] > 0:
+        place = cross_edges(points, terrain, stack, roots)
+        if place < theta:
+            theta, status = place, LEFT_DOMAIN
+        place = cross_terrain(points, terrain, theta, terrain_pieces, events, stack, roots)
+        if place <= 1.0 and place <= theta:
+            theta, status = place, LANDED
+    if obstacles.shape[0] > 0:
+        place, obstacle, face = enter_obstacles(points, obstacles, theta, events, stack, roots)
+        if place <= 1.0:
+            return place, STOPPED, obstacle, face
+    return theta, status, -1, -1
 
 
 @njit(error_model="numpy")

@@ -49,6 +49,13 @@ def _single_root(row: Array, degree: int, work: Array) -> float:
     low_positive = row[0] >= 0.0
     denominator = row[0] - row[degree]
     t = row[0] / denominator if denominator != 0.0 else 0.5
+    if row[0] == 0.0:  # a zero at the start is the change only where what follows is below zero
+        first = 1
+        while first < degree and row[first] == 0.0:
+            first += 1
+        if row[first] < 0.0:
+            return 0.0
+        t = 0.5
     for _ in range(100):
         if not low <= t <= high:
             t = 0.5 * (low + high)

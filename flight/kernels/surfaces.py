@@ -24,7 +24,9 @@ __all__ = [
     "cross_plane",
     "dense_state",
     "inside_outline",
+    "least",
     "misses_box",
+    "most",
 ]
 
 CYLINDER, RECTANGLE, POLYGON = 0, 1, 2
@@ -36,6 +38,20 @@ _BOX, _POINT, _NORMAL, _FIRST_AXIS, _SECOND_AXIS, _HALF, _VERTICES = 1, 7, 10, 1
 PIECES_SHAPE = (64, 14)  # halves of a step: coefficients of x and y about the axis, lower and upper end
 FARTHEST_SQUARED = 32.0**2  # radii squared; a step that reaches farther is halved
 NARROWEST_PIECE = 2.0**-50
+
+
+@njit(error_model="numpy", _nrt=False)
+def least(row: Array, first: int) -> float:
+    """Least of the six coefficients from the column `first`: no point of the curve lies below it."""
+    a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
+    return min(a, b, c, d, e, f)
+
+
+@njit(error_model="numpy", _nrt=False)
+def most(row: Array, first: int) -> float:
+    """Greatest of the six coefficients from the column `first`: no point of the curve lies above it."""
+    a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
+    return max(a, b, c, d, e, f)
 
 
 @njit(error_model="numpy")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from flight.kernels.events import HIT_COLUMNS, ending, may_end, outside, record_hits
+from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, may_end, outside, record_hits
 from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
-from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, TIME_OUT, Limits
+from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, STOPPED, TIME_OUT, Limits
 from flight.kernels.motion import (
     LANES,
     MACH,
@@ -25,12 +25,14 @@ from flight.kernels.motion import (
     take_step,
     velocity_points,
 )
+from flight.kernels.obstacles import EVENTS_SHAPE
 from flight.kernels.roots import STACK_SHAPE
 from flight.kernels.surfaces import (
     PIECES_SHAPE,
     dense_state,
     misses_box,
 )
+from flight.kernels.terrain import TERRAIN_PIECES_SHAPE, height_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,13 +40,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.kernels.motion import Surroundings
+    from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
 
-__all__ = ["HIT_COLUMNS", "OUTCOME_COLUMNS", "PATH_COLUMNS", "Limits", "fly_chunk"]
+__all__ = ["HIT_COLUMNS", "OUTCOME_COLUMNS", "PATH_COLUMNS", "STAMP", "Limits", "fly_chunk"]
 
-# time, place (3), velocity (3), steps taken, steps rejected, lowest and highest Mach number
-OUTCOME_COLUMNS = 11
+# time, place (3), velocity (3), steps taken, steps rejected, lowest and highest Mach number, obstacle, face
+OUTCOME_COLUMNS = 13
 # time, place (3), velocity (3), fragment
 PATH_COLUMNS = 8
 SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
@@ -64,6 +67,8 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
         clock: Array,
         around: Surroundings,
         limits: Limits,
+        terrain: Terrain,
+        obstacles: Array,
         witnesses: Array,
         vertices: Array,
         everything: Array,
@@ -82,7 +87,9 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
             return 0, 0
         q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
         out, points, stack, roots = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE), np.empty(16)
-        pieces = np.empty(PIECES_SHAPE)
+        pieces, events = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
+        terrain_pieces = np.empty(TERRAIN_PIECES_SHAPE)
+        built_up = terrain.heights.shape[0] > 0 or obstacles.shape[0] > 0
         flying, fresh = np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
         final = np.zeros(LANES, np.bool_)
         adaptive = limits.fixed_step <= 0.0
@@ -113,6 +120,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                 row = outcome[following - start]
                 row[7] = row[8] = 0.0
                 row[9] = row[10] = mach
+                row[11] = row[12] = -1.0
                 fresh[lane] = False
                 if many_points > 0:
                     if path_count == path.shape[0]:
@@ -145,7 +153,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                 fragment = flying[lane]
                 row = outcome[fragment - start]
                 h, time, factor = q[STEP * LANES + lane], q[TIME * LANES + lane], factors[lane]
-                ended, theta = IN_FLIGHT, 2.0
+                ended, theta, obstacle, face = IN_FLIGHT, 2.0, -1, -1
                 if not adaptive:
                     factor = 1.0 if factor == factor else factor
                 if not factor > 0.0:
@@ -161,11 +169,15 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                     theta = 0.0
                 else:
                     row[7] += 1.0
-                    near_end = may_end(q, lane, limits)
+                    near_end = built_up or may_end(q, lane, limits)
                     if near_end or witnesses.shape[0] > 0 or many_points > 0:
                         place_points(q, lane, points)
                         if near_end:
                             theta, ended = ending(points, limits, pieces, stack, roots)
+                            if built_up:
+                                theta, ended, obstacle, face = ending_in_scene(
+                                    points, theta, ended, terrain, obstacles, terrain_pieces, events, stack, roots
+                                )
                         until = min(theta, 1.0)
                         near = witnesses.shape[0] > 0 and not misses_box(points, everything)
                         if ended != IN_FLIGHT or near or many_points > 0:
@@ -219,13 +231,16 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                 row[0] = q[TIME * LANES + lane]
                 for j in range(6):
                     row[1 + j] = q[(STATE + j) * LANES + lane]
-                if ended in (LANDED, LEFT_DOMAIN):
+                if ended in (LANDED, LEFT_DOMAIN, STOPPED):
                     dense_state(points, theta, out)
                     row[0] += theta * h
                     for j in range(6):
                         row[1 + j] = out[j]
                     if ended == LANDED:
                         row[3] = limits.ground
+                        if terrain.heights.shape[0] > 0:
+                            row[3] = height_at(terrain, row[1], row[2])
+                    row[11], row[12] = obstacle, face
                 status[fragment - start] = ended
                 fresh[lane] = True
         return hit_count, path_count
@@ -234,8 +249,8 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
 
 
 _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-_STAMP = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
+STAMP = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
 try:
-    fly_chunk = _compile(_STAMP, cache=True)
+    fly_chunk = _compile(STAMP, cache=True)
 except RuntimeError:  # numba finds no folder that it may write to
-    fly_chunk = _compile(_STAMP, cache=False)
+    fly_chunk = _compile(STAMP, cache=False)

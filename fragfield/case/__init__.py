@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from fragfield.case.changes import changed_document, load_changed_case
 from fragfield.case.difference import differences
 from fragfield.case.load import load_case, read_resolved
 from fragfield.case.schema import Case
 from fragfield.case.write import plain, to_toml
 
-__all__ = ["Case", "differences", "load_case", "plain", "read_resolved", "to_toml"]
+__all__ = [
+    "Case",
+    "changed_document",
+    "differences",
+    "load_case",
+    "load_changed_case",
+    "plain",
+    "read_resolved",
+    "to_toml",
+]

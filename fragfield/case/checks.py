@@ -17,10 +17,13 @@ if TYPE_CHECKING:
 
     from fragfield.case.burst_table import BurstTable
     from fragfield.case.flight_table import FlightTable, WitnessTable
+    from fragfield.case.ground_table import GroundTable
     from fragfield.case.round_table import IgnitionTable, RoundTable
     from fragfield.case.schema import Case
 
 __all__ = ["check_case", "check_charges"]
+
+_SAME_DIRECTION = 1e-9  # rad
 
 
 def check_case(case: Case, *, burst: bool = True) -> list[str]:
@@ -38,12 +41,15 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
         faults += _stop_rules(case.burst)
     faults += _unique("round", [entry.name for entry in case.round])
     faults += _unique("plane", [plane.name for plane in case.plane])
+    faults += _unique("obstacle", [obstacle.name for obstacle in case.obstacle])
     faults += _unique("witness", [surface.name for surface in case.witness])
     faults += check_planes(case)
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)
     faults += check_stack(case)
     faults += _flight(case.flight)
+    faults += _ground(case.flight.ground, case.flight.gravity)
+    faults += _together(case)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
     faults += _rising("break_up.segments", case.break_up.segments or [])
@@ -134,6 +140,40 @@ def _flight(flight: FlightTable) -> Iterator[str]:
         yield f'flight.shape.spread: found with model = {model}; allowed: only with model = "lognormal"'
     if wind.model == "profile":
         yield from _rising("flight.wind.heights", wind.heights or [])
+
+
+def _ground(ground: GroundTable, gravity: float) -> Iterator[str]:
+    if ground.bounce and gravity == 0.0:
+        yield "flight.ground.bounce: found true without gravity; allowed: only with flight.gravity, or nothing rests"
+    if ground.map is not None and ground.height != 0.0:
+        yield (
+            f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
+            "datum shifts the map"
+        )
+    for key in ("normal_restitution", "tangential_restitution", "friction"):
+        if not ground.bounce and getattr(ground, key) is not None:
+            yield f"flight.ground.{key}: found without bounce; allowed: only with bounce = true"
+    for key in ("site", "datum", "holes"):
+        if ground.map is None and getattr(ground, key) != type(ground).model_fields[key].default:
+            yield f"flight.ground.{key}: found without a map; allowed: only with map, the name of a file"
+
+
+def _together(case: Case) -> Iterator[str]:
+    """Tables that do not go together."""
+    ground = case.flight.ground
+    others = {"flight.ground.map": ground.map, "flight.ground.bounce": ground.bounce, "obstacle": case.obstacle}
+    if case.flight.collisions is not None and (found := [key for key, value in others.items() if value]):
+        yield (
+            f"flight.collisions: found together with {' and '.join(found)}; allowed: over flat ground, without bounce "
+            "and obstacles, of which contact between fragments knows nothing"
+        )
+    if ground.map is not None and case.site is not None:
+        off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)
+        if abs(off_east) > _SAME_DIRECTION:
+            yield (
+                f"site.bearing: found {math.degrees(case.site.bearing):g} deg together with flight.ground.map; "
+                "allowed: 90 deg, since +x points east on a map of heights"
+            )
 
 
 def _rising(key: str, values: Sequence[float]) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.flight_table import CylinderTable, PanelTable
 from fragfield.case.round_table import CasingTable, ExplosiveTable
+from fragfield.case.surroundings import ground_height, surroundings
 
 if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, RigidPlane, Round
@@ -97,7 +98,7 @@ def break_up_settings(case: Case) -> BreakUpSettings:
 
 
 def flight_arguments(case: Case) -> dict[str, Any]:
-    """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table or a surface at fault."""
+    """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table, a map or a surface at fault."""
     import flight
 
     table = case.flight
@@ -111,8 +112,8 @@ def flight_arguments(case: Case) -> dict[str, Any]:
         "air": air,
         "drag": flight.Drag.of(table.drag),
         "gravity": table.gravity,
-        "wind": _wind(table.wind, table.ground.height),
-        "ground": table.ground.height,
+        "wind": _wind(table.wind, ground_height(case, *table.origin)),
+        **surroundings(case),
         "witnesses": [_surface(surface) for surface in case.witness],
         "integrator": flight.Adaptive(table.integrator.tolerance)
         if adaptive

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.quantities import show
 from fragfield.case.write import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from fragfield.case.schema import Case
 
-__all__ = ["differences"]
+__all__ = ["differences", "document_differences"]
 
 _WORDS_ONLY = ("title", "notes", "source")  # change nothing that is computed
 
@@ -43,16 +44,41 @@ def differences(stored: Case, now: Case, within: Sequence[str] | None = None) ->
     list of str
         Lines `key: stored 0.006 m, now 0.008 m`.
     """
-    before, after = (dict(_flat(plain(case, units=True))) for case in (stored, now))
+    return document_differences(plain(stored, units=True), plain(now, units=True), within)
+
+
+def document_differences(
+    stored: Mapping[str, Any],
+    now: Mapping[str, Any],
+    within: Sequence[str] | None = None,
+    *,
+    words: tuple[str, str] = ("stored", "now"),
+    tolerance: float = 0.0,
+) -> list[str]:
+    """As `differences`, of two resolved cases as tables with units.
+
+    `words` name the two cases; values with the same unit whose numbers agree to the relative `tolerance` do not count.
+    """
+    before, after = (dict(_flat(document)) for document in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
         if key.rpartition(".")[2] in _WORDS_ONLY or not (
             within is None or any(_lies_in(key, table) for table in within)
         ):
             continue
-        if before.get(key) != after.get(key):
-            lines.append(f"{key}: stored {_shown(before, key)}, now {_shown(after, key)}")
+        if not _agree(before.get(key), after.get(key), tolerance):
+            lines.append(f"{key}: {words[0]} {_shown(before, key)}, {words[1]} {_shown(after, key)}")
     return lines
+
+
+def _agree(one: object, other: object, tolerance: float) -> bool:
+    if one == other or tolerance == 0.0 or not (isinstance(one, str) and isinstance(other, str)):
+        return one == other
+    (number, _, unit), (other_number, _, other_unit) = one.partition(" "), other.partition(" ")
+    try:
+        return unit == other_unit and math.isclose(float(number), float(other_number), rel_tol=tolerance)
+    except ValueError:
+        return False
 
 
 def _lies_in(key: str, table: str) -> bool:

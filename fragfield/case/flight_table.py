@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from fragfield.case.ground_table import GroundTable
 from fragfield.case.quantities import (
     Angle,
     ArealDensity,
@@ -29,7 +30,6 @@ __all__ = [
     "CollisionsTable",
     "CylinderTable",
     "FlightTable",
-    "GroundTable",
     "HazardTable",
     "IntegratorTable",
     "PanelTable",
@@ -80,13 +80,6 @@ class WindTable(Table):
     """For model = "profile": one speed for each height."""
     directions: list[Angle] | None = None
     """For model = "profile": one azimuth for each height."""
-
-
-class GroundTable(Table):
-    """The flat ground."""
-
-    height: Length = 0.0
-    """z of the ground; a casing that the burst drives below it starts its flight on it."""
 
 
 class IntegratorTable(Table):

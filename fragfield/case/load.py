@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Material = ExplosiveTable | CasingTable
 Loaded = TypeVar("Loaded")
 
-__all__ = ["case_from_document", "load_case", "read_document", "read_resolved"]
+__all__ = ["case_from_document", "load_case", "named_material", "read_document", "read_resolved"]
 
 
 def read_document(path: Path) -> dict[str, Any]:
@@ -98,12 +98,14 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
 
 
 def _check_flight(case: Case, source: str) -> None:
-    """What only the flight can judge: drag tables, surfaces, the integrator's bounds."""
+    """What only the flight can judge: drag tables, maps, surfaces, obstacles, the integrator's bounds."""
     from flight.errors import InputError as FlightInputError
     from fragfield.case.convert import flight_arguments
+    from fragfield.case.surroundings import check_surroundings
 
     try:
         flight_arguments(case)
+        check_surroundings(case)
     except FlightInputError as error:
         raise InputError(f"{source}: flight.{error}") from None
 
@@ -128,9 +130,14 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     rounds = _told(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
+    flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
-        drag = str((folder / case.flight.drag).resolve())
-        changes["flight"] = case.flight.model_copy(update={"drag": drag})
+        flight["drag"] = str((folder / case.flight.drag).resolve())
+    if case.flight.ground.map is not None:
+        place = str((folder / case.flight.ground.map).resolve())
+        flight["ground"] = case.flight.ground.model_copy(update={"map": place})
+    if flight:
+        changes["flight"] = case.flight.model_copy(update=flight)
     if case.hazard.stack_rule is not None:
         changes["hazard"] = case.hazard.model_copy(
             update={"stack_rule": _located_rule(case.hazard.stack_rule, source, folder)}
@@ -153,17 +160,10 @@ def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleT
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:
-    from burst_fenicsx.materials.library import load_casing, load_explosive
-
-    def material(name: str, load: Callable[[str], DataclassInstance], table: type[Material]) -> Material:
-        value: str | Material = getattr(entry, name)
-        if not isinstance(value, str):
-            return value
-        return _as_table(_told(partial(load, _located(value, folder)), f"{source}: {key}.{name}"), table)
-
     changes: dict[str, Any] = {
-        "explosive": material("explosive", load_explosive, ExplosiveTable),
-        "casing": material("casing", load_casing, CasingTable),
+        name: named_material(name, value, where=f"{source}: {key}.{name}", folder=folder)
+        for name, value in (("explosive", entry.explosive), ("casing", entry.casing))
+        if isinstance(value, str)
     }
     if entry.mesh is not None:
         changes["mesh"] = str((folder / entry.mesh).resolve())
@@ -183,6 +183,16 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
                 f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
             )
     return entry.model_copy(update=changes)
+
+
+def named_material(kind: str, name: str, *, where: str, folder: Path) -> Material:
+    """Table of an "explosive" or a "casing" of the library or of a user's file; raises InputError for another name."""
+    from burst_fenicsx.materials.library import load_casing, load_explosive
+
+    located = _located(name, folder)
+    if kind == "explosive":
+        return _as_table(_told(partial(load_explosive, located), where), ExplosiveTable)
+    return _as_table(_told(partial(load_casing, located), where), CasingTable)
 
 
 def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:

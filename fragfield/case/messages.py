@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
     from pydantic_core import ErrorDetails
 
-__all__ = ["explain", "join_faults", "key_path"]
+__all__ = ["explain", "join_faults", "key_path", "marks_of", "tables_in"]
 
 _MOST_FAULTS = 12
 _KINDS = {
@@ -108,13 +108,13 @@ def _words(expected: str) -> list[str]:
     return [part for part in expected.split("'")[1::2] if part]
 
 
-def _tables_in(annotation: object, tag: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
+def tables_in(annotation: object, tag: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
     """Models in a type, each with the tag by which a union knows it."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield tag, annotation
     tags = [mark.tag for mark in getattr(annotation, "__metadata__", ()) if isinstance(mark, Tag)]
     for part in get_args(annotation):
-        yield from _tables_in(part, *tags)
+        yield from tables_in(part, *tags)
 
 
 def _table_of(location: Sequence[int | str], model: type[BaseModel]) -> type[BaseModel]:
@@ -123,7 +123,7 @@ def _table_of(location: Sequence[int | str], model: type[BaseModel]) -> type[Bas
     choices: list[tuple[str, type[BaseModel]]] = []
     for step in location[:-1]:
         if isinstance(step, str) and step in table.model_fields:
-            choices = list(_tables_in(table.model_fields[step].annotation))
+            choices = list(tables_in(table.model_fields[step].annotation))
         for tag, choice in choices:
             if tag in ("", step):
                 table = choice
@@ -145,18 +145,19 @@ def _paths(model: type[BaseModel], above: str = "") -> Iterator[str]:
     for name, field in model.model_fields.items():
         path = f"{above}.{name}" if above else name
         yield path
-        for _, table in _tables_in(field.annotation):
+        for _, table in tables_in(field.annotation):
             yield from _paths(table, path)
 
 
 def _needed(location: Sequence[int | str], model: type[BaseModel]) -> str:
     field = _table_of(location, model).model_fields[str(location[-1])]
-    marks = [mark.allowed for mark in _marks(field) if isinstance(mark, (Quantity, NumberOrWord, Vector))]
+    marks = [mark.allowed for mark in marks_of(field) if isinstance(mark, (Quantity, NumberOrWord, Vector))]
     description = (field.description or "a value").rstrip(".")
     return "; ".join([description, *marks])
 
 
-def _marks(field: FieldInfo) -> Iterator[Any]:
+def marks_of(field: FieldInfo) -> Iterator[Any]:
+    """What a field is annotated with, also within an alternative."""
     yield from field.metadata
     for part in get_args(field.annotation):
         yield from getattr(part, "__metadata__", ())

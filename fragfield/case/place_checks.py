@@ -7,6 +7,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from fragfield.case.quantities import show
+from fragfield.case.surroundings import ground_height
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -149,8 +150,8 @@ def _span(body: Body) -> tuple[float, float]:
 
 
 def _buried(case: Case, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
-    ground = case.flight.ground.height
-    for body, key in zip(bodies, keys, strict=True):
+    for entry, body, key in zip(case.round, bodies, keys, strict=True):
+        ground = ground_height(case, *entry.position[:2])
         lowest = body.reach((0.0, 0.0, 1.0))[0]
         if lowest < ground - _TOUCHING:
             yield (

@@ -7,6 +7,7 @@ from pydantic import Field
 from fragfield.case.break_up_table import BreakUpTable
 from fragfield.case.burst_table import BurstTable
 from fragfield.case.flight_table import FlightTable, HazardTable, WitnessTable
+from fragfield.case.ground_table import ObstacleTable
 from fragfield.case.plane_table import PlaneTable
 from fragfield.case.round_table import RoundTable
 from fragfield.case.site_table import SiteTable
@@ -33,6 +34,8 @@ class Case(Table):
     """Planes that no casing passes: ground, walls, planes of symmetry."""
     break_up: BreakUpTable = BreakUpTable()
     flight: FlightTable = FlightTable()
+    obstacle: list[ObstacleTable] = Field(default_factory=list)
+    """Walls, barricades and buildings that stop fragments or turn them off."""
     witness: list[WitnessTable] = Field(default_factory=list)
     """Surfaces that record fragments."""
     hazard: HazardTable = HazardTable()

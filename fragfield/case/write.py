@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["plain", "to_toml"]
+__all__ = ["plain", "to_toml", "toml_value"]
 
 _COMMENT = "#"  # no key of a case
 _BARE_KEY = re.compile(r"^[A-Za-z0-9_-]+$")
@@ -53,7 +53,7 @@ def _table(path: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[str]:
         if key == _COMMENT:
             yield f"# {value}"
         elif not isinstance(value, dict) and not _is_table_list(value):
-            yield f"{_key(key)} = {_value(value)}"
+            yield f"{_key(key)} = {toml_value(value)}"
     for key, value in table.items():
         name = ".".join(_key(step) for step in (*path, key))
         if isinstance(value, dict):
@@ -69,7 +69,8 @@ def _key(name: str) -> str:
     return name if _BARE_KEY.match(name) else json.dumps(name)
 
 
-def _value(value: object) -> str:
+def toml_value(value: object) -> str:
+    """A value as TOML has it in a line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -80,8 +81,8 @@ def _value(value: object) -> str:
     if isinstance(value, (int, float)):
         return repr(value)
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_value(entry) for entry in value) + "]"
+        return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + "}"
+        return "{" + ", ".join(f"{_key(key)} = {toml_value(entry)}" for key, entry in value.items()) + "}"
     message = f"a case holds no {type(value).__name__}"
     raise TypeError(message)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import fragfield
-from fragfield.report.blocks import Illustration
+from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.drawing import drawing_style, to_bytes
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from fragfield.report.blocks import Block
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["write_report"]
@@ -36,7 +37,8 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     path : Path, optional
         The page to write; left out: `report.html` in the run directory. Figures go to `figures` beside it.
     pictures : bool
-        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on.
+        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
+        page go interactive views of both, where trame-vtk is installed.
 
     Returns
     -------
@@ -89,7 +91,7 @@ class _Illustrator:
         self.count += 1
         return [Illustration(name, title, caption, _uri(images["svg"], "svg"), _uri(small, "svg"))]
 
-    def picture(self, name: str, title: str, caption: str) -> list[Illustration]:
+    def picture(self, name: str, title: str, caption: str) -> list[Block]:
         from fragfield.view.offscreen import PictureUnavailableError
         from fragfield.view.pictures import burst_figures, fragments_figures
 
@@ -102,7 +104,17 @@ class _Illustrator:
         except PictureUnavailableError as error:
             return [Illustration(name, title, caption, missing=str(error))]
         (self.folder / f"{name}.png").write_bytes(wide)
-        return [Illustration(name, title, caption, _uri(wide, "png"), _uri(narrow, "png"))]
+        return [Illustration(name, title, caption, _uri(wide, "png"), _uri(narrow, "png")), *self._view(name)]
+
+    def _view(self, name: str) -> list[Block]:
+        """The interactive view beside the page of what the picture shows."""
+        from fragfield.view.interactive import interactive_fault, view_of_burst, view_of_fragments
+
+        if interactive_fault():
+            return []
+        of_burst = name == "picture_of_burst"
+        written = (view_of_burst if of_burst else view_of_fragments)(self.run, self.folder.parent)
+        return [Beside(written.name, f"The {'burst' if of_burst else 'fragments'} to turn and to zoom, in 3-D")]
 
 
 def _uri(data: bytes, kind: str) -> str:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from fragfield.report.findings import Finding
     from fragfield.report.quantities import Row
 
-__all__ = ["Block", "Card", "Cards", "Findings", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text"]  # fmt: skip  # noqa: E501
+__all__ = ["Beside", "Block", "Card", "Cards", "Findings", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text"]  # fmt: skip  # noqa: E501
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,15 @@ class Illustration:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """A file beside the report, and what it is."""
+
+    file: str
+    text: str
+    kind: str = "beside"
+
+
+@dataclass(frozen=True)
 class Signatures:
     """Lines to sign."""
 
@@ -112,7 +121,7 @@ class Signatures:
     kind: str = "signatures"
 
 
-Block = Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Signatures
+Block = Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Beside | Signatures
 
 
 @dataclass

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from flight.distances import DISTANCES
 from fragfield.report.blocks import Table
-from fragfield.report.landings import ensemble
+from fragfield.report.landings import ensemble, hazard_density
 from fragfield.report.quantities import SPACE, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from flight.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["band_words", "distance_table", "sector_table", "stack_rule_table"]
+__all__ = ["band_words", "density_table", "distance_table", "sector_table", "stack_rule_table"]
 
 _RULE_ROWS = ("hazardous_fragment_distance_all_round", "hazardous_fragment_distance")
 
@@ -45,6 +48,49 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         f"realisations, and standard errors within {100 * found.tolerance:g} % of the distance."
     )
     yield Table("Distances and their certainty", head, tuple(lines), note)
+
+
+def density_table(run: RunFiles) -> Iterator[Table]:
+    """Density of hazardous fragments and probability of a hit at a few distances, for the summary."""
+    found = ensemble(run)
+    if found is None or not found.pooled.hazardous.any():
+        return
+    curves, area = found.by_distance, 1.0 / hazard_density(run)
+    lines = []
+    for cell in _few_cells(found):
+        densest = max(float(curves[f"worst_{name}_density"].pooled[cell]) for name in ("ground", "normal"))
+        line = [f"{found.counts.edges[cell]:,.0f}{SPACE}–{SPACE}{found.counts.edges[cell + 1]:,.0f}"]
+        for name in ("ground", "normal"):
+            curve = curves[f"{name}_density"]
+            line.append(_share(area * curve.pooled[cell]))
+            if name == "ground":
+                several = found.realisations > 1
+                line.append(_share_span(area * curve.low[cell], area * curve.high[cell]) if several else "–")
+        lines.append((*line, _share(area * densest), _share(float(curves["probability"].pooled[cell]))))
+    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Densest sector", "Hit on a person")
+    note = (
+        f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
+        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths and in the densest sector (the larger "
+        "of both densities); 1 is the acceptable density. Last: probability of a hit on a person at a random azimuth."
+    )
+    yield Table("Density by distance", head, tuple(lines), note)
+
+
+def _few_cells(found: EnsembleHazard, most: int = 8) -> list[int]:
+    """About `most` distance cells, evenly spread to half as far again as the hazardous fragment distance reaches."""
+    farthest = 1.5 * found.bands["hazardous_fragment_distance"].high
+    last = int(np.flatnonzero(found.by_distance["ground_density"].pooled > 0).max(initial=0))
+    last = min(last, max(1, int(np.searchsorted(found.distance, farthest))))
+    return sorted({round(cell) for cell in np.linspace(0, last, min(most, last + 1))})
+
+
+def _share(value: float) -> str:
+    """A density in parts of the acceptable one, or a probability: two digits, however small."""
+    return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
+
+
+def _share_span(low: float, high: float) -> str:
+    return f"{_share(low)}{SPACE}–{SPACE}{_share(high)}"
 
 
 def sector_table(run: RunFiles) -> Iterator[Table]:

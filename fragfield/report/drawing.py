@@ -95,6 +95,5 @@ def to_bytes(figure: Figure, kind: str) -> bytes:
     buffer = io.BytesIO()
     metadata = {"Date": None} if kind == "svg" else None
     # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
-    whole: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.06} if kind == "png" else {}
-    figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, **whole)
+    figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, bbox_inches="tight", pad_inches=0.06)
     return buffer.getvalue()

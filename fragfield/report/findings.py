@@ -12,6 +12,7 @@ import numpy as np
 from fragfield.certainty import not_converged
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
+from fragfield.report.validation_status import read_record, validation_words
 
 if TYPE_CHECKING:
     from fragfield.report.run_files import RunFiles
@@ -44,6 +45,9 @@ class Finding:
 def findings(run: RunFiles) -> list[Finding]:
     """All findings of a run, the gravest first."""
     found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_imprint(run), *_log(run)]
+    if run.provenance:
+        told = (run.provenance.get(key, "") for key in ("program_version", "revision"))
+        found.append(Finding(*validation_words(read_record(), *told)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 

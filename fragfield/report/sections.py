@@ -16,10 +16,11 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
-from fragfield.report.distance_tables import band_words, distance_table, sector_table, stack_rule_table
+from fragfield.report.distance_tables import band_words, density_table, distance_table, sector_table, stack_rule_table
 from fragfield.report.findings import findings
 from fragfield.report.inputs import input_tables
 from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings
+from fragfield.report.obstacle_tables import obstacle_tables
 from fragfield.report.quantities import number
 from fragfield.report.round_tables import (
     arrangement_table,
@@ -38,17 +39,19 @@ from fragfield.report.tables import (
     mesh_rows,
     provenance_rows,
 )
+from fragfield.report.validation_status import read_record, validation_blocks
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from matplotlib.figure import Figure
 
     from fragfield.report.blocks import Illustration
+    from fragfield.report.findings import Finding
     from fragfield.report.run_files import RunFiles
 
     Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
-    Picture = Callable[[str, str, str], list[Illustration]]
+    Picture = Callable[[str, str, str], list[Block]]
 
 __all__ = ["sections"]
 
@@ -65,9 +68,10 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
     picture : callable
         Makes one of the off-screen pictures from its name, title and caption, alike.
     """
+    found = tuple(findings(run))
     return [
-        _summary(run),
-        Section("warnings", "Warnings and checks", [Findings(tuple(findings(run)))]),
+        _summary(run, found),
+        Section("warnings", "Warnings and checks", [Findings(found)]),
         Section("inputs", "Inputs as resolved", [*arrangement_table(run), *input_tables(run)]),
         Section("mesh", "Mesh and its quality", _stage(run, "burst", lambda: [mesh_rows(run)])),
         _ledger(run, draw),
@@ -78,6 +82,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         Section(
             "tables", "Tables by azimuth", _stage(run, "flight", lambda: [*azimuth_tables(run), *sector_table(run)])
         ),
+        _validation(run),
         _provenance(run),
         _use(),
         _signatures(),
@@ -91,9 +96,10 @@ def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list
     return blocks()
 
 
-def _summary(run: RunFiles) -> Section:
+def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
     burst, flight = run.part("burst"), run.part("flight")
     found = landings(run)
+    graver = sum(item.weight == "stop" for item in told), sum(item.weight == "warning" for item in told)
     cards = [
         _distance(
             "Hazardous fragment distance", flight.get("hazardous_fragment_distance"),
@@ -116,12 +122,24 @@ def _summary(run: RunFiles) -> Section:
         value = burst.get(name)
         if isinstance(value, (int, float)):
             cards.append(Card(label, number(round(value)), "m/s", note))
-    blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards))]
+    blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards)), *_caution(*graver)]
     if "flight" not in run.missing:
         terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
-        blocks.append(Paragraph(terms))
+        blocks += [Paragraph(terms), *density_table(run)]
     blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.LIMITS)]
     return Section("summary", "Summary for the safety engineer", blocks)
+
+
+def _caution(stops: int, warnings: int) -> list[Block]:
+    """The word that warnings stand in the next section, before anything is read out of the numbers."""
+    parts = []
+    if stops:
+        parts.append("one reason not to use this result" if stops == 1 else f"{stops} reasons not to use this result")
+    if warnings:
+        parts.append("one warning" if warnings == 1 else f"{warnings} warnings")
+    if not parts:
+        return []
+    return [Paragraph(f"Read first, in the next section: {' and '.join(parts)}.", kind="caution")]
 
 
 def _distance(label: str, value: object, note: str) -> Card:
@@ -217,6 +235,7 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
 def _flight(run: RunFiles, draw: Draw) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *flight_rows(run),
+        *obstacle_tables(run),
         *draw(
             "by_azimuth", "Number and speed by azimuth",
             "Fragments that cross the witness surface, by the azimuth of the crossing: number, and speed at which they "
@@ -264,6 +283,12 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))
+
+
+def _validation(run: RunFiles) -> Section:
+    version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))
+    blocks = list(validation_blocks(read_record(), version, revision))
+    return Section("validation", "Validation of this version", blocks)
 
 
 def _provenance(run: RunFiles) -> Section:

@@ -14,7 +14,7 @@ from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.report.quantities import UNKNOWN, Row, from_case, number, row
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from fragfield.report.run_files import RunFiles
 
@@ -154,12 +154,35 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
         row("Realisations flown", part.get("realisations")),
         row("Fragments flown", part.get("fragments"), "", "first realisation, as below"),
         row("Landed", part.get("landed")),
+        row("Farthest at rest", part.get("max_rest_distance") if part.get("bounces") else None, "m", "after bounces"),
         row("Drag table", part.get("drag")),
+        *_area_rows(part.get("presented_area") or {}),
+        *_contact_rows(part.get("contact") or {}),
         row("Fragments above the drag table's speeds", part.get("above_drag_table")),
         row("Wall time", part.get("wall_seconds"), "s"),
     ]
     rows += [row(f"Fragments through “{item.get('name', '')}”", item.get("hits")) for item in run.witnesses]
     yield Rows("Flight", tuple(one for one in rows if one.value != UNKNOWN))
+
+
+def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
+    """The model of the presented areas."""
+    if not area:
+        return
+    words = str(area.get("model"))
+    if "ratios" in area:
+        words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"]) + f", {area.get('orientation')}"
+    if "spread" in area:
+        words += f", spread {area['spread']:g}"
+    low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))
+    yield row("Presented areas", words, "", f"shape factor {low} to {high} kg/m³ for 90 % of the fragments")
+
+
+def _contact_rows(contact: Mapping[str, Any]) -> Iterator[Row]:
+    """What fragments did to each other, where they could."""
+    if contact:
+        lost = row("", contact.get("energy_lost"), "J").value
+        yield row("Impacts between fragments", contact.get("contacts"), "", f"energy lost: {lost}")
 
 
 def hazard_rows(run: RunFiles) -> Iterator[Rows]:

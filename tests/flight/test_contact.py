@@ -3,13 +3,30 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flight import Adaptive, Contact, Cylinder, Domain, Drag, Fragments, InputError, StandardAtmosphere, Status, fly
+from flight import (
+    Adaptive,
+    Contact,
+    Cylinder,
+    Domain,
+    Drag,
+    Fragments,
+    HeightMap,
+    InputError,
+    StandardAtmosphere,
+    Status,
+    Wall,
+    fly,
+)
 from flight.contact import Encounters
+from flight.files import read_contacts
 from flight.job import Job
+from flight.scene import Scene
+from flight.text_tables import read_columns
 
 STILL = {"air": "vacuum", "gravity": 0.0, "ground": None, "time_limit": 0.05}
 
@@ -139,8 +156,8 @@ def test_the_way_to_an_impact_is_the_flights_own() -> None:
 def test_cells_find_what_comparing_all_pairs_finds(number: int) -> None:
     fragments = stack(number, seed=7)
     job = Job(
-        fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, 0.0, (), Adaptive(), Domain(),
-        3600.0, (0.0, 0.0),
+        fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, Scene(0.0), (), Adaptive(),
+        Domain(), 3600.0, (0.0, 0.0),
     )  # fmt: skip
     cells = Encounters(fragments, Contact(), job.around, 0.0, 2)
     pairs = Encounters(fragments, Contact(), job.around, 0.0, 1, one_cell=True, windows=cells.window_ends)
@@ -225,3 +242,28 @@ def test_nothing_meets_below_the_ground() -> None:
 def test_messages(argument: dict[str, float], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Contact(**argument)
+
+
+@pytest.mark.parametrize(
+    ("argument", "found"),
+    [
+        ({"ground": HeightMap(np.zeros((2, 2)), step=1e4, corner=(-5e3, -5e3))}, "a height map"),
+        ({"bounce": "asphalt"}, "bounce"),
+        ({"obstacles": [Wall((30.0, -9.0), (30.0, 9.0), 2.0)], "bounce": "sand"}, "bounce and obstacles"),
+    ],
+)
+def test_refused_beside_what_it_does_not_know(argument: dict[str, object], found: str) -> None:
+    with pytest.raises(InputError, match=rf"contact: found together with {found}, of which it knows.*: flat ground"):
+        fly(stack(4), contact=Contact(), **argument)
+
+
+def test_contacts_are_written_and_read_back(tmp_path: Path) -> None:
+    result = fly(stack(400, seed=3), contact=Contact())
+    assert len(result.contacts) > 10
+    names = {path.name for path in result.write(tmp_path, {"seed": "3"})}
+    assert {"contacts.h5", "contacts.csv"} <= names
+    assert read_contacts(tmp_path / "contacts.h5").tobytes() == result.contacts.tobytes()
+    columns = read_columns(tmp_path / "contacts.csv")
+    assert columns["energy_lost"] == pytest.approx(result.contacts["energy_lost"], rel=1e-9)
+    assert columns["second_position_y"] == pytest.approx(result.contacts["second_position"][:, 1], rel=1e-9)
+    assert "contacts.h5" not in {path.name for path in fly(stack(4)).write(tmp_path / "without")}

@@ -18,7 +18,7 @@ from fragfield.errors import exit_code_of
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted((ROOT / "cases").glob("*.toml"))
-COMMANDS = ("check", "run", "burst", "break-up", "fly", "report", "view", "info")
+COMMANDS = ("check", "run", "burst", "break-up", "fly", "report", "view", "info", "new", "compare", "sweep")
 HEAVY = ("dolfinx", "mpi4py", "petsc4py", "vtkmodules", "pyvista", "matplotlib", "gmsh")
 
 

@@ -6,9 +6,6 @@ import base64
 import json
 import math
 import re
-import shutil
-import subprocess
-from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -23,6 +20,8 @@ from fragfield.report import read_run, write_report
 from fragfield.report.burst_figures import speed_along_round
 from fragfield.report.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
+from fragfield.view import offscreen_fault
+from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import REALISATIONS, write_run
 
 FIGURES = [
@@ -31,9 +30,10 @@ FIGURES = [
     "distance_by_azimuth",
 ]  # fmt: skip
 SECTIONS = [
-    "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "tables", "provenance",
-    "use", "signatures",
+    "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "tables", "validation",
+    "provenance", "use", "signatures",
 ]  # fmt: skip
+VIEWS = [] if interactive_fault() or offscreen_fault() else ["view_burst.html", "view_fragments.html"]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}
 
 
@@ -74,10 +74,8 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory) -> Path:
-    folder = write_run(tmp_path_factory.mktemp("report") / "pair", rounds=2, title="Two <rounds> & a gap")
-    write_report(folder)
-    return folder
+def run(reported_pair) -> Path:
+    return reported_pair
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +102,18 @@ def card(page: Page, label: str) -> str:
 def test_page_is_well_formed_and_in_order(page):
     assert page.open == []
     assert [attributes["id"] for attributes in page.all("section")] == SECTIONS
-    assert {attributes["href"] for attributes in page.all("a")} == {f"#{key}" for key in SECTIONS}
+    links = {str(attributes["href"]) for attributes in page.all("a")}
+    assert links == {f"#{key}" for key in SECTIONS} | set(VIEWS)
+
+
+@pytest.mark.skipif(not VIEWS, reason=str(interactive_fault()))
+def test_interactive_views_lie_beside_the_page(run):
+    assert all((run / name).is_file() for name in VIEWS)
+
+
+def test_summary_points_to_the_warnings_and_gives_densities(page):
+    assert re.search(r"Read first, in the next section: (one warning|\d+ warnings)\.", page.text)
+    assert page.text.index("Density by distance") < page.text.index("Limits of validity")
 
 
 def test_page_needs_nothing_else(html, page):
@@ -112,7 +121,8 @@ def test_page_needs_nothing_else(html, page):
     for tag, attributes in page.tags:
         for name in ("src", "srcset", "href", "data", "poster"):
             value = attributes.get(name) or "#"
-            assert value.startswith(("data:image/", "#")), f"<{tag} {name}> leads to {value[:60]}"
+            known = value.startswith(("data:image/", "#")) or (tag == "a" and value in VIEWS)
+            assert known, f"<{tag} {name}> leads to {value[:60]}"
     style = re.search(r"<style>(.*?)</style>", html, re.DOTALL)
     assert style is not None
     assert "url(" not in style[1]
@@ -285,36 +295,6 @@ def test_nothing_landed_is_no_fault(tmp_path):
     assert "landing_map" not in names
     assert "density_curve" not in names
     assert "Card(label='Hazardous fragments', value='0'" in words
-
-
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
-@pytest.mark.parametrize("width", [1280, 390])
-def test_browser_shows_every_figure_without_sideways_scrolling(html, tmp_path, width):
-    # In a frame, since a window of headless chromium is never narrower than 500 pixels.
-    probe = """<script>
-      addEventListener("load", () => {
-        const seen = [...document.images].map(i => i.naturalWidth > 0 && i.getBoundingClientRect().width > 200);
-        const root = document.documentElement;
-        parent.document.title = JSON.stringify({seen, wide: root.scrollWidth - root.clientWidth, width: innerWidth,
-                                                source: document.images[0].currentSrc.length});
-      });</script></body>"""
-    inner = escape(html.replace("</body>", probe), quote=True)
-    frame = f'<title>-</title><iframe style="width:{width}px;height:900px;border:0" srcdoc="{inner}"></iframe>'
-    (tmp_path / "page.html").write_text(frame, encoding="utf-8")
-    command = [
-        "chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
-        "--window-size=1400,1000", "--dump-dom", (tmp_path / "page.html").as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-    title = re.search(r"<title>(.*?)</title>", done.stdout)
-    assert title is not None
-    found = json.loads(title[1].replace("&quot;", '"'))
-    assert found["width"] == width
-    assert found["seen"] == [True] * len(FIGURES)
-    assert found["wide"] == 0
-    images, narrow = Page(html).all("img"), Page(html).all("source")
-    chosen = narrow[0]["srcset"] if width < 620 else images[0]["src"]
-    assert found["source"] == len(str(chosen))
 
 
 def test_report_in_grey_tells_lines_apart():

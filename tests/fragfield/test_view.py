@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from flight.files import write_trajectories
+from flight.result import LANDING, Trajectories
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.view import PictureUnavailableError, display_available, offscreen, offscreen_fault, view_run
+from fragfield.view import PictureUnavailableError, display_available, film, interactive, offscreen, offscreen_fault
+from fragfield.view.film import film_fault, read_paths
+from fragfield.view.interactive import interactive_fault
 from fragfield.view.scenes import burst_at, burst_times, cut, final_burst, section
+from fragfield.view.show import view_run, write_films, write_pictures
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
 needs_vtk = pytest.mark.skipif(offscreen_fault() is not None, reason=str(offscreen_fault()))
@@ -29,16 +35,87 @@ def _fresh_check():
     offscreen_fault.cache_clear()
 
 
+needs_films = pytest.mark.skipif(film_fault() is not None, reason=str(film_fault()))
+needs_pages = pytest.mark.skipif(interactive_fault() is not None, reason=str(interactive_fault()))
+
+
 @needs_vtk
 def test_pictures_show_something(run):
     from matplotlib.image import imread
 
-    written = view_run(run, window=False)
+    written = write_pictures(read_run(run))
     assert [path.name for path in written] == ["picture_of_burst.png", "picture_of_fragments.png"]
     for path in written:
         pixels = imread(path)[..., :3]
         coloured = (np.ptp(pixels, axis=2) > 0.1).mean()
         assert coloured > 0.05, f"{path.name}: only {coloured:.1%} of the picture is coloured"
+
+
+def write_flown_paths(folder: Path) -> Trajectories:
+    """Two paths of known form: one straight out along +x in 2 s, one up and down again in 1 s."""
+    time = np.array([0.0, 1.0, 2.0, 0.0, 0.5, 1.0])
+    position = np.zeros((6, 3))
+    position[:3, 0] = [0.0, 150.0, 200.0]
+    position[3:, 2] = [0.0, 40.0, 0.0]
+    velocity = np.zeros((6, 3))
+    velocity[:, 0] = [300.0, 100.0, 20.0, 90.0, 0.0, 60.0]
+    paths = Trajectories(np.array([0, 1]), np.array([0, 3, 6]), time, position, velocity)
+    write_trajectories(paths, np.zeros(2, dtype=LANDING), folder / "trajectories.xdmf")
+    return paths
+
+
+def test_flown_paths_are_read_back_and_met_between_their_points(tmp_path):
+    folder = write_run(tmp_path / "run", stages=2)
+    with pytest.raises(InputError, match=r"trajectories\.xdmf is missing; set flight\.trajectories.*`fragfield fly`"):
+        read_paths(read_run(folder))
+    made = write_flown_paths(folder)
+    found = read_paths(read_run(folder))
+    np.testing.assert_array_equal(found.start, made.start)
+    np.testing.assert_allclose(found.position, made.position)
+    place, speed = found.at(np.array([0.0, 0.75, 1.5, 9.0]))
+    np.testing.assert_allclose(place[0, :, 0], [0.0, 112.5, 175.0, 200.0])
+    np.testing.assert_allclose(place[1, :, 2], [0.0, 20.0, 0.0, 0.0])
+    np.testing.assert_allclose(speed[0], [300.0, 150.0, 60.0, 20.0])
+
+
+@needs_vtk
+@needs_films
+def test_films_run_and_show_motion(tmp_path, monkeypatch):
+    import imageio.v3 as iio
+
+    monkeypatch.setattr(film, "_MOST_FRAMES", 5)
+    folder = write_run(tmp_path / "run")
+    write_flown_paths(folder)
+    written = write_films(read_run(folder))
+    assert [path.name for path in written] == ["film_of_burst.mp4", "film_of_flight.mp4"]
+    for path in written:
+        frames = iio.imread(path, plugin="pyav")
+        assert frames.shape == (5, 960, 1280, 3)
+        scene = frames[:, 120:720].astype(int)
+        assert np.abs(scene[-1] - scene[0]).max() > 60, f"{path.name}: nothing moves"
+    assert not list((folder / "figures").glob("part_of_*"))
+
+
+def test_missing_packages_are_told(run, monkeypatch, caplog):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert write_films(read_run(run)) == []
+    assert "no films: films need the packages imageio and av; install them: pip install imageio av" in caplog.text
+    with pytest.raises(PictureUnavailableError, match="interactive views need the package trame-vtk; install it: pip"):
+        view_run(run, html=True)
+
+
+@needs_vtk
+@needs_pages
+def test_interactive_pages_hold_all_fragments_or_say_how_many(run, monkeypatch):
+    burst, fragments = view_run(run, html=True)
+    for page in (burst, fragments):
+        assert page.parent == run
+        assert page.stat().st_size < 10e6
+    total = len(read_run(run).fragments["mass"])
+    assert f"{total:,} fragments 100 µs after" in fragments.read_text(encoding="utf-8")
+    monkeypatch.setattr(interactive, "MOST_TRIANGLES", 2000)
+    burst, fragments = view_run(run, html=True)
+    assert f"100 of {total:,} fragments" in fragments.read_text(encoding="utf-8")
 
 
 def test_series_ends_in_the_state_of_the_snapshot(run):

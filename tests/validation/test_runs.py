@@ -57,9 +57,9 @@ def test_the_gap_is_that_named(name, gap):
 @pytest.mark.parametrize(
     ("key", "message"),
     [
-        ("burst.leakage.radius", "burst.leakage.radius: there is no 'radius'"),
-        ("round.3.name", "round.3.name: there is no '3'"),
-        ("seed.first", "seed.first: 'seed' holds a value, no 'first'"),
+        ("burst.leakage.radius", r'burst.leakage.radius: unknown key \(did you mean "radius_ratio"\?\)'),
+        ("round.3.name", "round.3.name: there is no entry 3"),
+        ("seed.first", "seed.first: seed holds a value, it has no first"),
     ],
 )
 def test_a_key_that_no_case_has_is_refused(key, message):

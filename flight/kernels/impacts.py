@@ -1,0 +1,138 @@
+"""The impacts at the ends of a chunk's flights: which fragments fly on, from where, and where the others rest."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from flight.kernels.limits import LANDED, STOPPED, TIME_OUT
+from flight.kernels.obstacles import FIRST_FACE
+from flight.kernels.rebound import LIFT, MOST_CONTACTS, rebound, slide
+from flight.kernels.terrain import slope_at
+from flight.kernels.trajectory import STAMP
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from flight.kernels.limits import Limits
+    from flight.kernels.terrain import Terrain
+
+    Array = NDArray[np.float64]
+    Integers = NDArray[np.int64]
+
+__all__ = ["STRUCK_COLUMNS", "settle"]
+
+# time, place (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
+STRUCK_COLUMNS = 11
+NORMAL, TANGENTIAL, FRICTION, REST_SPEED = 0, 1, 2, 3  # columns of a surface; row 0 the ground, then the obstacles
+
+
+@njit(error_model="numpy")
+def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Array) -> tuple[float, float, float]:
+    """Unit normal of the ground, or of an obstacle's face, outward."""
+    if which >= 0:
+        column = FIRST_FACE + 6 * face + 3
+        return obstacles[which, column], obstacles[which, column + 1], obstacles[which, column + 2]
+    if terrain.heights.shape[0] == 0:
+        return 0.0, 0.0, 1.0
+    slope_x, slope_y = slope_at(terrain, state[1], state[2])
+    size = math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    return -slope_x / size, -slope_y / size, 1.0 / size
+
+
+@njit(error_model="numpy")
+def _strike(record: Array, state: Array, which: int, face: int, row: int, stopped: float) -> None:
+    record[:7] = state[:7]
+    record[7], record[8], record[9], record[10] = which, face, row, stopped
+
+
+def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
+    """Compile; the stamp stands for all sources in the key of numba's cache, as in `flight.kernels.trajectory`."""
+
+    @njit(nogil=True, cache=cache, error_model="numpy")
+    def settle(
+        moving: Integers,
+        count: int,
+        outcome: Array,
+        status: NDArray[np.int8],
+        surfaces: Array,
+        gravity: float,
+        limits: Limits,
+        terrain: Terrain,
+        obstacles: Array,
+        first: Array,
+        first_status: NDArray[np.int8],
+        last: Array,
+        last_status: NDArray[np.int8],
+        stopped_by: Integers,
+        bounces: Integers,
+        contacts: Integers,
+        struck: Array,
+    ) -> tuple[int, int]:
+        """Bring the fragments `moving` (rows of the chunk), whose flights have just ended, to rest or to the next one.
+
+        `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
+        the end of a fragment that has none; last state (time, place, velocity), with which those that fly on start;
+        which obstacle and face stopped it, (rows, 2); bounces on the ground; all impacts. Returns how many fly on, now
+        first in `moving`, and the rows used of `struck`.
+        """
+        chord = np.empty((2, 3))
+        flying = hits = 0
+        if len(source_stamp) == 0:
+            return 0, 0
+        for k in range(count):
+            row, how = moving[k], int(status[k])
+            state = last[row]
+            state[:7] = outcome[k, :7]
+            which, face = -1, -1
+            if how == STOPPED:
+                which, face = int(outcome[k, 11]), int(outcome[k, 12])
+            if how == LANDED and first_status[row] == 0:
+                first[row, :7], first_status[row] = outcome[k, :7], LANDED
+            goes_on = False
+            surface = surfaces[1 + which]
+            if how in (LANDED, STOPPED) and surface[NORMAL] == surface[NORMAL]:
+                contacts[row] += 1
+                nx, ny, nz = _normal(state, which, face, terrain, obstacles)
+                off = rebound(state, nx, ny, nz, surface[NORMAL], surface[TANGENTIAL])
+                goes_on = contacts[row] < MOST_CONTACTS and (off > surface[REST_SPEED] or (which >= 0 and nz <= 0.0))
+                if goes_on:
+                    bounces[row] += which < 0
+                    if which < 0:
+                        state[3] += LIFT
+                    else:
+                        state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
+                elif which < 0:
+                    off = state[4] * nx + state[5] * ny + state[6] * nz
+                    state[4], state[5], state[6] = state[4] - off * nx, state[5] - off * ny, state[6] - off * nz
+                    how, which, face = slide(state, surface[FRICTION], gravity, limits, terrain, obstacles, chord)
+                    if how == STOPPED:
+                        _strike(struck[hits], state, which, face, row, 1.0)
+                        hits += 1
+            if status[k] == STOPPED:
+                _strike(struck[hits], outcome[k], which, face, row, 0.0 if goes_on else 1.0)
+                hits += 1
+            if goes_on and state[0] >= limits.time_limit:
+                goes_on, how = False, TIME_OUT
+            if goes_on:
+                moving[flying] = row
+                flying += 1
+                continue
+            if first_status[row] == 0:
+                first[row, :7], first_status[row] = outcome[k, :7], how
+            last_status[row] = how
+            stopped_by[row, 0], stopped_by[row, 1] = which, face
+        return flying, hits
+
+    return settle
+
+
+try:
+    settle = _compile(STAMP, cache=True)
+except RuntimeError:  # numba finds no folder that it may write to
+    settle = _compile(STAMP, cache=False)

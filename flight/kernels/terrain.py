@@ -1,0 +1,263 @@
+"""Ground that rises and falls: where a step comes down on a map of heights, bilinear on each of its cells.
+
+A step is halved until it lies above everything below it, by a pyramid of the cells' greatest heights, or over at most
+two by two cells. There it is cut where it passes from cell to cell, by the same sign changes that find crossings, and
+its height above the cell is a polynomial of degree 10. So no cell that the path enters is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from flight.kernels.roots import PRODUCT, sign_changes
+from flight.kernels.surfaces import cross_plane, least, most
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = [
+    "ON_A_LINE", "TERRAIN_PIECES_SHAPE", "Terrain", "cell_ahead", "cross_edges", "cross_terrain", "height_at",
+    "slope_at", "slope_in",
+]  # fmt: skip
+
+# parts of a step: coefficients of x, y and z, lower and upper end; the last two rows are scratch
+TERRAIN_PIECES_SHAPE = (72, 20)
+_FIRST, _SECOND, _DEEPEST = 70, 71, 68
+_LOW, _HIGH = 18, 19
+ON_A_LINE = 1e-9  # of a cell; what is nearer to a line between cells lies on it
+NOWHERE = 2.0  # beyond the step
+
+
+class Terrain(NamedTuple):
+    """Heights at the nodes of a regular grid; no rows: flat ground, or none. Units: m."""
+
+    heights: Array  # (rows, columns), rows towards +y, columns towards +x
+    west: float  # x of the first column
+    south: float  # y of the first row
+    step_x: float
+    step_y: float
+    pyramid: Array  # greatest heights: of the cells, of two by two of them, ... row by row
+    levels: NDArray[np.int64]  # (levels, 3): first entry in the pyramid, rows, columns
+    highest: float
+
+
+@njit(error_model="numpy", _nrt=False)
+def _index(place: float, start: float, step: float, cells: int) -> int:
+    """Cell of a place along one axis; the nearest one beyond the edges."""
+    index = math.floor((place - start) / step)
+    return int(min(max(index, 0.0), cells - 1.0))
+
+
+@njit(error_model="numpy", _nrt=False)
+def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float, float]:
+    """Height of a cell's first corner, its rise over one cell along x, along y, and its twist."""
+    h = terrain.heights
+    corner, east, north = h[row, column], h[row, column + 1], h[row + 1, column]
+    return corner, east - corner, north - corner, (h[row + 1, column + 1] - north) - (east - corner)
+
+
+@njit(error_model="numpy", _nrt=False)
+def height_at(terrain: Terrain, x: float, y: float) -> float:
+    """Height of the ground (m)."""
+    row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
+    column = _index(x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
+    u = (x - (terrain.west + column * terrain.step_x)) / terrain.step_x
+    v = (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
+    corner, rise_x, rise_y, twist = _shape(terrain, row, column)
+    return corner + u * rise_x + v * rise_y + u * v * twist
+
+
+@njit(error_model="numpy", _nrt=False)
+def cell_ahead(terrain: Terrain, x: float, y: float, u: float, v: float) -> tuple[int, int]:
+    """Row and column of the cell at a place, on a line between cells the one towards (u, v)."""
+    ahead_x, ahead_y = x + np.sign(u) * ON_A_LINE * terrain.step_x, y + np.sign(v) * ON_A_LINE * terrain.step_y
+    row = _index(ahead_y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
+    return row, _index(ahead_x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
+
+
+@njit(error_model="numpy", _nrt=False)
+def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
+    """Rise of the ground per length along x and along y."""
+    row, column = cell_ahead(terrain, x, y, 0.0, 0.0)
+    return slope_in(terrain, x, y, row, column)
+
+
+@njit(error_model="numpy", _nrt=False)
+def slope_in(terrain: Terrain, x: float, y: float, row: int, column: int) -> tuple[float, float]:
+    """`slope_at` of one cell's surface."""
+    u = (x - (terrain.west + column * terrain.step_x)) / terrain.step_x
+    v = (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
+    _, rise_x, rise_y, twist = _shape(terrain, row, column)
+    return (rise_x + v * twist) / terrain.step_x, (rise_y + u * twist) / terrain.step_y
+
+
+@njit(error_model="numpy", _nrt=False)
+def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> float:
+    """Find the place on the step where it leaves the map; 2.0 if it stays."""
+    theta = NOWHERE
+    east = terrain.west + (terrain.heights.shape[1] - 1) * terrain.step_x
+    north = terrain.south + (terrain.heights.shape[0] - 1) * terrain.step_y
+    x, y = points[0], points[1]
+    if least(x, 0) < terrain.west and cross_plane(points, terrain.west, 0.0, 0.0, 1.0, 0.0, 0.0, stack, roots) > 0:
+        theta = min(theta, roots[0])
+    if most(x, 0) > east and cross_plane(points, east, 0.0, 0.0, -1.0, 0.0, 0.0, stack, roots) > 0:
+        theta = min(theta, roots[0])
+    if least(y, 0) < terrain.south and cross_plane(points, 0.0, terrain.south, 0.0, 0.0, 1.0, 0.0, stack, roots) > 0:
+        theta = min(theta, roots[0])
+    if most(y, 0) > north and cross_plane(points, 0.0, north, 0.0, 0.0, -1.0, 0.0, stack, roots) > 0:
+        theta = min(theta, roots[0])
+    return theta
+
+
+@njit(error_model="numpy", _nrt=False)
+def cross_terrain(
+    points: Array, terrain: Terrain, until: float, pieces: Array, events: Array, stack: Array, roots: Array
+) -> float:
+    """Find the first place on the step, before `until`, that lies below the ground; 2.0 if none does.
+
+    Landing is the first place below, not a sign change: a step that is below by rounding between two cells lands there.
+    """
+    if least(points[2], 0) > terrain.highest:
+        return NOWHERE
+    for j in range(3):
+        for i in range(6):
+            pieces[0, 6 * j + i] = points[j, i]
+    pieces[0, _LOW], pieces[0, _HIGH] = 0.0, 1.0
+    rows, columns = terrain.heights.shape[0] - 1, terrain.heights.shape[1] - 1
+    depth = 1
+    while depth > 0:
+        depth -= 1
+        piece = pieces[depth]
+        if piece[_LOW] >= until:
+            return NOWHERE
+        lowest = least(piece, 12)
+        if lowest > terrain.highest:
+            continue
+        west = _index(least(piece, 0), terrain.west, terrain.step_x, columns)
+        east = _index(most(piece, 0), terrain.west, terrain.step_x, columns)
+        south = _index(least(piece, 6), terrain.south, terrain.step_y, rows)
+        north = _index(most(piece, 6), terrain.south, terrain.step_y, rows)
+        if lowest > _greatest(terrain, south, north, west, east):
+            continue
+        if (east - west <= 1 and north - south <= 1) or depth + 2 > _DEEPEST:
+            theta = _cross_cells(piece, terrain, south, north, west, east, pieces, events, stack, roots)
+            if theta <= 1.0:
+                return piece[_LOW] + (piece[_HIGH] - piece[_LOW]) * theta
+            continue
+        _cut(piece, 0.5, pieces[depth + 1])
+        middle = 0.5 * (piece[_LOW] + piece[_HIGH])
+        pieces[depth + 1, _LOW], pieces[depth + 1, _HIGH] = piece[_LOW], middle
+        piece[_LOW] = middle
+        depth += 2
+    return NOWHERE
+
+
+@njit(error_model="numpy", _nrt=False)
+def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) -> float:
+    """Bound from above of the heights over a block of cells, from the level where it covers few entries."""
+    level = 0
+    while max(north - south, east - west) > 3 and level + 1 < terrain.levels.shape[0]:
+        south, north, west, east = south // 2, north // 2, west // 2, east // 2
+        level += 1
+    first, columns = terrain.levels[level, 0], terrain.levels[level, 2]
+    greatest = -np.inf
+    for row in range(south, north + 1):
+        for column in range(west, east + 1):
+            greatest = max(greatest, terrain.pyramid[first + row * columns + column])
+    return greatest
+
+
+@njit(error_model="numpy", _nrt=False)
+def _cut(piece: Array, at: float, left: Array) -> None:
+    """Cut the curve at a place in [0, 1] (de Casteljau): the left part into `left`, the right part stays."""
+    for j in range(0, 18, 6):
+        left[j] = piece[j]
+        for level in range(1, 6):
+            for i in range(6 - level):
+                piece[j + i] += at * (piece[j + i + 1] - piece[j + i])
+            left[j + level] = piece[j]
+
+
+@njit(error_model="numpy", _nrt=False)
+def _cross_cells(
+    piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, pieces: Array, events: Array,
+    stack: Array, roots: Array,
+) -> float:  # fmt: skip
+    """`cross_terrain` of a piece over at most two by two cells; the place on the piece."""
+    joints, turns_x = events[0], events[1]  # where it passes a line, and 1 for a line of constant x
+    count = 0
+    row, column = south, west
+    if east > west:
+        line = terrain.west + east * terrain.step_x
+        for i in range(6):
+            stack[0, i] = piece[i] - line
+        column = east if stack[0, 0] >= 0.0 else west
+        for k in range(sign_changes(stack, 5, abs(line) + terrain.step_x, roots)):
+            joints[count], turns_x[count] = roots[k], 1.0
+            count += 1
+    if north > south:
+        line = terrain.south + north * terrain.step_y
+        for i in range(6):
+            stack[0, i] = piece[6 + i] - line
+        row = north if stack[0, 0] >= 0.0 else south
+        for k in range(sign_changes(stack, 5, abs(line) + terrain.step_y, roots)):
+            place = count  # kept in order
+            while place > 0 and joints[place - 1] > roots[k]:
+                joints[place], turns_x[place] = joints[place - 1], turns_x[place - 1]
+                place -= 1
+            joints[place], turns_x[place] = roots[k], 0.0
+            count += 1
+    rest, part = pieces[_FIRST], pieces[_SECOND]
+    for i in range(18):
+        rest[i] = piece[i]
+    start = 0.0
+    for k in range(count + 1):
+        end = joints[k] if k < count else 1.0
+        if end > start:
+            if k < count:
+                _cut(rest, (end - start) / (1.0 - start), part)
+            else:
+                for i in range(18):
+                    part[i] = rest[i]
+            theta = _cross_cell(part, terrain, row, column, stack, roots)
+            if theta <= 1.0:
+                return start + (end - start) * theta
+            start = end
+        if k < count:
+            if turns_x[k] > 0.0:
+                column = west + east - column
+            else:
+                row = south + north - row
+    return NOWHERE
+
+
+@njit(error_model="numpy", _nrt=False)
+def _cross_cell(part: Array, terrain: Terrain, row: int, column: int, stack: Array, roots: Array) -> float:
+    """`cross_terrain` of a part over one cell; the place on the part."""
+    corner, rise_x, rise_y, twist = _shape(terrain, row, column)
+    x, y = terrain.west + column * terrain.step_x, terrain.south + row * terrain.step_y
+    coefficients = stack[0]
+    for k in range(11):
+        coefficients[k] = 0.0
+    scale = 0.0
+    for i in range(6):
+        u, z = (part[i] - x) / terrain.step_x, part[12 + i]
+        plane = z - (corner + u * rise_x)
+        scale = max(scale, abs(z) + abs(corner) + abs(u * rise_x))
+        for j in range(6):
+            v = (part[6 + j] - y) / terrain.step_y
+            coefficients[i + j] += PRODUCT[i, j] * (plane - v * (rise_y + u * twist))
+    lowest = np.inf
+    for k in range(11):
+        lowest = min(lowest, coefficients[k])
+    if lowest >= 0.0:
+        return NOWHERE
+    if coefficients[0] < 0.0:
+        return 0.0
+    return roots[0] if sign_changes(stack, 10, scale, roots) > 0 else NOWHERE

@@ -1,0 +1,119 @@
+"""Values of a case replaced by their dotted keys: what a sweep and a study of sensitivities vary."""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case.load import case_from_document, named_material, read_document
+from fragfield.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from fragfield.case.schema import Case
+
+__all__ = ["changed_document", "load_changed_case"]
+
+_MATERIALS = ("explosive", "casing")
+_EVERY = "*"
+
+
+def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
+    """Read, check and resolve a case file with some of its values replaced; the title tells which.
+
+    Parameters
+    ----------
+    path : Path
+        The case file.
+    changes : mapping from dotted key to value
+        As `changed_document` takes them; keys that the file leaves out may be among them.
+
+    Raises
+    ------
+    InputError
+        As `fragfield.case.load_case`: an unknown key with the nearest valid name, a value that is not allowed.
+    """
+    document = read_document(path)
+    told = ", ".join(f"{key} = {value}" for key, value in changes.items())
+    source = f"{path} with {told}" if told else str(path)
+    changed = changed_document(document, changes, source=source, folder=path.parent)
+    if changes and "title" not in changes:
+        changed["title"] = f"{document.get('title', path.stem)}: {told}"
+    changed.setdefault("title", path.stem)
+    return case_from_document(changed, source=source, folder=path.parent)
+
+
+def changed_document(
+    document: Mapping[str, Any], changes: Mapping[str, Any], *, source: str, folder: Path
+) -> dict[str, Any]:
+    """Tables of a case with some values replaced. The schema is left to judge keys and values.
+
+    Parameters
+    ----------
+    document : mapping
+        Tables as the case file has them, or resolved; they stay as they are.
+    changes : mapping from dotted key to value
+        A value with a dimension as a string with its unit. In a list, `*` stands for every entry, a number (from 0) or
+        a name for one: "round.*.casing.shear_softening_strain"; a material's name is replaced by its table where a key
+        goes into it. A callable is given the old value.
+    source : str
+        Named by messages.
+    folder : Path
+        Of the case file: files named in it are relative to this folder.
+
+    Raises
+    ------
+    InputError
+        A list has no such entry, or a key goes into a value.
+    """
+    changed = copy.deepcopy(dict(document))
+    for key, value in changes.items():
+        steps = key.split(".")
+        if not all(steps):
+            raise InputError(f"{source}: found the key {key!r}; allowed: names with single points between them")
+        _replace(changed, steps, value, f"{source}: {key}", folder)
+    return changed
+
+
+def _replace(node: dict[str, Any] | list[Any], steps: list[str], value: object, where: str, folder: Path) -> None:
+    step, *rest = steps
+    if isinstance(node, list):
+        chosen: list[Any] = _entries(node, step, where)
+    else:
+        chosen = [step]
+        _make_ready(node, step, rest, value, where)
+    for place in chosen:
+        if not rest:
+            node[place] = value(node[place]) if callable(value) else value
+            continue
+        if place in _MATERIALS and isinstance(node[place], str):
+            table = named_material(str(place), node[place], where=where, folder=folder)
+            node[place] = table.model_dump(mode="json", exclude_none=True, context={"units": True})
+        if not isinstance(node[place], (dict, list)):
+            raise InputError(f"{where}: {step} holds a value, it has no {rest[0]}")
+        _replace(node[place], rest, value, where, folder)
+
+
+def _entries(entries: list[Any], step: str, where: str) -> list[int]:
+    """Numbers of the entries of a list that a step of a key names."""
+    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
+    chosen = [number for number, name in enumerate(names) if step in (_EVERY, str(number), name)]
+    if not chosen:
+        known = [str(name) for name in names if name is not None]
+        allowed = [_EVERY, *(["0"] if len(entries) == 1 else [f"0 to {len(entries) - 1}"] if entries else []), *known]
+        raise InputError(f"{where}: there is no entry {step}{nearest(step, known)}; allowed: {', '.join(allowed)}")
+    return chosen
+
+
+def _make_ready(table: dict[str, Any], step: str, rest: list[str], value: object, where: str) -> None:
+    """Make the tables on the way to a key that the file leaves out; the schema refuses those that it does not know."""
+    if step in table:
+        return
+    if callable(value):
+        raise InputError(f"{where}: there is no {step}")
+    if rest and (rest[0] == _EVERY or rest[0].isdigit()):
+        raise InputError(f"{where}: the case has no {step}; write its entries into the case file")
+    if rest:
+        table[step] = {}

@@ -1,0 +1,178 @@
+"""A commented case file from the schema: comments are the fields' docstrings, so that they cannot grow stale."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from fragfield.case.messages import marks_of, tables_in
+from fragfield.case.quantities import NumberOrWord, Quantity, Vector
+from fragfield.case.schema import Case
+from fragfield.case.write import toml_value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pydantic.fields import FieldInfo
+
+__all__ = ["commented_case"]
+
+_WIDTH = 118
+_LARGEST = 1e4  # numbers in the unit of an example; beyond, the SI unit reads better
+_EXAMPLE = " Left out by default; for example:"
+
+
+def commented_case(chosen: Mapping[str, Any], *, every_key: bool = False) -> str:
+    """A case file with comments.
+
+    Parameters
+    ----------
+    chosen : mapping
+        Tables of the case as the file has them: these keys are set.
+    every_key : bool
+        Show the sub-tables of its tables too, as "[burst.leakage]".
+
+    Returns
+    -------
+    str
+        TOML. Keys that are not chosen stand with their defaults behind a `#` without a space, in the units of their
+        examples.
+    """
+    lines: list[str] = []
+    further = []
+    for name, field in Case.model_fields.items():
+        value = chosen.get(name)
+        models = [model for _, model in tables_in(field.annotation)]
+        if not models:
+            lines += _entry(name, field, chosen)
+        elif isinstance(value, list):
+            for entry in value:
+                model = next((one for one in models if _is_kind(one, entry)), models[0])
+                lines += ["", *_table(model, (name,), entry, field, every_key=every_key, head=f"[[{name}]]")]
+        elif isinstance(value, dict):
+            lines += ["", *_table(models[0], (name,), value, field, every_key=every_key)]
+        else:
+            head = f"[[{name}]]" if get_origin(field.annotation) is list else f"[{name}]"
+            further += _comment(f"{head}  {field.description or _first_line(models[0])}")
+    if further:
+        lines += ["", "# Further tables, as the user guide has them:", *further]
+    return "\n".join(lines) + "\n"
+
+
+def _is_kind(model: type[BaseModel], entry: Mapping[str, Any]) -> bool:
+    kind = model.model_fields.get("kind")
+    return kind is None or "kind" not in entry or entry["kind"] in get_args(kind.annotation)
+
+
+def _table(
+    model: type[BaseModel],
+    path: tuple[str, ...],
+    chosen: Mapping[str, Any],
+    field: FieldInfo | None,
+    *,
+    every_key: bool,
+    head: str = "",
+) -> Iterator[str]:
+    """A table with its own keys and then its sub-tables."""
+    yield from _comment((field.description if field else None) or _first_line(model))
+    yield head or f"[{'.'.join(path)}]"
+    tables = {}
+    for name, entry in model.model_fields.items():
+        table = _sub_table(entry)
+        if table is None or isinstance(chosen.get(name), str):
+            yield from _entry(name, entry, chosen)
+        else:
+            tables[name] = (table, entry)
+    for name, (table, entry) in tables.items():
+        if name in chosen:
+            yield from ["", *_table(table, (*path, name), chosen[name], None, every_key=every_key)]
+        elif entry.default is None or not every_key:
+            yield from _comment(f"[{'.'.join((*path, name))}]  {entry.description or _first_line(table)}")
+        else:
+            lines = _table(table, (*path, name), {}, None, every_key=every_key)
+            yield from ["", *(line.replace("[", "#[", 1) if line.startswith("[") else line for line in lines)]
+
+
+def _sub_table(field: FieldInfo) -> type[BaseModel] | None:
+    """Model of a field that can only be a table; None where it may be a value, too."""
+    choices = [one for one in (get_args(field.annotation) or (field.annotation,)) if one is not type(None)]
+    only = choices[0] if len(choices) == 1 else None
+    return only if isinstance(only, type) and issubclass(only, BaseModel) else None
+
+
+def _first_line(model: type[BaseModel]) -> str:
+    return (model.__doc__ or "").strip().partition("\n")[0]
+
+
+def _entry(name: str, field: FieldInfo, chosen: Mapping[str, Any]) -> Iterator[str]:
+    """Comment and line of a key: chosen, its default, an example, or the comment alone."""
+    words = [field.description or "", *_choices(field)]
+    if name in chosen:
+        yield from _comment(" ".join(words))
+        yield f"{name} = {toml_value(chosen[name])}"
+        return
+    default = field.get_default(call_default_factory=True)
+    if default is not None and default is not PydanticUndefined and default != "":
+        yield from _comment(" ".join(words))
+        yield f"#{name} = {_default(default, field)}"
+    elif (example := _example(field)) is not None:
+        yield from _comment(" ".join(words) + _EXAMPLE)
+        yield f"#{name} = {example}"
+    else:
+        yield from _comment(f"{name}: {' '.join(words)}")
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(text.strip(), _WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
+
+
+def _choices(field: FieldInfo) -> list[str]:
+    """The words or numbers that a field may be, as one sentence."""
+    choices = [part for part in (field.annotation, *get_args(field.annotation)) if get_origin(part) is Literal]
+    words = [toml_value(word) for part in choices for word in get_args(part)]
+    for mark in marks_of(field):
+        if isinstance(mark, (Quantity, NumberOrWord)) and mark.words:
+            words = [*(toml_value(word) for word in mark.words), "a value"]
+    return [f"One of {', '.join(words)}."] if len(words) > 1 else []
+
+
+def _quantity(field: FieldInfo) -> Quantity | None:
+    return next((mark for mark in marks_of(field) if isinstance(mark, Quantity)), None)
+
+
+def _default(default: object, field: FieldInfo) -> str:
+    """A default as the file has it, values with a dimension in the unit of the field's example."""
+    vector = next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
+    if vector is not None and vector.component is not None and isinstance(default, tuple):
+        return toml_value([f"{component:g} {vector.component.symbol}" for component in default])
+    quantity = _quantity(field)
+    if quantity is None or not isinstance(default, float):
+        return toml_value(default)
+    return toml_value(_in_unit_of_example(default, quantity))
+
+
+def _in_unit_of_example(value: float, quantity: Quantity) -> str:
+    unit = quantity.example.partition(" ")[2]
+    one = quantity.example if not unit or unit.startswith("/") else f"1 {unit}"
+    if math.isclose(value, float(quantity.parse(quantity.example)), rel_tol=1e-12):
+        return quantity.example
+    if one == quantity.example:
+        return f"{value:.10g} {quantity.symbol}"
+    number = value / float(Quantity(quantity.symbol, one).parse(one))
+    if number >= _LARGEST:
+        return f"{value:.10g} {quantity.symbol}"
+    return f"{number:.10g} {unit}"
+
+
+def _example(field: FieldInfo) -> str | None:
+    """An example as the file has it, None where the schema has none."""
+    quantity = _quantity(field)
+    if quantity is not None and get_origin(field.annotation) is not list:
+        plain = not any(get_origin(part) is list for part in get_args(field.annotation))
+        return toml_value(quantity.example) if plain else None
+    vector = next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
+    return vector.example if vector is not None else None

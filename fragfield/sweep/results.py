@@ -1,0 +1,120 @@
+"""The table of a sweep: sweep.json, sweep.csv, and the same for people."""
+
+from __future__ import annotations
+
+import csv
+import json
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import InputError
+from fragfield.sweep.plan import labels_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+__all__ = ["DONE", "FAILED", "KEPT", "WAITING", "print_sweep", "results_of", "write_tables"]
+
+DONE, KEPT, FAILED, WAITING = "done", "kept", "failed", "waiting"
+"""States of a run: computed now, kept from before, ended with an error, not yet begun."""
+
+_VALUES = (
+    ("mean_initial_speed", "burst", "mean_initial_speed"),
+    ("max_initial_speed", "burst", "max_initial_speed"),
+    ("outer_diameter", "burst", "outer_diameter"),
+    ("energy_error", "burst", "energy_error"),
+    ("momentum_error", "burst", "momentum_error"),
+    ("lost_cells", "burst", "lost_cells"),
+    ("cells", "burst", "cells"),
+    ("steps", "burst", "steps"),
+    ("fragments", "break_up", "fragments"),
+    ("realisations", "flight", "realisations"),
+)
+_DISTANCES = ("hazardous_fragment_distance", "hazardous_fragment_distance_all_round", "max_range")
+_WIDE = 200  # characters of a line where no terminal sets a bound
+_BAND = ("low", "high", "pooled", "standard_error")
+
+
+def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The chosen numbers of a summary in SI; None for what was not computed.
+
+    Speeds (m/s), diameter (m), errors of the ledger (fractions), counts; of every distance (m) the median and, as
+    NAME_low, _high, _pooled and _standard_error, its band; `wall_seconds` of burst and flight together.
+    """
+    parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight")}
+    found = {name: parts[part].get(key) for name, part, key in _VALUES}
+    for name in _DISTANCES:
+        band = (parts["flight"].get("bands") or {}).get(name) or {}
+        found[name] = parts["flight"].get(name)
+        found |= {f"{name}_{key}": band.get(key) for key in _BAND}
+    times = [part["wall_seconds"] for part in parts.values() if part.get("wall_seconds") is not None]
+    return found | {"wall_seconds": sum(times) if times else None}
+
+
+def write_tables(found: Mapping[str, Any], folder: Path) -> None:
+    """Write sweep.json and sweep.csv, one row a run; raises InputError where they cannot be written."""
+    heads = ["run", *found["keys"], "state", "exit_code", *results_of({}), "message"]
+    try:
+        (folder / "sweep.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        with (folder / "sweep.csv").open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(heads)
+            for row in found["runs"]:
+                values = [row["name"], *(row["values"][key] for key in found["keys"]), row["state"], row["exit_code"]]
+                table.writerow([*values, *row["results"].values(), row["message"]])
+    except OSError as error:
+        raise InputError(f"{folder}: the sweep's tables cannot be written ({error.strerror})") from None
+
+
+def print_sweep(found: Mapping[str, Any]) -> None:
+    """Print one line a run, and why runs failed."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = _WIDE
+    table = Table(box=None, pad_edge=False)
+    for label in labels_of(found["keys"]).values():
+        table.add_column(Text(label), no_wrap=True)
+    for head in ("", "mean\nm/s", "largest\nm/s", "ledger\n%", "lost\ncells"):
+        table.add_column(head, justify="right" if head else "left", no_wrap=True)
+    distances = found["stage"] == "run"
+    if distances:
+        for head in ("distance m", "all round m", "throw m"):
+            table.add_column(head, justify="right")
+    table.add_column("time s", justify="right")
+    for row in found["runs"]:
+        results = row["results"]
+        cells = [Text(str(row["values"][key])) for key in found["keys"]]
+        cells += [Text(row["state"]), *map(Text, _numbers(results))]
+        cells += [Text(_with_band(results, name)) for name in _DISTANCES] if distances else []
+        table.add_row(*cells, _number(results["wall_seconds"]))
+    console.print(table)
+    if distances:
+        console.print("distances: median (5 to 95 % of the realisations); worst sector, all azimuths, maximum throw")
+    for row in found["runs"]:
+        if row["state"] == FAILED:
+            console.print(f"{row['name']} failed (exit code {row['exit_code']}): {row['message']}", markup=False)
+    console.print(f"written to {found['directory']}", markup=False)
+
+
+def _numbers(results: Mapping[str, Any]) -> list[str]:
+    error = results["energy_error"]
+    return [
+        _number(results["mean_initial_speed"]),
+        _number(results["max_initial_speed"]),
+        "-" if error is None else f"{100.0 * error:.2f}",
+        _number(results["lost_cells"]),
+    ]
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}"
+
+
+def _with_band(results: Mapping[str, Any], name: str) -> str:
+    low, high = results[f"{name}_low"], results[f"{name}_high"]
+    band = "" if low is None or (results["realisations"] or 1) < 2 else f" ({low:.0f} to {high:.0f})"
+    return _number(results[name]) + band

@@ -1,0 +1,277 @@
+"""Ground as a map of heights: exact landing, no cell passed over, files, holes, edges."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flight import Adaptive, FixedStep, FlightWarning, Fragments, HeightMap, InputError, Status, fly
+
+sys.path.insert(0, str(Path(__file__).parent))
+from clouds import cloud
+
+GRAVITY = 9.80665
+ASCII = """ncols 4
+nrows 3
+xllcorner 1000
+yllcorner 5000
+cellsize 10
+NODATA_value -9999
+1 2 3 4
+5 6 7 8
+9 10 11 12
+"""
+
+
+def plane_map(
+    slope_x: float, slope_y: float, reach: float = 60_000.0, cells: int = 7, height: float = 0.0
+) -> HeightMap:
+    """A tilted plane through (0, 0, height)."""
+    x = np.linspace(-reach, reach, cells)
+    return HeightMap(height + slope_y * x[:, None] + slope_x * x[None, :], 2 * reach / (cells - 1), (-reach, -reach))
+
+
+def hills(cells: int = 65, reach: float = 320.0, seed: int = 3) -> HeightMap:
+    """Rough ground: heights of 0 to 40 m, node by node."""
+    heights = np.random.default_rng(seed).uniform(0.0, 40.0, (cells, cells))
+    heights[cells // 2 - 1 : cells // 2 + 2, cells // 2 - 1 : cells // 2 + 2] = 5.0  # a level place to start from
+    return HeightMap(heights, 2 * reach / (cells - 1), (-reach, -reach))
+
+
+def slow_cloud(number: int, seed: int, start: tuple[float, float, float] = (0.0, 0.0, 6.0)) -> Fragments:
+    generator = np.random.default_rng(seed)
+    direction = generator.normal(size=(number, 3)) * [1.0, 1.0, 0.5]
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return Fragments.from_arrays(0.01, start, direction * generator.uniform(5.0, 80.0, (number, 1)))
+
+
+@pytest.mark.parametrize("cells", [2, 7, 900])
+def test_inclined_plane_in_vacuum(cells: int) -> None:
+    slope_x, slope_y = 0.15, -0.1
+    fragments = cloud(300, height=2.0)
+    landing = fly(fragments, air="vacuum", ground=plane_map(slope_x, slope_y, reach=700_000.0, cells=cells)).landing
+    v = fragments.velocity
+    climb = v[:, 2] - slope_x * v[:, 0] - slope_y * v[:, 1]
+    time = (climb + np.sqrt(climb**2 + 4.0 * GRAVITY)) / GRAVITY
+    fast = climb < 0.0
+    time[fast] = 4.0 / (np.sqrt(climb[fast] ** 2 + 4.0 * GRAVITY) - climb[fast])  # without cancellation
+    assert (landing["status"] == Status.LANDED).all()
+    assert landing["time"] == pytest.approx(time, rel=1e-9)
+    assert landing["position"][:, 0] == pytest.approx(v[:, 0] * time, rel=1e-8, abs=1e-6)
+
+
+def test_level_map_is_flat_ground() -> None:
+    fragments = cloud(2000)
+    flat = fly(fragments, ground=0.0).landing
+    level = fly(fragments, ground=HeightMap(np.zeros((200, 200)), 50.0, (-5000.0, -5000.0))).landing
+    assert np.array_equal(level["status"], flat["status"])
+    for name in ("time", "distance", "speed"):
+        assert level[name] == pytest.approx(flat[name], rel=1e-9), name
+
+
+@pytest.mark.parametrize("integrator", [None, FixedStep(0.05)])
+def test_no_hill_is_flown_through(integrator: FixedStep | None) -> None:
+    """Against the parabola looked at every 3 cm: never below the ground before the landing, and on it there."""
+    ground = hills()
+    fragments = slow_cloud(2500, seed=1)
+    landing = fly(fragments, air="vacuum", ground=ground, integrator=integrator).landing
+    assert {Status.LANDED, Status.LEFT_DOMAIN} >= set(landing["status"].tolist())
+    landed = landing["status"] == Status.LANDED
+    assert landed.sum() > 2000
+    on = landing[landed]
+    assert on["position"][:, 2] == pytest.approx(ground.at(*on["position"][:, :2].T), abs=1e-9)
+    for row in landing:
+        v = fragments.velocity[row["fragment"]]
+        way = row["time"] * np.linalg.norm(v)
+        t = np.linspace(0.0, row["time"], max(20, int(way / 0.03)))[:-1]
+        z = 6.0 + v[2] * t - 0.5 * GRAVITY * t * t
+        assert (z - ground.at(v[0] * t, v[1] * t)).min() > -1e-7, f"fragment {row['fragment']}"
+        end = 6.0 + v[2] * row["time"] - 0.5 * GRAVITY * row["time"] ** 2
+        assert end == pytest.approx(row["position"][2], abs=1e-6)
+
+
+def test_needle_hills_are_met() -> None:
+    """One node of a fine map stands up; those on a line towards it and below its top land on it."""
+    heights = np.zeros((401, 401))
+    heights[200, 300] = 30.0
+    ground = HeightMap(heights, 1.0, (-200.0, -200.0))  # the needle at (100, 0)
+    z = np.linspace(1.0, 29.9, 200)
+    place = np.stack([np.zeros(200), np.zeros(200), z], axis=1)
+    shots = Fragments.from_arrays(0.01, place, np.tile([2000.0, 0.0, 0.0], (200, 1)))
+    landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
+    assert (landing["status"] == Status.LANDED).all()
+    assert landing["position"][:, 0] == pytest.approx(99.0 + z / 30.0, abs=1e-6)
+    above = Fragments.from_arrays(0.01, place + np.array([0.0, 0.0, 29.5]), shots.velocity)
+    landing = fly(above, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
+    assert (landing["status"] == Status.LEFT_DOMAIN).all()
+    assert landing["position"][:, 0] == pytest.approx(200.0, abs=1e-6)
+
+
+def test_saddle_of_one_cell() -> None:
+    """A bilinear cell is curved along its diagonal: z = x y / 100 on 10 m by 10 m."""
+    ground = HeightMap([[0.0, 0.0], [0.0, 1.0]], 10.0)
+    shots = Fragments.from_arrays(0.01, (0.0, 0.0, 0.36), [[300.0, 300.0, 0.0]])
+    landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing[0]
+    assert landing["position"] == pytest.approx([6.0, 6.0, 0.36], abs=1e-7)
+
+
+def test_edge_of_the_map_is_the_edge_of_the_domain() -> None:
+    ground = HeightMap(np.zeros((3, 3)), 100.0, (-100.0, -100.0))
+    shots = Fragments.from_arrays(1.0, (0.0, 0.0, 1.0), [[500.0, 0, 50], [0, -500, 50], [1.0, 0, 0]])
+    landing = fly(shots, ground=ground).landing
+    assert landing["status"].tolist() == [Status.LEFT_DOMAIN, Status.LEFT_DOMAIN, Status.LANDED]
+    assert landing["position"][0, 0] == pytest.approx(100.0, abs=1e-9)
+    assert landing["position"][1, 1] == pytest.approx(-100.0, abs=1e-9)
+
+
+def test_starting_on_the_ground_flies() -> None:
+    """On flat ground and on a map a start at the ground's own height is no landing."""
+    shot = Fragments.from_arrays(0.01, (0.0, 0.0, 0.0), (100.0, 0.0, 1.0))
+    for ground in (0.0, plane_map(0.0, 0.0)):
+        landing = fly(shot, air="vacuum", ground=ground).landing[0]
+        assert landing["distance"] == pytest.approx(200.0 / GRAVITY, rel=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 3e-8])
+def test_landing_with_drag_lies_on_the_ground(tolerance: float) -> None:
+    ground = hills()
+    fragments = Fragments.from_arrays(cloud(3000).mass, (0.0, 0.0, 6.0), cloud(3000).velocity)
+    landing = fly(fragments, ground=ground, integrator=Adaptive(tolerance)).landing
+    landed = landing[landing["status"] == Status.LANDED]
+    assert len(landed) > 2500
+    assert landed["position"][:, 2] == pytest.approx(ground.at(*landed["position"][:, :2].T), abs=1e-9)
+
+
+def test_ascii_grid(tmp_path) -> None:
+    path = tmp_path / "hill.asc"
+    path.write_text(ASCII)
+    ground = HeightMap.read(path, site=(1015.0, 5015.0), datum="site")
+    assert ground.corner == (-10.0, -10.0)
+    assert ground.end == (20.0, 10.0)
+    assert ground.at(0.0, 0.0) == 0.0
+    assert ground.at([10.0, 0.0, 5.0], [0.0, 10.0, 0.0]) == pytest.approx([1.0, -4.0, 0.5])
+    assert HeightMap.read(path).at(1005.0, 5005.0) == 9.0
+    path.write_text(ASCII.replace("corner", "center"))
+    assert HeightMap.read(path).corner == (1000.0, 5000.0)
+
+
+def test_holes(tmp_path) -> None:
+    path = tmp_path / "hill.asc"
+    path.write_text(ASCII.replace("6", "-9999"))
+    with pytest.raises(InputError, match=r"1 of 12 nodes have no height \(8.33 %\), the first in row 1 from the south"):
+        HeightMap.read(path)
+    with pytest.warns(FlightWarning, match="1 of 12 nodes have no height .*; they were filled from their neighbours"):
+        ground = HeightMap.read(path, holes="neighbours")
+    assert ground.filled == 1
+    assert ground.heights[1, 1] == pytest.approx(np.mean([1, 2, 3, 5, 7, 9, 10, 11]))
+    with pytest.warns(FlightWarning, match="they were set to 2.5 m"):
+        assert HeightMap.read(path, holes=2.5).heights[1, 1] == 2.5
+    with pytest.raises(InputError, match=r"the map has a hole at the site .*; give datum as a height"):
+        HeightMap.read(path, site=(1015.0, 5015.0), datum="site", holes=2.5)
+    with pytest.warns(FlightWarning, match="1 of 12"):
+        away = HeightMap.read(path, site=(1032.0, 5015.0), datum="site", holes="neighbours")
+    assert away.at(0.0, 0.0) == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(InputError, match='allowed: "refuse", "neighbours" or a height'):
+        HeightMap([[0.0, 1.0], [2.0, 3.0]], 1.0, holes="ignore")
+
+
+def test_wide_holes_are_filled_from_the_rim() -> None:
+    heights = np.full((9, 9), 4.0)
+    heights[2:7, 2:7] = np.nan
+    with pytest.warns(FlightWarning, match="25 of 81"):
+        ground = HeightMap(heights, 1.0, holes="neighbours")
+    assert (ground.heights == 4.0).all()
+
+
+def write_geotiff(path: Path, heights: np.ndarray, *keys: int, hole: str | None = None, **options) -> None:
+    tifffile = pytest.importorskip("tifffile")
+    directory = (1, 1, 0, len(keys) // 4, *keys)
+    tags = [
+        (33550, "d", 3, (10.0, 10.0, 0.0), True),
+        (33922, "d", 6, (0.0, 0.0, 0.0, 1000.0, 5030.0, 0.0), True),
+        (34735, "H", len(directory), directory, True),
+    ]
+    if hole is not None:
+        tags.append((42113, "s", 0, hole, True))
+    tifffile.imwrite(path, heights, extratags=tags, **options)
+
+
+PROJECTED, GEOGRAPHIC, AREA, POINT = (1024, 0, 1, 1), (1024, 0, 1, 2), (1025, 0, 1, 1), (1025, 0, 1, 2)
+FEET = (3076, 0, 1, 9002)
+
+
+@pytest.mark.parametrize("compression", [None, "zlib", "lzw"])
+def test_geotiff_is_the_ascii_grid(tmp_path, compression: str | None) -> None:
+    if compression:
+        pytest.importorskip("imagecodecs")
+    heights = np.arange(1.0, 13.0, dtype=np.float32).reshape(3, 4)
+    write_geotiff(tmp_path / "hill.tif", heights, *PROJECTED, *AREA, compression=compression)
+    (tmp_path / "hill.asc").write_text(ASCII)
+    one, other = (HeightMap.read(tmp_path / name) for name in ("hill.tif", "hill.asc"))
+    assert (one.corner, one.step) == (other.corner, other.step)
+    assert np.array_equal(one.heights, other.heights)
+    write_geotiff(tmp_path / "points.tif", heights, *PROJECTED, *POINT)
+    assert HeightMap.read(tmp_path / "points.tif").corner == (1000.0, 5010.0)
+
+
+def test_geotiff_messages(tmp_path, monkeypatch) -> None:
+    heights = np.arange(12, dtype=np.int16).reshape(3, 4)
+    path = tmp_path / "hill.tif"
+    write_geotiff(path, heights, *GEOGRAPHIC, *AREA)
+    with pytest.raises(InputError, match="coordinates in degrees; project the map to metres first"):
+        HeightMap.read(path)
+    write_geotiff(path, heights, *PROJECTED, *FEET)
+    with pytest.raises(InputError, match="coordinates in unit EPSG:9002, needed: metres"):
+        HeightMap.read(path)
+    write_geotiff(path, heights, *PROJECTED, hole="7")
+    with pytest.raises(InputError, match="1 of 12 nodes have no height"):
+        HeightMap.read(path)
+    write_geotiff(path, np.zeros((3, 4, 3), dtype=np.uint8), *PROJECTED, photometric="rgb")
+    with pytest.raises(InputError, match="a height map is one band of numbers"):
+        HeightMap.read(path)
+    path.write_bytes(b"no picture")
+    with pytest.raises(InputError, match="cannot be read as a TIFF file"):
+        HeightMap.read(path)
+    monkeypatch.setitem(sys.modules, "tifffile", None)
+    with pytest.raises(InputError, match=r"needs tifffile; install it by: pip install 'fragfield\[terrain\]'"):
+        HeightMap.read(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (ASCII.replace("nrows 3", "nrows 4"), "12 heights, nrows x ncols is 4 x 4; the file is cut off"),
+        (ASCII.replace("cellsize 10\n", ""), "cellsize missing"),
+        (ASCII.replace("cellsize 10", "cellsize -1"), "cellsize is -1, needed: above zero"),
+        (ASCII.replace("nrows", "rows"), "line 2: unknown key 'rows'; did you mean 'nrows'"),
+        (ASCII.replace("8", "eight"), "the heights are not all numbers"),
+        (ASCII.replace("1000", "far"), "line 3: xllcorner is 'far', needed: a number"),
+    ],
+)
+def test_ascii_messages(tmp_path, text: str, message: str) -> None:
+    path = tmp_path / "hill.asc"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        HeightMap.read(path)
+
+
+def test_more_messages(tmp_path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        HeightMap.read(tmp_path / "none.asc")
+    with pytest.raises(InputError, match=r"an ESRI ASCII grid \(\.asc\) or a GeoTIFF"):
+        HeightMap.read(tmp_path / "map.png")
+    with pytest.raises(InputError, match=r"heights have shape \(1, 3\)"):
+        HeightMap([[1.0, 2.0, 3.0]], 1.0)
+    with pytest.raises(InputError, match=r"step is 0\.0"):
+        HeightMap(np.zeros((2, 2)), 0.0)
+    path = tmp_path / "hill.asc"
+    path.write_text(ASCII)
+    with pytest.raises(InputError, match=r"the site \(0.0, 0.0\) lies off the map, which reaches from 1005 to 1035 m"):
+        HeightMap.read(path, datum="site")
+    with pytest.raises(InputError, match="1 start off height map, which reaches from 0 to 1 m along x"):
+        fly(Fragments.from_arrays(0.01, (5.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ground=HeightMap(np.zeros((2, 2)), 1.0))
+    with pytest.raises(InputError, match="1 start below the ground of height map"):
+        fly(Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ground=plane_map(0.0, 0.0, height=1.5))

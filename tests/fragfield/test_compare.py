@@ -1,0 +1,239 @@
+"""Two runs divided by each other: closed forms of ratios and errors, what is refused, and what is written."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from flight.witness_hazard import SECTOR_HITS
+from fragfield.cli import app
+from fragfield.compare import compare_runs
+from fragfield.compare.estimates import Estimates, estimate
+from fragfield.compare.witness import compare_hits, sectors_together
+from fragfield.errors import InputError
+from tests.fragfield.synthetic_run import write_run
+
+
+def _invoke(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compare")
+    return write_run(folder / "pair", rounds=2, title="Two rounds"), write_run(folder / "single")
+
+
+@pytest.fixture
+def single(runs, tmp_path):
+    return Path(shutil.copytree(runs[1], tmp_path / "other"))
+
+
+def _hits(numbers, speeds=None, masses=None):
+    """Hits by realisation and sector from numbers (n, s)."""
+    numbers = np.asarray(numbers)
+    table = np.zeros(numbers.shape, dtype=SECTOR_HITS)
+    table["hits"], table["hazardous_hits"] = numbers, numbers // 2
+    table["mass"] = numbers * (1.0 if masses is None else np.asarray(masses))
+    speed = np.broadcast_to(1000.0 if speeds is None else speeds, numbers.shape)
+    for name in ("max_initial_speed", "mean_initial_speed", "mean_initial_speed_by_number"):
+        table[name] = np.where(numbers > 0, speed, 0.0)
+    return table
+
+
+def test_a_standard_error_is_that_of_the_mean():
+    each = np.random.default_rng(3).normal([[5.0, 50.0]], [[1.0, 4.0]], size=(400, 2))
+    found = estimate(each)
+    np.testing.assert_allclose(found.value, each.mean(axis=0))
+    np.testing.assert_allclose(found.error, each.std(axis=0, ddof=1) / 20.0)
+    holes = estimate(np.array([[1.0, np.nan], [3.0, np.nan], [np.nan, 7.0]]))
+    assert (holes.value[0], holes.error[0], holes.value[1]) == (2.0, 1.0, 7.0)
+    assert np.isnan(holes.error[1])  # one realisation knows no error
+
+
+def test_the_error_of_a_ratio_is_that_of_many_trials():
+    random = np.random.default_rng(4)
+    ratio = Estimates(np.array([300.0]), np.array([6.0])).over(Estimates(np.array([100.0]), np.array([3.0])))
+    trials = random.normal(300.0, 6.0, 200_000) / random.normal(100.0, 3.0, 200_000)
+    assert ratio.value[0] == pytest.approx(3.0)
+    assert ratio.error[0] == pytest.approx(trials.std(), rel=0.01)
+    nothing = Estimates(np.array([3.0]), np.array([1.0])).over(Estimates(np.array([0.0]), np.array([0.0])))
+    assert np.isnan(nothing.value[0])
+
+
+def test_a_run_over_itself_is_one_everywhere(runs):
+    found = compare_runs(runs[0], runs[0])
+    (ring,) = found["witness"]
+    for row in [*ring["by_azimuth"], ring["total"]]:
+        assert row["hits"]["ratio"] == pytest.approx(1.0)
+        assert row["max_initial_speed"]["ratio"] == pytest.approx(1.0)
+    assert {row["ratio"] for row in found["casing"]} == {1.0}
+    assert all(row["ratio"] == pytest.approx(1.0) for row in found["distances"])
+    assert not found["differences"]
+    assert "both runs are of the same case and seed" in found["notes"][0]
+
+
+def test_sectors_join_without_moving_their_centres():
+    assert sectors_together(72, None) == 3
+    assert sectors_together(72, 45.0) == 9
+    assert sectors_together(8, None) == 1
+    with pytest.raises(InputError, match="--sector: found 10; allowed: 5, 15, 45 degrees, odd multiples"):
+        sectors_together(72, 10.0)
+    numbers = np.zeros((2, 72), dtype=int)
+    numbers[:, [71, 0, 1]] = 4  # -5, 0 and 5 degrees
+    found = compare_hits(_hits(numbers), _hits(np.ones((2, 72), dtype=int)), 3)
+    assert found["sector_width_deg"] == 15.0
+    assert [row["azimuth_deg"] for row in found["by_azimuth"]] == [15.0 * n for n in range(24)]
+    assert [row["hits"]["ratio"] for row in found["by_azimuth"]] == [4.0] + [0.0] * 23
+    assert found["by_azimuth"][1]["max_initial_speed"]["ratio"] is None  # nothing hit there
+    assert found["total"]["hits"]["ratio"] == pytest.approx(12 / 72)
+
+
+def test_means_weigh_by_mass_and_by_number():
+    run = _hits([[1, 3, 0]] * 2, speeds=[1000.0, 500.0, 0.0], masses=[2.0, 1.0, 0.0])
+    found = compare_hits(run, _hits([[1, 1, 1]] * 2), 3)["by_azimuth"][0]
+    assert found["mean_initial_speed"]["run"] == pytest.approx((2 * 1000 + 3 * 500) / 5)
+    assert found["mean_initial_speed_by_number"]["run"] == pytest.approx((1000 + 3 * 500) / 4)
+    assert found["max_initial_speed"]["ratio"] == 1.0
+
+
+def test_all_round_divides_by_the_mean_of_all_azimuths():
+    reference = np.array([[1, 3], [3, 1]])
+    found = compare_hits(_hits([[4, 2], [4, 2]]), _hits(reference), 1, all_round=True)
+    assert [row["hits"]["ratio"] for row in found["by_azimuth"]] == [2.0, 1.0]
+    assert found["by_azimuth"][0]["hits"]["ratio_error"] == 0.0  # the mean all round does not scatter
+
+
+def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
+    found = compare_runs(*runs)
+    (ring,) = found["witness"]
+    assert ring["total"]["hits"]["ratio"] == pytest.approx(2.0)
+    fragments = next(row for row in found["casing"] if row["quantity"] == "fragments")
+    assert (fragments["run"], fragments["reference"], fragments["ratio"]) == (3600, 1800, 2.0)
+    throw = next(row for row in found["distances"] if row["name"] == "max_range")
+    assert throw["run_low"] <= throw["run"] <= throw["run_high"]
+    assert throw["pooled_ratio"] is None  # grows with the number of realisations
+    first = found["by_distance"][0]
+    assert first["ground_density"]["ratio"] == pytest.approx(2.0, rel=0.1)
+    assert first["ground_density"]["ratio_error"] > 0.0
+    assert found["differences"] == [
+        "round: reference 1, run 2",
+        "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']",
+    ]
+    assert found["notes"] == ["both have the seed 1; standard errors of ratios take their chances for independent"]
+
+
+def test_round_off_in_a_unit_is_no_difference(runs, single):
+    text = (single / "case.toml").read_text()
+    (single / "case.toml").write_text(text.replace('"0.00012 s"', '"0.00012000000000000002 s"'))
+    assert not compare_runs(single, runs[1])["differences"]
+    (single / "case.toml").write_text(text.replace('"0.00012 s"', '"0.00013 s"'))
+    assert compare_runs(single, runs[1])["differences"] == ['burst.end_time: reference "0.00012 s", run "0.00013 s"']
+
+
+def test_by_distance_reaches_as_far_as_the_farther_run(runs):
+    rows = compare_runs(*runs)["by_distance"]
+    far, near = (compare_runs(one, one)["by_distance"] for one in runs)
+    assert len(rows) == max(len(far), len(near))
+    assert rows[-1]["ground_density"]["ratio"] is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('radius = "7.62 m"', 'radius = "10.0 m"', '"ring": radius "7.62 m" in '),
+        ('name = "ring"', 'name = "wall"', '"wall": only in '),
+        ('kind = "cylinder"', 'kind = "cylinder"\ntop = "2.5 m"', '"ring": top nothing in '),
+    ],
+)
+def test_other_witness_surfaces_are_refused_by_name(old, new, message, runs, single):
+    text = (single / "case.toml").read_text()
+    assert old in text
+    (single / "case.toml").write_text(text.replace(old, new))
+    done = _invoke("compare", runs[0], single)
+    assert done.exit_code == 2
+    assert "the witness surfaces differ; needed: the same in both cases" in done.stderr
+    assert message in done.stderr
+    assert str(single) in done.stderr
+
+
+def test_other_sectors_are_refused(runs, single):
+    (single / "ensemble.h5").unlink()
+    summary = json.loads((single / "summary.json").read_text())
+    summary["witness"][0]["by_azimuth"] = summary["witness"][0]["by_azimuth"][:36]
+    (single / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(InputError, match="the sectors differ, 72 and 36; needed: one hazard"):
+        compare_runs(runs[0], single)
+
+
+def test_what_is_no_run_is_refused(runs, tmp_path):
+    for folder, message in ((tmp_path / "none", "no such run directory"), (tmp_path, "it holds no case.toml")):
+        done = _invoke("compare", runs[0], folder)
+        assert done.exit_code == 2
+        assert message in done.stderr
+    empty = Path(shutil.copytree(write_run(tmp_path / "begun", stages=0), tmp_path / "empty"))
+    done = _invoke("compare", empty, runs[0])
+    assert "nothing to compare, its summary.json has no results; run `fragfield run` first" in done.stderr
+
+
+def test_a_burst_alone_has_its_casings_compared(runs, tmp_path):
+    burst = write_run(tmp_path / "burst", stages=1)
+    found = compare_runs(runs[0], burst)
+    assert found["casing"]
+    assert not found["witness"]
+    assert not found["distances"]
+    assert f"{burst} has not been flown: only its casings are compared" in found["notes"]
+    assert "written" not in _invoke("compare", runs[0], burst).stdout
+
+
+def test_without_realisations_there_are_ratios_without_errors(runs, single):
+    (single / "ensemble.h5").unlink()
+    summary = json.loads((single / "summary.json").read_text())
+    summary["seed"] = 5
+    (single / "summary.json").write_text(json.dumps(summary))
+    found = compare_runs(runs[0], single)
+    row = found["witness"][0]["by_azimuth"][0]["hits"]
+    assert row["ratio"] > 1.0
+    assert row["reference_error"] is row["ratio_error"] is None
+    assert not found["by_distance"]
+    assert found["notes"][0] == "the seeds differ, 1 and 5"
+    assert any("has one realisation of the break-up: no standard errors" in note for note in found["notes"])
+
+
+def test_the_comparison_is_printed_and_written(runs, tmp_path):
+    done = _invoke("compare", *runs, "--out", tmp_path / "out", "--sector", "45")
+    assert done.exit_code == 0, done.stderr
+    for part in (
+        "witness ring, sectors of 45 degrees",
+        "maximum throw",
+        "casing, mean initial speed",
+        "the cases differ in",
+    ):
+        assert part in done.stdout
+    names = {"comparison.json", "casing.csv", "distances.csv", "by_azimuth.csv", "by_distance.csv", "comparison.png"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == names
+    rows = list(csv.DictReader((tmp_path / "out" / "by_azimuth.csv").open()))
+    assert len(rows) == 8
+    stored = json.loads((tmp_path / "out" / "comparison.json").read_text())
+    assert float(rows[0]["hits_ratio"]) == stored["witness"][0]["by_azimuth"][0]["hits"]["ratio"]
+    assert (tmp_path / "out" / "comparison.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_is_one_object(runs):
+    done = _invoke("compare", *runs, "--json", "--all-round")
+    found = json.loads(done.stdout)
+    assert found["run"]["title"] == "Two rounds"
+    assert found["reference"]["realisations"] == 6
+    assert found["all_round"] is True
+
+
+def test_a_comparison_does_not_go_into_a_run(runs):
+    done = _invoke("compare", *runs, "--out", runs[0])
+    assert done.exit_code == 2
+    assert "holds a run; a comparison needs a folder of its own" in done.stderr

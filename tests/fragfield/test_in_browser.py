@@ -1,0 +1,102 @@
+"""The pages in a real browser: every figure drawn, nothing to scroll sideways, printed whole, 3-D views alive."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from html import escape, unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragfield.view import offscreen_fault
+from fragfield.view.interactive import interactive_fault
+from tests.fragfield.browser import needs_chromium, open_page, script_errors
+from tests.fragfield.test_report import FIGURES
+
+pytestmark = needs_chromium
+A4 = (210.0, 297.0)
+POINT = 25.4 / 72.0
+
+PROBE = """<script>
+  addEventListener("load", () => {
+    const images = [...document.images];
+    const seen = images.map(i => i.complete && i.naturalWidth > 0 && i.getBoundingClientRect().width > 200);
+    const root = document.documentElement;
+    // A wide table may scroll in its own frame; nothing else may stick out of the page.
+    const out = [...document.querySelectorAll("main *")].filter(
+      e => !e.closest(".scroll, pre") && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.tagName);
+    parent.document.title = JSON.stringify({seen, out, wide: root.scrollWidth - root.clientWidth, width: innerWidth,
+                                            source: images[0].currentSrc.length});
+  });</script></body>"""
+
+
+@pytest.fixture(scope="module")
+def run(reported_pair) -> Path:
+    return reported_pair
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_every_figure_is_drawn_without_sideways_scrolling(run, tmp_path, width):
+    # In a frame, since a window of headless chromium is never narrower than 500 pixels.
+    html = (run / "report.html").read_text(encoding="utf-8")
+    inner = escape(html.replace("</body>", PROBE), quote=True)
+    frame = f'<title>-</title><iframe style="width:{width}px;height:900px;border:0" srcdoc="{inner}"></iframe>'
+    page = tmp_path / "page.html"
+    page.write_text(frame, encoding="utf-8")
+    done = open_page(page, tmp_path, "--window-size=1400,1000", "--dump-dom")
+    title = re.search(r"<title>(.*?)</title>", done.stdout)
+    assert title is not None
+    assert title[1] != "-", done.stderr
+    found = json.loads(unescape(title[1]))
+    assert found["width"] == width
+    assert found["seen"] == [True] * len(FIGURES)
+    assert found["wide"] == 0
+    assert found["out"] == []
+    assert script_errors(done) == []
+    chosen = re.search(r'srcset="([^"]+)"' if width < 620 else r'<img src="([^"]+)"', html)
+    assert chosen is not None
+    assert found["source"] == len(chosen[1])
+
+
+@pytest.mark.skipif(shutil.which("pdftotext") is None, reason="needs pdftotext")
+def test_print_breaks_pages_where_a_reader_would(run, tmp_path):
+    paper = tmp_path / "report.pdf"
+    open_page(run / "report.html", tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={paper}")
+    box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", paper.read_bytes())
+    assert box is not None
+    assert [float(side) * POINT for side in box.groups()] == pytest.approx(A4, abs=0.5)
+    told = subprocess.run(["pdftotext", "-layout", str(paper), "-"], capture_output=True, text=True, check=True)
+    pages = [[line.strip() for line in page.splitlines() if line.strip()] for page in told.stdout.split("\f")[:-1]]
+    assert 5 <= len(pages) <= 60
+    html = (run / "report.html").read_text(encoding="utf-8")
+    heads = [unescape(text) for text in re.findall(r"<(?:h3|caption)>(.*?)</", html)]
+    heads += [unescape(f"{count} {text}") for count, text in re.findall(r'"count">(\d+)</span>(.*?)</h2>', html)]
+    for number, lines in enumerate(pages, 1):
+        body = lines[:-1] if re.fullmatch(r"\d+ / \d+", lines[-1]) else lines
+        last = re.sub(r"\s+", " ", body[-1])
+        assert last not in heads, f"page {number} ends in the heading “{last}”"
+    signed = [lines for lines in pages if any("Reviewed by" in line for line in lines)]
+    assert len(signed) == 1
+    for words in ("Signatures", "Computed by", "Approved by", "Name", "Date", "Signature"):
+        assert any(words in line for line in signed[0]), words
+
+
+@pytest.mark.skipif(
+    bool(interactive_fault() or offscreen_fault()), reason=str(interactive_fault() or offscreen_fault())
+)
+@pytest.mark.parametrize("name", ["view_burst.html", "view_fragments.html"])
+def test_interactive_view_draws_offline(run, tmp_path, name):
+    from matplotlib.image import imread
+
+    picture = tmp_path / "view.png"
+    done = open_page(
+        run / name, tmp_path, "--window-size=900,700", "--virtual-time-budget=8000", f"--screenshot={picture}"
+    )  # fmt: skip
+    assert script_errors(done) == []
+    scene = imread(picture)[120:520, :, :3]  # between the heading and the colour bar
+    coloured = (np.ptp(scene, axis=2) > 0.1).mean()
+    assert coloured > 0.02, f"{name}: only {coloured:.1%} of the view is coloured"

@@ -1,0 +1,256 @@
+"""A sweep: its plan, its directories, what it keeps, and its table when runs fail."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import fragfield.sweep.work as work
+from fragfield.case import load_case, load_changed_case, read_resolved
+from fragfield.cli import app
+from fragfield.errors import InputError
+from fragfield.sweep import plan_sweep
+
+ROOT = Path(__file__).parents[2]
+TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
+BAND = {"low": 90.0, "high": 130.0, "pooled": 70.0, "standard_error": 4.0}
+SUMMARY = {
+    "burst": {"mean_initial_speed": 1000.0, "max_initial_speed": 1300.0, "energy_error": 0.004, "lost_cells": 0,
+              "wall_seconds": 10.0},
+    "break_up": {"fragments": 500},
+    "flight": {"realisations": 20, "hazardous_fragment_distance": 110.0, "max_range": 700.0, "wall_seconds": 2.5,
+               "bands": {"hazardous_fragment_distance": BAND}},
+}  # fmt: skip
+
+
+def _invoke(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Runs that are remembered and leave a finished directory; a code in the list makes one fail."""
+    made, codes = [], []
+
+    def call(command):
+        made.append(command)
+        out = Path(command[command.index("--out") + 1])
+        out.mkdir(exist_ok=True)
+        (out / "case.toml").write_text(Path(command[4]).read_text())
+        if code := codes.pop(0) if codes else 0:
+            return code, json.dumps({"error": {"message": "cell 7 is lost", "exit_code": code}}) + "\n"
+        for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5", "report.html"):
+            (out / name).touch()
+        (out / "summary.json").write_text(json.dumps({**SUMMARY, "witness": []}))
+        return 0, "{}\n"
+
+    monkeypatch.setattr(work, "_call", call)
+    return made, codes
+
+
+def test_a_plan_is_the_product_of_its_values():
+    plan = plan_sweep(TUBE, ["burst.cell_size=12 mm,15 mm", "round.0.explosive=tnt,comp_b"])
+    assert [run.name for run in plan.runs] == [
+        "cell_size_12_mm_explosive_tnt", "cell_size_12_mm_explosive_comp_b",
+        "cell_size_15_mm_explosive_tnt", "cell_size_15_mm_explosive_comp_b",
+    ]  # fmt: skip
+    assert plan.runs[1].values == {"burst.cell_size": "12 mm", "round.0.explosive": "comp_b"}
+    assert plan.runs[1].case.burst.cell_size == pytest.approx(0.012)
+    assert plan.runs[1].case.round[0].explosive.name == "comp_b"
+    assert plan.runs[3].case.title.endswith(": burst.cell_size = 15 mm, round.0.explosive = comp_b")
+
+
+@pytest.mark.parametrize(
+    ("setting", "values"),
+    [
+        ("burst.leakage.radius_ratio=1.6, 2.1", [1.6, 2.1]),
+        ("burst.leakage.enabled=true,false", [True, False]),
+        ('title="A, B",C', ["A, B", "C"]),
+        ("round.tube.axis=[0, 0, 1],[1, 0, 0]", [[0, 0, 1], [1, 0, 0]]),
+        ("hazard.density=1 / (55.7 m^2),0.1 / m^2", ["1 / (55.7 m^2)", "0.1 / m^2"]),
+    ],
+)  # fmt: skip
+def test_values_are_read_as_in_a_case_file(setting, values):
+    if setting.startswith("title"):  # changes nothing that is computed
+        with pytest.raises(InputError, match="are alike; give every value once"):
+            plan_sweep(TUBE, [setting])
+        return
+    key = setting.partition("=")[0]
+    assert [run.values[key] for run in plan_sweep(TUBE, [setting]).runs] == values
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (["burst.cell_siz=8 mm"], 'burst.cell_siz: unknown key (did you mean "cell_size"?)'),
+        (["brust.cell_size=8 mm"], 'brust: unknown key (did you mean "burst"?)'),
+        (["burst.cell_size=8 mm,8"], "with burst.cell_size = 8: burst.cell_size: found the bare number 8 without"),
+        (["round.0.explosive=tnt,tnd"], "round[1].explosive: explosive 'tnd' is unknown; did you mean 'tnt'?"),
+        (["round.0.casing.densty=1 kg/m^3"], 'round[1].casing.densty: unknown key (did you mean "density"?)'),
+        (["round.tub.casing=copper"], 'there is no entry tub (did you mean "tube"?); allowed: *, 0, tube'),
+        (["round.1.casing=copper"], "round.1.casing: there is no entry 1; allowed: *, 0, tube"),
+        (["plane.0.height=1 m"], "plane.0.height: the case has no plane; write its entries into the case file"),
+        (["seed.first=1"], "seed.first: seed holds a value, it has no first"),
+        (["burst..cell_size=8 mm"], "found the key 'burst..cell_size'"),
+        (["burst.products=landau,lando"], 'burst.products: found "lando" (did you mean "landau"?); allowed: "landau"'),
+        (["burst.cell_size"], "found 'burst.cell_size'; needed: KEY=VALUE[,VALUE...], for example"),
+        (["burst.cell_size=8 mm,"], "needed: KEY=VALUE[,VALUE...]"),
+        (["seed=1", "seed=2"], "seed is given twice"),
+        (["burst.cell_size=8 mm,0.8 cm"], "burst.cell_size = 8 mm and burst.cell_size = 0.8 cm are alike"),
+        (["seed=1", "--stage", "fly"], '--stage: found "fly"; allowed: run, burst'),
+    ],
+)  # fmt: skip
+def test_what_cannot_run_is_refused_before_anything_runs(settings, message, tmp_path, calls):
+    done = _invoke("sweep", TUBE, *settings, "--out", tmp_path / "out")
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert not calls[0]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_name_is_opened_where_a_key_goes_into_its_table():
+    changed = load_changed_case(PAIR, {"round.*.casing.shear_strength": "300 MPa", "stack.gap": "40 mm"})
+    plain = load_case(PAIR)
+    assert [entry.casing.shear_strength for entry in changed.round] == [3e8, 3e8]
+    assert changed.round[0].casing.density == plain.round[0].casing.density
+    gaps = [case.round[1].position[0] - case.round[0].position[0] for case in (changed, plain)]
+    assert gaps[0] - gaps[1] == pytest.approx(0.04 - 0.0217)
+
+
+def test_a_failed_run_is_told_and_the_others_go_on(tmp_path, calls):
+    made, codes = calls
+    codes += [0, 3, 0]
+    out = tmp_path / "out"
+    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--threads", "2")
+    assert done.exit_code == 3, done.stderr
+    assert len(made) == 3
+    assert made[0][3:] == ["run", str(out / "cell_size_12_mm.toml"), "--out", str(out / "cell_size_12_mm"), "--json",
+                           "--threads", "2"]  # fmt: skip
+    assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
+    assert "cell_size_15_mm failed (exit code 3): cell 7 is lost" in done.stdout
+    assert "110 (90 to 130)" in done.stdout
+    rows = list(csv.DictReader((out / "sweep.csv").open()))
+    assert [row["state"] for row in rows] == ["done", "failed", "done"]
+    assert [row["burst.cell_size"] for row in rows] == ["12 mm", "15 mm", "20 mm"]
+    assert (rows[0]["mean_initial_speed"], rows[1]["mean_initial_speed"]) == ("1000.0", "")
+    assert rows[0]["hazardous_fragment_distance_low"] == "90.0"
+    assert rows[0]["wall_seconds"] == "12.5"
+    assert rows[1]["message"] == "cell 7 is lost"
+    stored = json.loads((out / "sweep.json").read_text())
+    assert stored["exit_code"] == 3
+    assert stored["runs"][2]["results"]["max_range"] == 700.0
+
+
+def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls):
+    made, codes = calls
+    codes += [0, 3]
+    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
+    assert _invoke(*arguments).exit_code == 3
+    done = _invoke(*arguments, "--resume")
+    assert done.exit_code == 0
+    assert [row["state"] for row in json.loads(done.stdout)["runs"]] == ["kept", "done"]
+    assert len(made) == 3
+    assert made[-1][-1] == "--resume"
+    more = _invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", "--out", tmp_path / "out", "--json", "--resume")
+    assert [row["state"] for row in json.loads(more.stdout)["runs"]] == ["kept", "done"]
+    _invoke(*arguments)  # without it all is made anew
+    assert len(made) == 6
+
+
+def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls):
+    made, _ = calls
+    case = tmp_path / "case.toml"
+    case.write_text(TUBE.read_text())
+    arguments = ("sweep", case, "burst.cell_size=12 mm", "--out", tmp_path / "out")
+    assert _invoke(*arguments).exit_code == 0
+    case.write_text(TUBE.read_text().replace("seed = 1", "seed = 2"))
+    for option in ((), ("--resume",)):
+        done = _invoke(*arguments, *option)
+        assert done.exit_code == 2
+        assert "holds the run of another case; use another --out, or --overwrite" in done.stderr
+        assert "seed: stored 1, now 2" in done.stderr
+    assert len(made) == 1
+    assert _invoke(*arguments, "--overwrite").exit_code == 0
+    assert made[-1][-1] == "--overwrite"
+
+
+def test_a_sweep_has_a_folder_of_its_own(tmp_path, calls):
+    (tmp_path / "case.toml").touch()
+    done = _invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path)
+    assert done.exit_code == 2
+    assert f"{tmp_path}: holds a run; a sweep needs a folder of its own" in done.stderr
+
+
+def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "2")
+    done = _invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "it does not run under mpirun" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("code", "printed", "message"),
+    [
+        (3, '{"error": {"message": "lost", "exit_code": 3}}\n', "lost"),
+        (-9, "", "ended by signal 9"),
+        (1, "", "a fault of the program; its traceback stands above"),
+        (4, "words\n", "exit code 4"),
+    ],
+)
+def test_why_a_run_failed_is_told(code, printed, message):
+    assert work._message(code, printed) == message
+
+
+def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
+    """The child ends in its own time, as a burst that writes a checkpoint."""
+    child = (
+        "import signal, sys, time\n"
+        "signal.signal(signal.SIGTERM, signal.default_int_handler)\n"
+        "try:\n    print('ready', file=sys.stderr, flush=True); time.sleep(60)\n"
+        f"except KeyboardInterrupt:\n    time.sleep(0.5); open({str(tmp_path / 'checkpoint')!r}, 'w').close()\n"
+    )
+    code = f"import sys\nfrom fragfield.sweep.work import _call\n_call([sys.executable, '-c', {child!r}])"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
+    assert process.stderr.readline() == "ready\n"
+    time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    assert "KeyboardInterrupt" in process.communicate(timeout=30)[1]
+    assert (tmp_path / "checkpoint").is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_real_bursts_of_which_one_stops(tmp_path):
+    case = tmp_path / "short.toml"
+    text = TUBE.read_text().replace('end_time = "120 us"', 'end_time = "6 us"\noutput = { interval = "6 us" }')
+    case.write_text(text.replace('cell_size = "6 mm"', 'cell_size = "15 mm"'))
+    arguments = (
+        "sweep",
+        case,
+        "burst.energy_tolerance=1.0,1e-9",
+        "--stage",
+        "burst",
+        "--out",
+        tmp_path / "out",
+        "--json",
+    )
+    done = _invoke(*arguments)
+    assert done.exit_code == 3, done.stderr
+    sound, stopped = json.loads(done.stdout)["runs"]
+    assert (sound["state"], sound["exit_code"], stopped["state"], stopped["exit_code"]) == ("done", 0, "failed", 3)
+    assert "the energy ledger is open by" in stopped["message"]
+    assert sound["results"]["mean_initial_speed"] > 0.0
+    assert sound["results"]["hazardous_fragment_distance"] is None
+    again = json.loads(_invoke(*arguments, "--resume").stdout)["runs"]
+    assert [row["state"] for row in again] == ["kept", "failed"]
+    assert again[0]["results"] == sound["results"]
