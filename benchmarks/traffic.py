@@ -62,6 +62,7 @@ TRAFFIC = (
     Moved("grid", "filled", "blocks", 1),
     Moved("grid", "material", "blocks", 1),
     Moved("grid", "level", "blocks", 1),
+    Moved("grid", "mixed", "blocks", 1),
     Moved("grid", "mass", "slots", 1),
     Moved("grid", "volume", "slots", 2),
     Moved("grid", "viscous", "slots", 2),
@@ -79,8 +80,16 @@ TRAFFIC = (
     Moved("charge", "compression_from", "cells", 1, _CHARGE),
     Moved("charge", "axial_part", "cells", 1, _CHARGE),
 )
-STILL = {("solid", "parameters"), ("charge", "parameters"), ("charge", "leakage"), ("charge", "stress")}
-"""Arrays that stay in cache, and the charge's view of the stresses, which burnt cells leave alone."""
+STILL = {
+    ("solid", "parameters"),
+    ("charge", "parameters"),
+    ("charge", "leakage"),
+    ("charge", "stress"),
+    ("nodes", "finest"),
+    ("nodes", "mean"),
+}
+"""Arrays that stay in cache, the charge's view of the stresses, which burnt cells leave alone, and what only cells read
+whose nodes take shorter steps than they do."""
 
 
 def bytes_per_cell(fields: BurstFields, kind: Kind) -> dict[str, float]:
