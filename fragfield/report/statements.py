@@ -24,8 +24,8 @@ LIMITS = (
         "or follows from the threshold of pressure and time that the case gives."
     ),
     (
-        "Casings of neighbouring rounds can meet only while the burst is computed; from then on fragments meet each other "
-        "only where the case asks for it (flight.collisions), as spheres and in the first metres."
+        "Casings of neighbouring rounds can meet only while the burst is computed; from then on fragments meet each "
+        "other only where the case asks for it (flight.collisions), as spheres and in the first metres."
     ),
     (
         "Detonation is a prescribed burn; burning, deflagration and partial reactions throw fewer, heavier pieces "
