@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -38,6 +39,28 @@ def _fresh_check():
 
 needs_films = pytest.mark.skipif(film_fault() is not None, reason=str(film_fault()))
 needs_pages = pytest.mark.skipif(interactive_fault() is not None, reason=str(interactive_fault()))
+
+
+_FILMS = """
+import json, sys
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+
+from fragfield.report import read_run
+from fragfield.view import film
+from fragfield.view.show import write_films
+
+film._MOST_FRAMES = 5
+told = {}
+for path in write_films(read_run(Path(sys.argv[1]))):
+    frames = iio.imread(path, plugin="pyav")
+    scene = frames[:, 120:720].astype(int)
+    told[path.name] = frames.shape, int(np.abs(scene[-1] - scene[0]).max())
+print(json.dumps(told))
+"""
+"""Draws both films of a run directory with five frames; tells their shapes and how much the pictures change."""
 
 
 @needs_vtk
@@ -83,23 +106,15 @@ def test_flown_paths_are_read_back_and_met_between_their_points(tmp_path):
 @needs_films
 def test_films_run_and_show_motion(tmp_path):
     """In a process of its own: VTK may die in one that has loaded all libraries of the tests before."""
-    import imageio.v3 as iio
-
     folder = write_run(tmp_path / "run")
     write_flown_paths(folder)
-    script = (
-        "import sys; from pathlib import Path; from fragfield.report import read_run; from fragfield.view import film;"
-        "from fragfield.view.show import write_films; film._MOST_FRAMES = 5;"
-        "print(*(path.name for path in write_films(read_run(Path(sys.argv[1])))))"
-    )
-    done = subprocess.run([sys.executable, "-c", script, str(folder)], capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-c", _FILMS, str(folder)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["film_of_burst.mp4", "film_of_flight.mp4"]
-    for name in done.stdout.split():
-        frames = iio.imread(folder / "figures" / name, plugin="pyav")
-        assert frames.shape == (5, 960, 1280, 3)
-        scene = frames[:, 120:720].astype(int)
-        assert np.abs(scene[-1] - scene[0]).max() > 60, f"{name}: nothing moves"
+    told = json.loads(done.stdout)
+    assert list(told) == ["film_of_burst.mp4", "film_of_flight.mp4"]
+    for name, (shape, change) in told.items():
+        assert shape == [5, 960, 1280, 3]
+        assert change > 60, f"{name}: nothing moves"
     assert not list((folder / "figures").glob("part_of_*"))
 
 
