@@ -299,12 +299,9 @@ class Simulation:
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
-        if self.solver.time > 0.0 and self._checkpoint_is_due():
+        due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
+        if self.solver.time > 0.0 and due:
             self._write_checkpoint()
-
-    def _checkpoint_is_due(self) -> bool:
-        """Whether the last checkpoint lies back far enough; collective."""
-        return bool(self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS))
 
     def _write_checkpoint(self) -> None:
         self._checkpoint_at = clock.perf_counter()

@@ -72,14 +72,17 @@ class Bounce:
         )
 
 
-_HOEK = "restitution of rocks falling on it: Hoek (1987), the table of rockfall programs; friction assumed"
+_HOEK = (
+    "restitution of rocks falling on it: Hoek (1987), the table of rockfall programs (not checked against the original); "
+    "friction assumed"
+)
 SURFACES = {
     "rock": Bounce(0.53, 0.99, 0.6, name="rock", source=_HOEK + " (clean hard bedrock)"),
     "asphalt": Bounce(0.40, 0.90, 0.6, name="asphalt", source=_HOEK + " (asphalt roadway)"),
     "concrete": Bounce(
         0.45, 0.90, 0.57, name="concrete",
         source="restitution assumed, between bedrock and asphalt; friction of steel on concrete: Rabbat and Russell "
-        "(1985)",
+        "(1985, not checked against the original)",
     ),
     "soft_soil": Bounce(0.30, 0.80, 0.6, name="soft_soil", source=_HOEK + " (soft soil, some vegetation)"),
     "hard_soil": Bounce(0.32, 0.82, 0.6, name="hard_soil", source=_HOEK + " (talus)"),

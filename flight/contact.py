@@ -63,8 +63,8 @@ class Contact:
     density : float
         Of the casing's material (kg/m3), for the spheres' volume.
     restitution : float
-        Speed of parting over speed of closing, 0 to 1. For steel at some hundred m/s Johnson (1985, Eq. 11.47) gives
-        about 0.3 with a yield stress of 1 GPa.
+        Speed of parting over speed of closing, 0 to 1. For steel at some hundred m/s Johnson (1985, Eq. 11.47)
+        gives about 0.3 with a yield stress of 1 GPa (not checked against the original).
     friction_angle_deg : float
         Coulomb friction, tan of it the coefficient; 20 degrees as between casings (Wang et al.).
     distance : float

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -168,10 +169,8 @@ def _call(command: list[str]) -> tuple[int, str]:
 
 def _message(code: int, printed: str) -> str:
     """Why a run failed, in the words of its last line on stdout."""
-    try:
+    with suppress(IndexError, KeyError, TypeError, ValueError):
         return str(json.loads(printed.splitlines()[-1])["error"]["message"])
-    except (IndexError, KeyError, TypeError, ValueError):
-        pass
     if code < 0:
         return f"ended by signal {-code}"
     return "a fault of the program; its traceback stands above" if code == EXIT_FAULT else f"exit code {code}"
