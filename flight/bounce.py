@@ -73,7 +73,7 @@ class Bounce:
 
 
 _HOEK = (
-    "restitution of rocks falling on it: Hoek (1987), the table of rockfall programs (not checked against the original); "
+    "restitution of rocks falling on it: Hoek (1987), the table of rockfall programs (original not checked); "
     "friction assumed"
 )
 SURFACES = {
