@@ -30,7 +30,7 @@ from burst_fenicsx.kernels.common import (
     viscosity_and_step,
 )
 from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.solid import elastic_trial, spin
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes
 from burst_fenicsx.kernels.tensors import (
@@ -92,7 +92,7 @@ def _inverse_cube_root(x: float) -> np.float64:
     return y
 
 
-@block_kernel
+@inlined_kernel
 def charge_block(
     block: int,
     step: float,

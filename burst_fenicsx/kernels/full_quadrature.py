@@ -30,7 +30,7 @@ from burst_fenicsx.kernels.hexahedron import (
     store_gradient,
     store_nodal_forces,
 )
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, return_if_plastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
@@ -72,7 +72,7 @@ _SMALLEST = 153  # eight times the smallest volume of a point, m3
 _VISCOUS, _STABLE = 154, 155  # Pa, s
 
 
-@block_kernel
+@inlined_kernel
 def solid_block_full(
     block: int,
     step: float,

@@ -40,6 +40,7 @@ from burst_fenicsx.kernels.tensors import (
     scaled,
     store_vector,
 )
+from burst_fenicsx.kernels.transposition import WIDTH, add_triples, address, load_triples, places
 
 __all__ = [
     "Gradient",
@@ -60,9 +61,43 @@ __all__ = [
 
 Modes: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector]
 Gradient: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
+Cells: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64]
+
+NODE_BYTES = np.uint64(24)
+"""Of a nodal vector."""
 
 _THIRD = 1.0 / 3.0
 _SCALE = 1.0 / 64.0
+
+
+@lane_function
+def cells_of_lanes(cells: np.ndarray, first: int) -> Cells:
+    """`WIDTH` cells of a block from lane `first` on; unsigned, so that no code counts negative ones from the end."""
+    return (
+        np.uint64(cells[first]),
+        np.uint64(cells[first + 1]),
+        np.uint64(cells[first + 2]),
+        np.uint64(cells[first + 3]),
+        np.uint64(cells[first + 4]),
+        np.uint64(cells[first + 5]),
+        np.uint64(cells[first + 6]),
+        np.uint64(cells[first + 7]),
+    )
+
+
+@lane_function
+def nodes_of_cells(cells: Cells, dofmap: np.ndarray, n: int) -> Cells:
+    """Node n of each of the cells."""
+    return (
+        np.uint64(dofmap[cells[0], n]),
+        np.uint64(dofmap[cells[1], n]),
+        np.uint64(dofmap[cells[2], n]),
+        np.uint64(dofmap[cells[3], n]),
+        np.uint64(dofmap[cells[4], n]),
+        np.uint64(dofmap[cells[5], n]),
+        np.uint64(dofmap[cells[6], n]),
+        np.uint64(dofmap[cells[7], n]),
+    )
 
 
 @block_kernel
@@ -76,13 +111,11 @@ def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.nd
     field : (nodes, 3).
     rows : (24 LANES or more,), overwritten.
     """
-    for lane in range(LANES):
-        # Unsigned, so that no code counts negative ones from the end.
-        cell = np.uint64(cells[lane])
+    start = address(field)
+    for first in range(0, LANES, WIDTH):
+        own = cells_of_lanes(cells, first)
         for n in range(8):
-            node = np.uint64(dofmap[cell, n])
-            for i in range(3):
-                rows[(3 * n + i) * LANES + lane] = field[node, i]
+            load_triples(places(start, NODE_BYTES, nodes_of_cells(own, dofmap, n)), rows, 3 * n * LANES + first)
 
 
 @block_kernel
@@ -96,13 +129,22 @@ def gather_means(
     rows: np.ndarray,
 ) -> None:
     """As `gather` for cells of a level, but take nodes whose level in `finest` (nodes,) is higher from `means`."""
-    for lane in range(LANES):
-        cell = np.uint64(cells[lane])
+    start, other = address(field), address(means)
+    for first in range(0, LANES, WIDTH):
+        own = cells_of_lanes(cells, first)
         for n in range(8):
-            node = np.uint64(dofmap[cell, n])
-            source = means if finest[node] > level else field
-            for i in range(3):
-                rows[(3 * n + i) * LANES + lane] = source[node, i]
+            a, b, c, d, e, f, g, h = nodes_of_cells(own, dofmap, n)
+            chosen = (
+                (other if finest[a] > level else start) + NODE_BYTES * a,
+                (other if finest[b] > level else start) + NODE_BYTES * b,
+                (other if finest[c] > level else start) + NODE_BYTES * c,
+                (other if finest[d] > level else start) + NODE_BYTES * d,
+                (other if finest[e] > level else start) + NODE_BYTES * e,
+                (other if finest[f] > level else start) + NODE_BYTES * f,
+                (other if finest[g] > level else start) + NODE_BYTES * g,
+                (other if finest[h] > level else start) + NODE_BYTES * h,
+            )
+            load_triples(chosen, rows, 3 * n * LANES + first)
 
 
 @lane_function
@@ -253,6 +295,13 @@ def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, rows: np
 
     The sums do not depend on the order of the cells (see `exact`).
     """
+    if count == LANES:
+        start = address(force)
+        for first in range(0, LANES, WIDTH):
+            own = cells_of_lanes(cells, first)
+            for n in range(8):
+                add_triples(rows, 3 * n * LANES + first, places(start, NODE_BYTES, nodes_of_cells(own, dofmap, n)))
+        return
     for lane in range(count):
         cell = np.uint64(cells[lane])
         for n in range(8):

@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LANES", "block_kernel", "kernel", "lane_function", "parallel_kernel", "widest_vectors"]
+__all__ = ["LANES", "block_kernel", "inlined_kernel", "kernel", "lane_function", "parallel_kernel", "widest_vectors"]
 
 LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones. Loops over 8 would be unrolled, not vectorised."""
@@ -36,6 +36,11 @@ def block_kernel(function: Callable[..., Any]) -> Any:
     Such a kernel may slice the arrays that it is given, but neither allocate nor return one.
     """
     return _compile(function, _nrt=False)
+
+
+def inlined_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
+    return _compile(function, _nrt=False, forceinline=True)
 
 
 def lane_function(function: Callable[..., Any]) -> Any:

@@ -29,8 +29,8 @@ from burst_fenicsx.kernels.common import (
     trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.hexahedron import add_nodal_forces, cells_of_lanes, gather, store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
     Matrix,
@@ -47,6 +47,7 @@ from burst_fenicsx.kernels.tensors import (
     store_vector,
     symmetric_square,
 )
+from burst_fenicsx.kernels.transposition import WIDTH, address, later, load_triples, places, prefetch, store_triples
 from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
 __all__ = ["PARAMETERS", "SCRATCH_ROWS", "elastic_trial", "is_elastic", "return_if_plastic", "solid_block", "spin"]
@@ -77,6 +78,8 @@ _SOFTENING = FREE + 8  # inverse factor on the limit strains
 _DISSIPATION = FREE + 9  # J/m3 in this step
 _SPRING = FREE + 10  # hourglass springs' coefficient times the step, N s/m
 _STORED = FREE + 11  # stored elastic hourglass forces, 12 rows, N
+
+_STRESS_BYTES, _HALF_A_STRESS = np.uint64(48), np.uint64(24)  # of a cell's stress
 
 
 @lane_function
@@ -151,7 +154,7 @@ def return_if_plastic(
     return return_stress(stress, np.inf if elastic else tau, np.inf if elastic else sigma, modulus, poisson)
 
 
-@block_kernel
+@inlined_kernel
 def solid_block(
     block: int,
     step: float,
@@ -177,6 +180,7 @@ def solid_block(
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
     _load_state(block, grid, state, scratch)
+    _fetch_next(block, grid, state)
     move_cells(step, scratch)
     if _try_elastic(step, material, scratch) > 0:
         _return_plastic(material, scratch)
@@ -192,10 +196,13 @@ def solid_block(
 def _load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Bring what the cells remember together by lanes."""
     slot = block * LANES
+    start = address(state.stress)
+    for first in range(0, LANES, WIDTH):
+        stored = places(start, _STRESS_BYTES, cells_of_lanes(grid.cells[block], first))
+        load_triples(stored, scratch, _STRESS * LANES + first)
+        load_triples(later(stored, _HALF_A_STRESS), scratch, (_STRESS + 3) * LANES + first)
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
-        for k in range(6):
-            scratch[(_STRESS + k) * LANES + lane] = state.stress[cell, 0, k]
         scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, 0]
         scratch[_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, 0]
         scratch[_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
@@ -205,12 +212,28 @@ def _load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) 
 
 
 @block_kernel
+def _fetch_next(block: int, grid: Grid, state: SolidState) -> None:
+    """Bring what the next block's cells remember near, while this block is computed."""
+    coming = min(block + 1, len(grid.filled) - 1)
+    start = address(state.hourglass) + np.uint64(coming * 12 * LANES * 8)
+    for line in range(12 * LANES * 8 // 64):
+        prefetch(start + np.uint64(64 * line))
+    start = address(state.stress)
+    for lane in range(LANES):
+        prefetch(start + _STRESS_BYTES * np.uint64(grid.cells[coming, lane]))
+
+
+@block_kernel
 def _store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Write back what the cells remember."""
+    start = address(state.stress)
+    # Lanes that repeat the block's last cell hold the same.
+    for first in range(0, LANES, WIDTH):
+        stored = places(start, _STRESS_BYTES, cells_of_lanes(grid.cells[block], first))
+        store_triples(scratch, _STRESS * LANES + first, stored)
+        store_triples(scratch, (_STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
-        for k in range(6):
-            state.stress[cell, 0, k] = scratch[(_STRESS + k) * LANES + lane]
         state.shear_strain[cell, 0] = scratch[_SHEAR_STRAIN * LANES + lane]
         state.volume_strain[cell, 0] = scratch[_VOLUME_STRAIN * LANES + lane]
     for k in range(12 * LANES):
