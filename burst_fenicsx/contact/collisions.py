@@ -9,9 +9,9 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.booking import NodeContact
 from burst_fenicsx.contact.halo import Halo
-from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, find_contacts
+from burst_fenicsx.kernels.collisions import LET_GO, CollisionLaw, Collisions, add_reactions, find_contacts, take_reactions
 from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import copy_rows, largest_speed
+from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
 
 if TYPE_CHECKING:
@@ -220,12 +220,11 @@ class CollidingSurfaces(NodeContact):
         law = CollisionLaw(budget, step, self._friction)
         find_contacts(law, self.state, self._position, self._velocity, self._mass)
         rows = self._near_rows
-        self._sums[rows] = 0.0
-        self._sums[self._halo.needed] = 0.0
+        clear_rows(self._sums, rows)
+        clear_rows(self._sums, self._halo.needed)
         add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
         self._halo.give(self._sums)
-        self.state.load[rows] = self._sums[rows, 3]
-        force[self._near_local] += self._sums[rows, :3]
+        take_reactions(self._sums, rows, self._near_local, self.state.load, force)
 
     def _exchange_motion(self, velocity: np.ndarray) -> None:
         """Bring places, speeds and loads of the near nodes to the ranks that need them."""

@@ -16,7 +16,7 @@ from burst_fenicsx.kernels.bounds import DEEPEST, bound_faces
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "find_contacts"]
+__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "find_contacts", "take_reactions"]
 
 LET_GO = -1
 """Mark of a node whose bond has just let go, in `Collisions.touching`."""
@@ -161,10 +161,11 @@ def _find_run(
             _push(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
             state.depth[node] = depth
             continue
-        state.touching[node] = 0
-        state.depth[node] = 0.0
-        state.unloaded[node] = 0.0
-        _begin(node, state)
+        if touching != 0:
+            state.touching[node] = 0
+            state.depth[node] = 0.0
+            state.unloaded[node] = 0.0
+            _begin(node, state)
 
 
 @kernel
@@ -376,3 +377,12 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
             share = state.weight[k, corner] * state.push[k, 3] / mass[other]
             sums[other, 3] += quantise(share, load_rounding)
         sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
+
+
+@parallel_kernel
+def take_reactions(sums: np.ndarray, rows: np.ndarray, local: np.ndarray, load: np.ndarray, force: np.ndarray) -> None:
+    """Take the sums (nodes, 4) of the surface nodes `rows` over: to `load` (nodes,) and to the rows `local` of `force`."""
+    for k in numba.prange(rows.size):
+        load[rows[k]] = sums[rows[k], 3]
+        for i in range(3):
+            force[local[k], i] += sums[rows[k], i]

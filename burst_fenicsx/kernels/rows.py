@@ -12,9 +12,9 @@ __all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "place_rows",
 
 @parallel_kernel
 def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
-    """Set the rows of `values` (n, 3) to zero."""
+    """Set the rows of `values` (n, m) to zero."""
     for k in numba.prange(rows.size):
-        for i in range(3):
+        for i in range(values.shape[1]):
             values[rows[k], i] = 0.0
 
 
