@@ -160,9 +160,52 @@ def _counting(group: Group) -> Group:
     return group._replace(**{name: make(array) for name, array in arrays.items()})
 
 
+class _Address:
+    """A number in an array, in the place of its address."""
+
+    def __init__(self, array: np.ndarray, byte: int = 0) -> None:
+        self.array, self.byte = array.reshape(-1), byte
+
+    def __add__(self, by: int) -> _Address:
+        return _Address(self.array, self.byte + int(by))
+
+    def three(self) -> np.ndarray:
+        """Three numbers from here on, to be read or changed."""
+        first = self.byte // 8
+        return self.array[first : first + 3]
+
+
+def _lane(rows: np.ndarray, start: int, k: int) -> np.ndarray:
+    """The numbers of vector k in three rows."""
+    return rows[start + k : start + k + 3 * LANES : LANES]
+
+
+def _load_triples(places: tuple[_Address, ...], rows: np.ndarray, start: int) -> None:
+    for k, place in enumerate(places):
+        _lane(rows, start, k)[:] = place.three()
+
+
+def _store_triples(rows: np.ndarray, start: int, places: tuple[_Address, ...]) -> None:
+    for k, place in enumerate(places):
+        place.three()[:] = _lane(rows, start, k)
+
+
+def _add_triples(rows: np.ndarray, start: int, places: tuple[_Address, ...]) -> None:
+    for k, place in enumerate(places):
+        place.three()[:] = [old + new for old, new in zip(place.three(), _lane(rows, start, k), strict=True)]
+
+
 def _replace_intrinsics() -> None:
-    """Put what Python can do in the place of what only a compiler can: the kernels' hints and fused products."""
-    plain = {"widest_vectors": lambda: None, "fma": lambda a, b, c: a * b + c}
+    """Put what Python can do in the place of what only a compiler can: hints, fused products, addresses, shuffles."""
+    plain = {
+        "widest_vectors": lambda: None,
+        "fma": lambda a, b, c: a * b + c,
+        "address": _Address,
+        "load_triples": _load_triples,
+        "store_triples": _store_triples,
+        "add_triples": _add_triples,
+        "prefetch": lambda _: None,
+    }
     for name, module in list(sys.modules.items()):
         if name.startswith("burst_fenicsx."):
             for intrinsic in plain.keys() & vars(module).keys():
@@ -183,7 +226,7 @@ def _main(path: Path) -> None:
     levels = np.zeros(count, dtype=np.int8)
     motion = Motion(np.arange(count, dtype=np.int32), levels, levels, np.ones(count))
     with np.errstate(all="ignore"):
-        add_element_forces(step, time, 0, False, nodes, motion, count, grid, schedule, *states[1], totals, scratch)
+        add_element_forces(1, step, time, 0, False, nodes, motion, count, grid, schedule, *states[1], totals, scratch)
     print(json.dumps(Counted.done))
 
 

@@ -13,7 +13,7 @@ from burst_fenicsx.kernels.state import Schedule
 
 __all__ = ["Blocks", "Chunks", "chunk_size"]
 
-_LEAST_CELLS, _MOST_CELLS, _CHUNKS = 256, 4096, 32
+_LEAST_CELLS, _MOST_CELLS, _CHUNKS = 256, 1024, 32
 
 
 def chunk_size(cells: int) -> int:

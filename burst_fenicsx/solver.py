@@ -300,6 +300,7 @@ class BurstSolver:
         """
         state, cycles = self.fields, self.subcycling
         add_element_forces(
+            numba.get_num_threads(),
             step,
             self.time,
             least,

@@ -43,6 +43,7 @@ def make_scratch(threads: int) -> np.ndarray:
 
 @kernel
 def add_element_forces(
+    threads: int,
     step: float,
     time: float,
     least: int,
@@ -59,14 +60,17 @@ def add_element_forces(
 ) -> None:
     """Advance the cells of level `least` and higher to `time` (s); the forces of their nodes are set (N).
 
-    `step` is the longest step (s); a cell of level l advances by `step` / 2^l, and its forces count for that share of
-    it. `moving` nodes, the first in order, belong to these cells. The stresses, pressures and histories in `solid` and
-    `charge` are advanced in place. `totals` receives the sums and limits of every chunk.
+    The work is shared by so many `threads`. `step` is the longest step (s); a cell of level l advances by `step` / 2^l,
+    and its forces count for that share of it. `moving` nodes, the first in order, belong to these cells. The stresses,
+    pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the sums and limits of
+    every chunk.
     """
     _clear(motion.order[:moving], nodes.force)
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-        _run_chunks(chunks, step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, scratch)
+        _run_chunks(
+            threads, chunks, step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, scratch
+        )
 
 
 @parallel_kernel
@@ -78,6 +82,7 @@ def _clear(rows: np.ndarray, values: np.ndarray) -> None:
 
 @parallel_kernel
 def _run_chunks(
+    threads: int,
     chunks: np.ndarray,
     step: float,
     time: float,
@@ -91,13 +96,36 @@ def _run_chunks(
     totals: Totals,
     scratch: np.ndarray,
 ) -> None:
-    """Run chunks that share no node, side by side.
+    """Run chunks that share no node, side by side: each thread a run of them with its share of the blocks.
 
     The body is a kernel of its own because numba loses what a parallel loop writes through a named tuple directly.
     """
-    for k in numba.prange(chunks.size):
+    for thread in numba.prange(threads):
         work = scratch[numba.get_thread_id()]
-        _run_chunk(chunks[k], step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, work)
+        first = _share_begins(thread, threads, chunks, schedule.active, least)
+        last = _share_begins(thread + 1, threads, chunks, schedule.active, least)
+        for k in range(first, last):
+            _run_chunk(
+                chunks[k], step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, work
+            )
+
+
+@kernel
+def _share_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, least: int) -> int:
+    """First chunk of a thread's share of all blocks that take part; `active` as in `Schedule`."""
+    if thread == threads:
+        return chunks.size
+    whole = 0
+    for chunk in chunks:
+        whole += active[chunk, least, 0] + active[chunk, least, 1]
+    before = 0
+    for k in range(chunks.size):
+        own = active[chunks[k], least, 0] + active[chunks[k], least, 1]
+        # A chunk belongs to the share in which its middle lies.
+        if (2 * before + own) * threads >= 2 * thread * whole:
+            return k
+        before += own
+    return chunks.size
 
 
 @kernel

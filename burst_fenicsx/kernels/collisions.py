@@ -381,7 +381,7 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
 
 @parallel_kernel
 def take_reactions(sums: np.ndarray, rows: np.ndarray, local: np.ndarray, load: np.ndarray, force: np.ndarray) -> None:
-    """Take the sums (nodes, 4) of the surface nodes `rows` over: to `load` (nodes,) and to the rows `local` of `force`."""
+    """Give the sums (nodes, 4) of the surface nodes `rows` to `load` (nodes,) and to the rows `local` of `force`."""
     for k in numba.prange(rows.size):
         load[rows[k]] = sums[rows[k], 3]
         for i in range(3):

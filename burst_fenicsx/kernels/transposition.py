@@ -46,7 +46,7 @@ def address(typing_context: Any, array: Any) -> tuple[Any, Callable[..., Any]]: 
 def prefetch(typing_context: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
     """Bring the cache line at an address near, for reading and writing soon."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
         pointer = _pointer(builder, arguments[0], ir.IntType(8))
         kind = ir.FunctionType(ir.VoidType(), [pointer.type, _INDEX, _INDEX, _INDEX])
         function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")

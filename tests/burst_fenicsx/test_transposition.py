@@ -1,0 +1,69 @@
+"""Vectors turned into rows over the lanes and back: exactly, for repeated places, and within the array."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, gather_means
+from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.transposition import WIDTH, address, load_triples, places, store_triples
+
+
+@kernel
+def _there(field, index, rows):
+    chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
+    load_triples(places(address(field), np.uint64(24), chosen), rows, 0)
+
+
+@kernel
+def _back(rows, index, field):
+    chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
+    store_triples(rows, 0, places(address(field), np.uint64(24), chosen))
+
+
+@pytest.fixture
+def block():
+    random = np.random.default_rng(5)
+    field, means = random.normal(size=(40, 3)), random.normal(size=(40, 3))
+    cells = random.permutation(30)[:LANES].astype(np.int32)
+    dofmap = random.integers(0, 40, (30, 8)).astype(np.int32)
+    dofmap[cells[3]] = dofmap[cells[4]]  # nodes that several cells of the block share
+    dofmap[cells[5], 2] = 39  # the last one, behind which nothing may be read
+    return field, means, cells, dofmap
+
+
+def test_vectors_become_rows_and_come_back():
+    field, index = np.random.default_rng(1).normal(size=(20, 3)), np.array([3, 19, 0, 7, 8, 5, 11, 2], dtype=np.uint64)
+    rows, other = np.zeros(3 * LANES), np.zeros((20, 3))
+    _there(field, index, rows)
+    np.testing.assert_array_equal(rows.reshape(3, LANES)[:, :WIDTH].T, field[index])
+    _back(rows, index, other)
+    np.testing.assert_array_equal(other[index], field[index])
+    assert np.count_nonzero(other) == 3 * WIDTH
+
+
+def test_gathered_rows_are_the_nodes_of_the_cells(block):
+    field, _, cells, dofmap = block
+    rows = np.zeros(24 * LANES)
+    gather(cells, dofmap, field, rows)
+    np.testing.assert_array_equal(rows.reshape(8, 3, LANES), field[dofmap[cells]].transpose(1, 2, 0))
+
+
+def test_nodes_of_shorter_steps_give_their_mean_velocity(block):
+    field, means, cells, dofmap = block
+    finest = np.random.default_rng(2).integers(0, 3, len(field)).astype(np.int8)
+    rows = np.zeros(24 * LANES)
+    gather_means(cells, dofmap, 1, finest, field, means, rows)
+    expected = np.where(finest[:, None] > 1, means, field)[dofmap[cells]].transpose(1, 2, 0)
+    np.testing.assert_array_equal(rows.reshape(8, 3, LANES), expected)
+
+
+@pytest.mark.parametrize("count", [LANES, LANES - 5])
+def test_forces_of_shared_nodes_add_up(block, count):
+    field, _, cells, dofmap = block
+    rows = np.round(np.random.default_rng(3).normal(size=(8, 3, LANES)) * 1024.0)  # whole numbers: any order is exact
+    force, expected = field * 0.0, field * 0.0
+    add_nodal_forces(count, cells, dofmap, rows.ravel(), force)
+    np.add.at(expected, dofmap[cells[:count]], rows.transpose(2, 0, 1)[:count])
+    np.testing.assert_array_equal(force, expected)
