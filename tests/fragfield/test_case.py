@@ -20,6 +20,7 @@ from fragfield.case.burst_table import (
     TimeStepTable,
     ViscosityTable,
 )
+from fragfield.case.flight_table import IntegratorTable
 from fragfield.case.round_table import CasingTable, ExplosiveTable, InitiationTable, JwlTable
 from tests.fragfield.case_documents import FULL, write_case
 
@@ -63,6 +64,7 @@ def test_a_resolved_case_spells_everything_out_and_needs_no_other_file(tmp_path)
 
 
 def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
+    import flight
     from burst_fenicsx import problem
     from transition import BreakUpSettings
 
@@ -79,6 +81,8 @@ def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
         (problem.Contact, ContactTable, set()),
         (problem.ShockInitiation, InitiationTable, set()),
         (BreakUpSettings, BreakUpTable, {"shape_factor"}),
+        (flight.Adaptive, IntegratorTable, {"longest_step"}),
+        (flight.FixedStep, IntegratorTable, set()),
     ]
     for data, table, elsewhere in pairs:
         for field in dataclasses.fields(data):
