@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import fragfield.report
+from fragfield.report import assemble
 from tests.fragfield.short_run import SHORT, command, environment
 
 
@@ -45,8 +46,9 @@ def whole_run(short_case, tmp_path_factory):
 
 @pytest.fixture
 def quick_report(monkeypatch):
-    """The report without its off-screen pictures, which take longer than all else here."""
+    """The report without its pictures and figures, which take longer than all else here."""
     monkeypatch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
+    monkeypatch.setattr(assemble._Illustrator, "draw", lambda *_: [])
 
 
 @pytest.fixture
