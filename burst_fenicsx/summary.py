@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from burst_fenicsx.lighting import ignitions
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -48,6 +50,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
     growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
     contact = run.contact.summary()
+    shocks = run.initiation.sources if run.initiation is not None else [None] * len(run.rounds)
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
     return {
         "cells": len(run.mesh.cells),
@@ -96,6 +99,9 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                 "fastest_station": measure.fastest,
                 "length": run.mesh.lengths[index],
                 "products_balance": float(balances[index]),
+                "ignition": [
+                    one.summary() for one in ignitions(item, run.mesh.lengths[index], shocks[index], solver.time)
+                ],
             }
             for index, (item, measure, charge) in enumerate(zip(run.rounds, along, charge_masses, strict=True))
         ],

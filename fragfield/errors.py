@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ __all__ = [
     "InputError",
     "exit_code_of",
     "nearest",
+    "nearest_name",
 ]
 
 EXIT_DONE = 0
@@ -54,5 +55,14 @@ def exit_code_of(error: BaseException) -> int:
 
 def nearest(name: str, allowed: Iterable[str]) -> str:
     """' (did you mean "..."?)' with the nearest allowed name, or an empty string when none is near."""
-    close = difflib.get_close_matches(name, list(allowed), n=1, cutoff=0.6)
-    return f' (did you mean "{close[0]}"?)' if close else ""
+    close = nearest_name(name, allowed)
+    return f' (did you mean "{close}"?)' if close is not None else ""
+
+
+def nearest_name(name: str, allowed: Iterable[str]) -> str | None:
+    """The allowed name that is nearest to another, upper or lower case; None when none is near."""
+    names = list(allowed)
+    close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=0.6)
+    # Names that differ in case alone ("mm" and "Mm") are told apart by their case.
+    alike = get_close_matches(name, [one for one in names if one.casefold() in close], n=1, cutoff=0.0)
+    return alike[0] if alike else None

@@ -11,7 +11,7 @@ from fragfield.case import to_toml
 from fragfield.progress import duration
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from fragfield.case import Case
 
@@ -211,6 +211,10 @@ def print_summary(summary: Mapping[str, Any]) -> None:
         found = summary.get(part)
         if isinstance(found, dict) and found.get(key) is not None:
             table.add_row(part.replace("_", " "), key.replace("_", " "), _number(found[key], factor), unit)
+    rounds = (summary.get("burst") or {}).get("rounds") or []
+    for entry in rounds if len(rounds) > 1 else []:
+        if "ignition" in entry:
+            table.add_row("burst", f"ignition of {entry['name']}", *_lit(entry["ignition"]))
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", _number(surface["hits"], 1.0), "")
     for obstacle in summary.get("obstacle") or []:
@@ -221,6 +225,14 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     _print_distances(console, summary.get("flight") or {})
     if "directory" in summary:
         console.print(f"written to {summary['directory']}", markup=False)
+
+
+def _lit(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
+    """When a round was lit and by what, as the value and the unit of a line."""
+    if not ignition:
+        return "never lit", ""
+    by = "us, by shock" if ignition[0]["by"] == "shock" else "us"
+    return f"{ignition[0]['time'] * 1e6:.4g}", by
 
 
 def _print_distances(console: Console, flight: Mapping[str, Any]) -> None:

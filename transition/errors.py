@@ -18,6 +18,8 @@ class InputError(ValueError):
 def nearest(name: object, valid: Iterable[str]) -> str:
     """End of a message about an unknown name: the nearest valid one, and all that are allowed."""
     names = list(valid)
-    close = get_close_matches(str(name), names, n=1, cutoff=0.5)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
+    close = get_close_matches(str(name).casefold(), [one.casefold() for one in names], n=1, cutoff=0.5)
+    # Names that differ in case alone ("mm" and "Mm") are told apart by their case.
+    alike = get_close_matches(str(name), [one for one in names if one.casefold() in close], n=1, cutoff=0.0)
+    hint = f"; did you mean {alike[0]!r}?" if alike else ""
     return f"{hint} (allowed: {', '.join(names)})"

@@ -10,6 +10,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
+from fragfield.errors import EXIT_INPUT, nearest
 from validation.copper_cylinder import study as copper_cylinder
 from validation.m107_1944 import study as m107_1944
 from validation.options import read_options
@@ -48,8 +49,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = read_options(arguments, CASES, __doc__)
     unknown = [name for name in options.names if name not in CASES]
     if unknown:
-        print(f"validation: no case is named {unknown[0]!r}; there are {', '.join(CASES)}", file=sys.stderr)
-        return 2
+        hint = nearest(unknown[0], CASES)
+        print(f"validation: no case is named {unknown[0]!r}{hint}; there are {', '.join(CASES)}", file=sys.stderr)
+        return EXIT_INPUT
     folder = options.out.resolve() if options.out else FOLDER
     runs = Runs(folder, resume=options.resume, threads=options.threads, ranks=options.ranks)
     outcomes: dict[str, Outcome] = {}

@@ -35,7 +35,7 @@ def picture(path: Path, columns: int = 1, *, rows: int = 1, height: float = 3.2,
         figure, axes = new_figure(rows, columns, narrow=False, height=height, narrow_height=height, **grid)
         yield axes
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(to_bytes(figure, "png"))
+        path.write_bytes(to_bytes(figure, "png")[0])
 
 
 def keep_picture(path: Path, folder: Path = PICTURES) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,10 @@ LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 def nearest_name(name: str, allowed: Iterable[str]) -> str:
     """Return a clause for a message: the nearest allowed name, if one is near, and all that are allowed."""
     names = sorted(allowed)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"did you mean '{near[0]}'? " if near else ""
+    close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=0.5)
+    # Names that differ in case alone ("mm" and "Mm") are told apart by their case.
+    alike = get_close_matches(name, [one for one in names if one.casefold() in close], n=1, cutoff=0.0)
+    hint = f"did you mean '{alike[0]}'? " if alike else ""
     return f"{hint}allowed: {', '.join(names)}"
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fragfield.case.quantities import FrictionAngle, PositiveLength, Pressure, Quantity, Time
+from fragfield.case.quantities import FrictionAngle, PositiveLength, Pressure, Quantity, Time, degrees
 from fragfield.case.table import Table
 
 __all__ = [
@@ -76,11 +75,11 @@ class ContactTable(Table):
     """Shear stress at which a bond breaks without pressure on it."""
     tensile_strength: Pressure = 5e6
     """Tension at which a bond breaks."""
-    friction_angle: FrictionAngle = math.radians(20.0)
+    friction_angle: FrictionAngle = degrees(20.0)
     """Of the charge on the casing, where their bond is broken."""
     surfaces: bool = True
     """Whether surfaces that meet push each other; without it rounds pass through each other."""
-    surface_friction_angle: FrictionAngle = math.radians(20.0)
+    surface_friction_angle: FrictionAngle = degrees(20.0)
     """Of surfaces that meet."""
 
 

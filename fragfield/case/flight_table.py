@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
@@ -22,6 +21,7 @@ from fragfield.case.quantities import (
     Quantity,
     Speed,
     Time,
+    degrees,
 )
 from fragfield.case.table import Table
 
@@ -87,8 +87,8 @@ class IntegratorTable(Table):
 
     method: Literal["adaptive", "fixed"] = "adaptive"
     """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
-    tolerance: float = Field(default=1e-6, ge=1e-14, le=1e-2)
-    """Relative error of a step, for method = "adaptive"."""
+    tolerance: float = Field(default=3e-8, ge=1e-14, le=1e-2)
+    """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
     step: Time = 1e-4
     """For method = "fixed" (the paper: 0.1 ms)."""
 
@@ -115,7 +115,7 @@ class CollisionsTable(Table):
     """Of the casing, for spheres of the fragments' volume."""
     restitution: float = Field(default=0.3, ge=0.0, le=1.0)
     """Speed of parting over speed of closing."""
-    friction_angle: FrictionAngle = math.radians(20.0)
+    friction_angle: FrictionAngle = degrees(20.0)
     """Of fragment on fragment."""
     distance: PositiveLength = 10.0
     """From its launch up to which a fragment takes part."""

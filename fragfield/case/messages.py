@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
 
 from fragfield.case.quantities import NumberOrWord, Quantity, Vector, show
-from fragfield.errors import nearest
+from fragfield.errors import nearest, nearest_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -60,8 +59,8 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
 
 def _meant(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[int | str, ...]:
     """Where a misspelt key belongs: a needed key that is missing because of it is not told a second time."""
-    close = difflib.get_close_matches(str(location[-1]), _keys_beside(location, model), n=1)
-    return (*location[:-1], *close)
+    close = nearest_name(str(location[-1]), _keys_beside(location, model))
+    return location[:-1] if close is None else (*location[:-1], close)
 
 
 def join_faults(source: str, faults: Sequence[str]) -> str:

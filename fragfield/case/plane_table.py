@@ -7,13 +7,13 @@ from typing import Literal
 
 from pydantic import Field
 
-from fragfield.case.quantities import Direction, FrictionAngle, Length, Place
+from fragfield.case.quantities import Direction, FrictionAngle, Length, Place, degrees
 from fragfield.case.table import Table
 
 __all__ = ["PlaneTable", "resolved_plane"]
 
 UP = (0.0, 0.0, 1.0)
-FRICTION_ANGLE = math.radians(20.0)
+FRICTION_ANGLE = degrees(20.0)
 UNIT = 1e-12  # a normal this near to unit length stays as it is, so that reading it again changes nothing
 
 

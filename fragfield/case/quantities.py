@@ -39,6 +39,7 @@ __all__ = [
     "Time",
     "Vector",
     "Velocity",
+    "degrees",
     "show",
     "with_unit",
 ]
@@ -88,6 +89,16 @@ def show(value: object) -> str:
 def with_unit(value: float, symbol: str) -> str:
     """A value as the case file writes it; reading it gives back the same float."""
     return f"{float(value)!r} {symbol}"
+
+
+def degrees(angle: float) -> float:
+    """An angle of so many degrees in radians: the very float that the case file's "20 deg" is read as."""
+    return _converted(math.radians(angle))
+
+
+def _converted(number: float) -> float:
+    """What came out of a change of units, to 15 digits: "120 us" is 1.2e-4 s, not 1.1999999999999999e-4."""
+    return float(f"{number:.15g}")
 
 
 def _dimension_of(unit: Unit) -> str:
@@ -180,8 +191,8 @@ class Quantity:
         if quantity.dimensionality != target.dimensionality or (self.symbol == "rad") != _is_angle(quantity):
             found = _dimension_of(quantity.units) if not quantity.unitless else "a number without a unit"
             raise _fault(f"found {show(text)}, which is {_article(found)}; allowed: {self.allowed}")
-        if quantity.units != target:  # 15 digits: "120 us" is 1.2e-4 s, not 1.1999999999999999e-4
-            number = float(f"{float(quantity.to(target).magnitude):.15g}")
+        if quantity.units != target:
+            number = _converted(float(quantity.to(target).magnitude))
         self._check_bounds(number, text)
         return number
 

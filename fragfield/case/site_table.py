@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from fragfield.case.quantities import Quantity
+from fragfield.case.quantities import Quantity, degrees
 from fragfield.case.table import Table
 
 __all__ = ["SiteTable"]
 
-_HIGHEST_LATITUDE = math.radians(89.0)
+_HIGHEST_LATITUDE = degrees(89.0)
 
 
 class SiteTable(Table):

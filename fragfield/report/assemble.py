@@ -84,8 +84,8 @@ class _Illustrator:
             if wide is None:
                 return []
             narrow = function(self.run, True)
-            images = {kind: to_bytes(wide, kind) for kind in ("svg", "png")}
-            small = to_bytes(narrow, "svg") if narrow is not None else images["svg"]
+            images = dict(zip(("svg", "png"), to_bytes(wide, "svg", "png"), strict=True))
+            small = to_bytes(narrow, "svg")[0] if narrow is not None else images["svg"]
         for kind, data in images.items():
             (self.folder / f"{name}.{kind}").write_bytes(data)
         self.count += 1
@@ -100,7 +100,7 @@ class _Illustrator:
             return []
         self.count += 1
         try:
-            wide, narrow = (to_bytes(figure, "png") for figure in function(self.run))
+            (wide,), (narrow,) = (to_bytes(figure, "png") for figure in function(self.run))
         except PictureUnavailableError as error:
             return [Illustration(name, title, caption, missing=str(error))]
         (self.folder / f"{name}.png").write_bytes(wide)

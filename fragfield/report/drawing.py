@@ -90,10 +90,20 @@ def new_figure(
     return figure, [axis for line in axes for axis in line]
 
 
-def to_bytes(figure: Figure, kind: str) -> bytes:
-    """The figure as a file of that kind ("svg" or "png"), the same bytes for the same data."""
-    buffer = io.BytesIO()
-    metadata = {"Date": None} if kind == "svg" else None
+def to_bytes(figure: Figure, *kinds: str) -> list[bytes]:
+    """The figure as files of those kinds ("svg" or "png"), the same bytes for the same data.
+
+    The figure is laid out once, for all of them: that takes longer than to draw it.
+    """
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+        figure.set_layout_engine("none")
     # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
-    figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, bbox_inches="tight", pad_inches=0.06)
-    return buffer.getvalue()
+    drawn = figure.get_tightbbox().padded(0.06)
+    files = []
+    for kind in kinds:
+        buffer = io.BytesIO()
+        metadata = {"Date": None} if kind == "svg" else None
+        figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, bbox_inches=drawn)
+        files.append(buffer.getvalue())
+    return files

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fragfield.certainty import not_converged
+from fragfield.report.ignition_table import lit_by_shock, never_lit
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
 from fragfield.report.validation_status import read_record, validation_words
@@ -202,17 +203,35 @@ def _contact(run: RunFiles, size: float) -> list[Finding]:
 
 
 def _unlit(run: RunFiles) -> list[Finding]:
-    """Rounds whose products gave less than half of their charge's heat: not lit, or late."""
+    """Rounds that were never lit, that a shock lit, or whose products gave less than half of their charge's heat."""
+    dark = never_lit(run)
+    found = [
+        Finding(
+            "warning",
+            f"Round “{name}” was never lit: its charge did not detonate in the time computed, and its casing is not "
+            "that of a detonated round.",
+        )
+        for name in dark
+    ]
     shares = [(str(one.get("name")), _value(one, "products_balance")) for one in run.part("burst").get("rounds") or []]
-    return [
+    found += [
         Finding(
             "warning",
             f"Round “{name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was lit late, in "
             "part, or not at all, and its casing is not that of a detonated round.",
         )
         for name, share in shares
-        if share is not None and share < 0.5
+        if share is not None and share < 0.5 and name not in dark
     ]
+    found += [
+        Finding(
+            "note",
+            f"Round “{name}” was lit by the shock of a neighbour, at {number(1e6 * time, 3)} µs. Whether and when a "
+            "shock lights a charge rests on `initiation` and on the cell size: repeat with other values of both.",
+        )
+        for name, time in lit_by_shock(run)
+    ]
+    return found
 
 
 def _folded_casing_cells(run: RunFiles) -> int:

@@ -76,7 +76,7 @@ def arrangement_table(run: RunFiles) -> Iterator[Table]:
             )
         )
     yield Table(
-        "Arrangement", ("Round", "x (mm)", "y (mm)", "z (mm)", "Axis", "Lit"), tuple(lines),
+        "Arrangement", ("Round", "x (mm)", "y (mm)", "z (mm)", "Axis", "To be lit"), tuple(lines),
         note="Position of the centre of the base; the axis points from the base to the nose.",
     )  # fmt: skip
 

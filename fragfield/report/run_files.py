@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.ensemble import EnsembleHazard
+    from transition.mirroring import SymmetryPlane
 
 __all__ = ["STAGE_FILES", "RoundData", "RunFiles", "read_run"]
 
@@ -58,6 +59,8 @@ class RunFiles:
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
     rounds: list[RoundData] = field(default_factory=list)
+    planes: list[SymmetryPlane] = field(default_factory=list)
+    """Planes of symmetry, behind which mirrored rounds stand."""
     history: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     nodes: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     cells: dict[str, NDArray[Any]] = field(default_factory=dict)
@@ -170,8 +173,18 @@ def _read_snapshot(run: RunFiles) -> None:
                 group = file["rounds"][name]
                 attributes = {key: _plain(value) for key, value in group.attrs.items()}
                 run.rounds.append(RoundData(attributes, _strings(group["segments"][()]), group["along"][()]))
+            run.planes = [_plane(group) for group in file.get("planes", {}).values()]
         except (KeyError, OSError) as error:
             raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
+
+
+def _plane(group: h5py.Group) -> SymmetryPlane:
+    from transition.mirroring import SymmetryPlane
+
+    x, y, z = np.asarray(group.attrs["point"], dtype=float).tolist()
+    normal = np.asarray(group.attrs["normal"], dtype=float)
+    along_x, along_y, along_z = (normal / np.linalg.norm(normal)).tolist()
+    return SymmetryPlane(str(_plain(group.attrs["name"])), (x, y, z), (along_x, along_y, along_z))
 
 
 def _read_fragments(run: RunFiles) -> None:

@@ -18,6 +18,7 @@ from fragfield.report.blocks import (
 )
 from fragfield.report.distance_tables import band_words, density_table, distance_table, sector_table, stack_rule_table
 from fragfield.report.findings import findings
+from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
 from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings
 from fragfield.report.obstacle_tables import obstacle_tables
@@ -201,6 +202,7 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             burst_figures.casing_over_time,
         ),
         *contact_rows(run),
+        *ignition_table(run),
         *round_table(run),
     ]  # fmt: skip
     return Section("burst", "Burst", _stage(run, "burst", blocks))

@@ -16,9 +16,10 @@ import numpy as np
 
 from fragfield.report.drawing import SPEED_MAP
 from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
-from fragfield.view.scenes import final_burst, fragment_points, section
+from fragfield.view.scenes import burst_states, fragment_points, section
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     import pyvista
@@ -36,7 +37,9 @@ __all__ = [
 
 VIEW_OF_BURST, VIEW_OF_FRAGMENTS = "view_burst.html", "view_fragments.html"
 MOST_TRIANGLES = 120_000
-"""Of a view: its page then stays below 10 MB, and a telephone turns it without stutter."""
+"""Of a view, all its times together: its page then stays below 10 MB, and a telephone turns it without stutter."""
+STATES = 5
+"""Times of the burst in its view, the end among them."""
 STREAK = 1e-4
 """Time (s) that fragments have flown on, without drag, in their view."""
 _HINT = "Drag to turn, wheel or two fingers to zoom, Shift and drag to move."
@@ -84,18 +87,24 @@ def write_interactive_views(run: RunFiles, folder: Path | None = None) -> list[P
 
 
 def view_of_burst(run: RunFiles, folder: Path) -> Path:
-    """Write the page of the rounds at the end of the burst, cut open, coloured by speed; return its path."""
-    grid = final_burst(run)
-    fastest = float(grid.point_data["speed"].max()) or 1.0
-    surface = _bare(section(grid).extract_surface(algorithm="dataset_surface").triangulate())
-    if surface.n_cells > MOST_TRIANGLES:
-        surface = surface.decimate_pro(1.0 - MOST_TRIANGLES / surface.n_cells, preserve_topology=True)
+    """Write the page of the rounds, cut open, coloured by speed, at some times to choose from; return its path."""
+    states = burst_states(run, STATES)
+    fastest = max(float(grid.point_data["speed"].max()) for _, grid in states) or 1.0
     plotter = _plotter()
-    _add_coloured(plotter, surface, fastest)
+    for _, grid in states:
+        _add_coloured(plotter, _light_surface(section(grid), MOST_TRIANGLES // len(states)), fastest)
     plotter.view_vector((0.35, -1.0, 0.3), viewup=(0, 0, 1))
-    time = (run.burst_time or 0.0) * 1e6
-    path = folder / VIEW_OF_BURST
-    return _write(plotter, path, run.title, f"Section of the burst at {time:.0f} µs", "Speed (m/s)", fastest)
+    times = [f"{time * 1e6:.0f} µs" for time, _ in states]
+    words = "Section of the burst" if len(times) > 1 else f"Section of the burst at {times[0]}"
+    return _write(plotter, folder / VIEW_OF_BURST, run.title, words, "Speed (m/s)", fastest, times)
+
+
+def _light_surface(grid: pyvista.UnstructuredGrid, most: int) -> pyvista.PolyData:
+    """The outside of the cells in at most about so many triangles."""
+    surface = _bare(grid.extract_surface(algorithm="dataset_surface").triangulate())
+    if surface.n_cells <= most:
+        return surface
+    return surface.decimate_pro(1.0 - most / surface.n_cells, preserve_topology=True)
 
 
 def view_of_fragments(run: RunFiles, folder: Path) -> Path:
@@ -162,7 +171,16 @@ def _add_coloured(plotter: pyvista.Plotter, mesh: pyvista.PolyData, fastest: flo
     )  # fmt: skip
 
 
-def _write(plotter: pyvista.Plotter, path: Path, title: str, words: str, quantity: str, fastest: float) -> Path:
+def _write(
+    plotter: pyvista.Plotter,
+    path: Path,
+    title: str,
+    words: str,
+    quantity: str,
+    fastest: float,
+    times: Sequence[str] = (),
+) -> Path:
+    """Write the page of a scene; with several `times` it has a mesh for each, in their order, and shows one of them."""
     from trame_vtk.tools.vtksz2html import write_html
 
     plotter.reset_camera()
@@ -178,6 +196,8 @@ def _write(plotter: pyvista.Plotter, path: Path, title: str, words: str, quantit
     body, _, tail = rest.rpartition("</body>")
     heading = f"{title} – {words}"
     legend = _legend(title, words, quantity, fastest)
+    if len(times) > 1:
+        legend += _slider(times)
     draft = path.with_name(path.name + ".part")
     draft.write_text(f"{head}<title>{escape(heading)}</title>{body}{legend}</body>{tail}", encoding="utf-8")
     return draft.replace(path)
@@ -224,7 +244,7 @@ def _legend(title: str, words: str, quantity: str, fastest: float) -> str:
     return f"""
 <style>
 .content {{ position: fixed; inset: 0; }}
-#head, #bar {{ position: fixed; z-index: 1; left: 1rem; pointer-events: none; color: #1d2733;
+#head, #bar, #state {{ position: fixed; z-index: 1; left: 1rem; pointer-events: none; color: #1d2733;
   font: 15px/1.4 "Segoe UI", "Helvetica Neue", Helvetica, "Liberation Sans", "DejaVu Sans", Arial, sans-serif; }}
 #head {{ top: .8rem; right: 1rem; }}
 #head h1 {{ margin: 0; font-size: 1.25rem; line-height: 1.2; }}
@@ -238,4 +258,35 @@ def _legend(title: str, words: str, quantity: str, fastest: float) -> str:
 <div id="head"><h1>{escape(title)}</h1><p>{escape(words)}</p></div>
 <div id="bar"><div>{escape(quantity)}</div><div class="colours"></div><div class="ticks">{ticks}</div>
 <div class="hint">{_HINT}</div></div>
+"""
+
+
+def _slider(times: Sequence[str]) -> str:
+    """A slider that shows one of the scene's meshes at a time; the last one first. Arrow keys move it too."""
+    last = len(times) - 1
+    marks = "".join(f"<span>{escape(time)}</span>" for time in times)
+    return f"""
+<style>
+#state {{ top: 4.2rem; width: min(26rem, calc(100% - 2rem)); }}
+#state input {{ width: 100%; margin: 0; pointer-events: auto; }}
+#state .times {{ display: flex; justify-content: space-between; font-size: .85rem; }}
+#state .chosen {{ font-weight: bold; }}
+</style>
+<div id="state"><input type="range" min="0" max="{last}" value="{last}" step="1" aria-label="Time">
+<div class="times">{marks}</div></div>
+<script>
+  const slider = document.querySelector("#state input"), marks = document.querySelectorAll("#state span");
+  const scene = () => window.global && window.global.renderWindow;  // where the viewer leaves it
+  const meshes = () => scene() ? scene().getRenderers().flatMap(part => part.getActors()) : [];
+  function show() {{
+    slider.setAttribute("aria-valuetext", marks[slider.value].textContent);
+    marks.forEach((mark, number) => mark.classList.toggle("chosen", number === Number(slider.value)));
+    meshes().forEach((mesh, number) => mesh.setVisibility(number === Number(slider.value)));
+    scene().render();
+  }}
+  slider.addEventListener("input", show);
+  const waiting = setInterval(() => {{
+    if (meshes().length === marks.length) {{ clearInterval(waiting); show(); }}
+  }}, 50);
+</script>
 """

@@ -10,7 +10,7 @@ import numpy as np
 from fragfield.report.drawing import SPEED_MAP, drawing_style
 from fragfield.report.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
-from fragfield.view.scenes import burst_at, burst_times, cut, final_burst, fragment_points, section
+from fragfield.view.scenes import burst_states, cut, fragment_points, section
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -73,7 +73,7 @@ class _Frame:
 def burst_figures(run: RunFiles, *, frames: int = 4) -> tuple[Figure, Figure]:
     """Figures of the section over time: `frames` times side by side, and for a narrow page half as many."""
     require_offscreen()
-    grids = _grids(run, frames)
+    grids = burst_states(run, frames)
     fastest = max(float(grid.point_data["speed"].max()) for _, grid in grids) or 1.0
     drawn = [_Frame(time, *_render_section(grid, fastest)) for time, grid in grids]
     return _panels(drawn, fastest, 7.4), _panels(drawn[1::2] if len(drawn) > 2 else drawn[-1:], fastest, 3.75)
@@ -95,16 +95,6 @@ def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
         axes[0].set_ylabel("z (mm)")
         _speed_bar(figure, fastest)
     return figure
-
-
-def _grids(run: RunFiles, frames: int) -> list[tuple[float, pyvista.UnstructuredGrid]]:
-    end = (run.burst_time or 0.0, final_burst(run))
-    times = [time for time in burst_times(run) if time < end[0] * (1 - 1e-9)]
-    # Even in time, without the start, which shows no speed, when there is anything later.
-    later = [time for time in times if time > 0] or times
-    wanted = np.linspace(0.0, end[0], frames + 1)[1:-1]
-    chosen = sorted({later[int(np.abs(np.subtract(later, want)).argmin())] for want in wanted}) if later else []
-    return [*((time, burst_at(run, time)) for time in chosen), end]
 
 
 def _render_section(

@@ -7,30 +7,41 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
+from transition.mirroring import images
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pyvista
     from numpy.typing import NDArray
 
     from fragfield.report.run_files import RunFiles
+    from transition.mirroring import Image
 
-__all__ = ["burst_at", "burst_times", "cut", "final_burst", "fragment_points", "middle_plane", "section"]
+__all__ = [
+    "burst_at",
+    "burst_states",
+    "burst_times",
+    "cut",
+    "final_burst",
+    "fragment_points",
+    "middle_plane",
+    "section",
+]
 
 CASING = 0
 """Part of a cell, as the snapshot numbers them."""
+_SECTION = "section"
+_MIRRORED = (3, 2, 1, 0, 7, 6, 5, 4)
+"""Corners of a mirrored hexahedron in the order in which it is not inside out."""
 
 
 def final_burst(run: RunFiles) -> pyvista.UnstructuredGrid:
-    """The mesh at the end of the burst with the nodes' speed, from the snapshot."""
-    import pyvista
-
+    """The mesh at the end of the burst with the nodes' speed, from the snapshot, with its images."""
     if not run.nodes:
         raise InputError(f"{run.folder}: burst_snapshot.h5 is missing; run `fragfield burst` first")
-    cells = run.cells["nodes"]
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: cells}, run.nodes["position"])
-    grid.point_data["speed"] = np.linalg.norm(run.nodes["velocity"], axis=1)
-    grid.cell_data["part"] = run.cells["part"].astype(np.int32)
-    return grid
+    speed = np.linalg.norm(run.nodes["velocity"], axis=1)
+    return _whole(run, run.nodes["position"], run.cells["nodes"], speed, run.cells["part"])
 
 
 def burst_times(run: RunFiles) -> tuple[float, ...]:
@@ -42,14 +53,25 @@ def burst_times(run: RunFiles) -> tuple[float, ...]:
 
 
 def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
-    """The mesh at one of the times of burst.xdmf with the nodes' speed."""
+    """As `final_burst` at one of the times of burst.xdmf."""
     reader = _reader(run)
     reader.set_active_time_value(time)
     grid = reader.read()
     if "velocity" not in grid.point_data or "part" not in grid.cell_data:
         raise InputError(f"{run.folder / 'burst.xdmf'}: velocity or part is missing at {time:g} s")
-    grid.point_data["speed"] = np.linalg.norm(grid.point_data["velocity"], axis=1)
-    return grid
+    speed = np.linalg.norm(grid.point_data["velocity"], axis=1)
+    return _whole(run, grid.points, grid.cell_connectivity.reshape(-1, 8), speed, grid.cell_data["part"])
+
+
+def burst_states(run: RunFiles, number: int) -> list[tuple[float, pyvista.UnstructuredGrid]]:
+    """Times (s) and meshes of at most `number` states, even in time, the last of them the end of the burst."""
+    end = (run.burst_time or 0.0, final_burst(run))
+    times = [time for time in burst_times(run) if time < end[0] * (1 - 1e-9)]
+    # Without the start, which shows no speed, when there is anything later.
+    later = [time for time in times if time > 0] or times
+    wanted = np.linspace(0.0, end[0], number + 1)[1:-1]
+    chosen = sorted({later[int(np.abs(np.subtract(later, want)).argmin())] for want in wanted}) if later else []
+    return [*((time, burst_at(run, time)) for time in chosen), end]
 
 
 def _reader(run: RunFiles) -> Any:  # noqa: ANN401 - pyvista's readers share no typed interface for times
@@ -58,9 +80,44 @@ def _reader(run: RunFiles) -> Any:  # noqa: ANN401 - pyvista's readers share no 
     return pyvista.get_reader(str(run.folder / "burst.xdmf"))
 
 
+def _whole(
+    run: RunFiles,
+    points: NDArray[np.float64],
+    cells: NDArray[Any],
+    speed: NDArray[np.float64],
+    part: NDArray[Any],
+) -> pyvista.UnstructuredGrid:
+    """The hexahedra that were computed and their images, with speed and part."""
+    import pyvista
+
+    mirrors = images(run.planes, str(run.folder))
+    places, corners = [points], [cells]
+    for number, image in enumerate(mirrors, start=1):
+        places.append(image.place(points))
+        turned = cells[:, _MIRRORED] if np.linalg.det(image.matrix) < 0.0 else cells
+        corners.append(turned + number * len(points))
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: np.vstack(corners)}, np.vstack(places))
+    grid.point_data["speed"] = np.tile(speed, 1 + len(mirrors))
+    grid.cell_data["part"] = np.tile(np.asarray(part).astype(np.int32), 1 + len(mirrors))
+    grid.field_data[_SECTION] = [_section_plane(run, mirrors, grid)]
+    return grid
+
+
+def _section_plane(run: RunFiles, mirrors: Sequence[Image], grid: pyvista.UnstructuredGrid) -> float:
+    """The y (m) at which the rounds are cut: through the middle of the round next to the middle, or before it."""
+    middle = 0.5 * float(grid.bounds[2] + grid.bounds[3])
+    centres: list[NDArray[np.float64]] = []
+    for item in run.rounds:
+        position, axis = (np.asarray(item.attributes[key], dtype=np.float64) for key in ("position", "axis"))
+        centre = np.add(position, 0.5 * float(item.attributes["length"]) * axis / np.linalg.norm(axis))
+        centres += [centre, *(image.place(centre) for image in mirrors)]
+    # Of two rounds equally near the front one is cut, and the one behind it stays whole.
+    return min((float(centre[1]) for centre in centres), key=lambda y: (round(abs(y - middle), 6), y), default=middle)
+
+
 def middle_plane(grid: pyvista.UnstructuredGrid) -> float:
-    """The y of the section: the middle of the grid (m)."""
-    return 0.5 * float(grid.bounds[2] + grid.bounds[3])
+    """The y of the section (m)."""
+    return float(grid.field_data[_SECTION][0])
 
 
 def section(grid: pyvista.UnstructuredGrid) -> pyvista.UnstructuredGrid:

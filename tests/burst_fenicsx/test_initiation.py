@@ -259,6 +259,14 @@ def test_a_tube_is_lit_by_the_one_beside_it(lit_by_neighbour):
     assert charge.burn_fraction[: mesh.cells][waiting].max() == 1.0
 
 
+def test_the_summary_tells_when_where_and_by_what_each_tube_was_lit(lit_by_neighbour):
+    own, by_shock = (entry["ignition"] for entry in lit_by_neighbour.finish().summary["rounds"])
+    assert [(one["by"], one["time"], one["station"]) for one in own] == [("point", 0.0, pytest.approx(0.0, abs=1e-12))]
+    source = lit_by_neighbour.initiation.sources[1]
+    assert [(one["by"], one["time"], one["place"]) for one in by_shock] == [("shock", source.time, list(source.place))]
+    assert by_shock[0]["station"] == pytest.approx(lit_by_neighbour.mesh.lengths[1] - source.place[2])
+
+
 @pytest.mark.parametrize("after", [0.5, 1.05])
 def test_a_burst_that_waits_for_shock_goes_on_from_a_checkpoint(tmp_path, lit_by_neighbour, after):
     """To the last bit, from before the neighbour is lit and from shortly after."""

@@ -29,54 +29,55 @@ from burst_fenicsx.meshing.distributed import _TO_TENSOR, distribute
 from burst_fenicsx.meshing.split import split_charges
 from tests.burst_fenicsx.tubes import tube
 
-comm, chance = MPI.COMM_WORLD, sys.argv[1] == "random"
+comm = MPI.COMM_WORLD
 rounds = [tube(), tube(position=(0.2, 0.0, 0.0))]
 mesh = merge([split_charges(mesh_round(item, 20e-3, index)) for index, item in enumerate(rounds)])
 pairs = len(mesh.twins)
 assert pairs > 0
 assert np.array_equal(mesh.nodes[mesh.twins[:, 0]], mesh.nodes[mesh.twins[:, 1]])
-owner = np.random.default_rng(3).integers(0, comm.size, len(mesh.cells)).astype(np.int32) if chance else None
-given = mesh if comm.rank == 0 else None
-spread = distribute(comm, given, destination=owner)
+by_chance = np.random.default_rng(3).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
+for owner in (None, by_chance):  # in runs of cells, and by chance
+    given = mesh if comm.rank == 0 else None
+    spread = distribute(comm, given, destination=owner)
 
-# Every cell has one owner and keeps its names and nodes, ghosts too.
-assert np.array_equal(np.sort(np.concatenate(comm.allgather(spread.cell))), np.arange(len(mesh.cells)))
-assert np.array_equal(spread.all_cell[: spread.cells], spread.cell)
-assert np.array_equal(spread.all_dofmap[: spread.cells], spread.dofmap)
-assert np.array_equal(spread.node[spread.all_dofmap], mesh.cells[spread.all_cell][:, _TO_TENSOR])
-assert np.array_equal(spread.all_part, mesh.part[spread.all_cell])
-assert np.array_equal(spread.all_round, mesh.round[spread.all_cell])
-assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])
-assert comm.allreduce(spread.owned_nodes) == len(mesh.nodes)
+    # Every cell has one owner and keeps its names and nodes, ghosts too.
+    assert np.array_equal(np.sort(np.concatenate(comm.allgather(spread.cell))), np.arange(len(mesh.cells)))
+    assert np.array_equal(spread.all_cell[: spread.cells], spread.cell)
+    assert np.array_equal(spread.all_dofmap[: spread.cells], spread.dofmap)
+    assert np.array_equal(spread.node[spread.all_dofmap], mesh.cells[spread.all_cell][:, _TO_TENSOR])
+    assert np.array_equal(spread.all_part, mesh.part[spread.all_cell])
+    assert np.array_equal(spread.all_round, mesh.round[spread.all_cell])
+    assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])
+    assert comm.allreduce(spread.owned_nodes) == len(mesh.nodes)
 
-# A rank has every cell that touches a place which a cell of its own touches, once, and no other.
-place = np.arange(len(mesh.nodes))
-place[mesh.twins[:, 0]] = mesh.twins[:, 1]
-places = place[mesh.cells]
-touched = np.zeros(len(place), dtype=bool)
-touched[places[spread.cell]] = True
-assert np.array_equal(np.sort(spread.all_cell), np.flatnonzero(touched[places].any(axis=1)))
+    # A rank has every cell that touches a place which a cell of its own touches, once, and no other.
+    place = np.arange(len(mesh.nodes))
+    place[mesh.twins[:, 0]] = mesh.twins[:, 1]
+    places = place[mesh.cells]
+    touched = np.zeros(len(place), dtype=bool)
+    touched[places[spread.cell]] = True
+    assert np.array_equal(np.sort(spread.all_cell), np.flatnonzero(touched[places].any(axis=1)))
 
-# Numbers to local nodes and back.
-local = spread.local_node(np.arange(len(mesh.nodes)))
-assert np.array_equal(local[spread.node], np.arange(len(spread.node)))
-assert (np.delete(local, spread.node) == -1).all()
-both = spread.local_node(mesh.twins)
-assert both.dtype == np.int32 and both.shape == mesh.twins.shape
-assert np.array_equal(both[:, 0] >= 0, both[:, 1] >= 0)
-assert (spread.local_node(np.array([-1, len(mesh.nodes)])) == -1).all()
+    # Numbers to local nodes and back.
+    local = spread.local_node(np.arange(len(mesh.nodes)))
+    assert np.array_equal(local[spread.node], np.arange(len(spread.node)))
+    assert (np.delete(local, spread.node) == -1).all()
+    both = spread.local_node(mesh.twins)
+    assert both.dtype == np.int32 and both.shape == mesh.twins.shape
+    assert np.array_equal(both[:, 0] >= 0, both[:, 1] >= 0)
+    assert (spread.local_node(np.array([-1, len(mesh.nodes)])) == -1).all()
+
 if comm.rank == 0:
     print("distributed")
 """
 
 
-@pytest.mark.parametrize("partition", ["runs", "random"])
 @pytest.mark.parametrize("ranks", [1, 2, 3, 4])
-def test_both_sides_of_a_split_are_where_either_is(tmp_path, mpirun, ranks, partition):
+def test_both_sides_of_a_split_are_where_either_is(tmp_path, mpirun, ranks):
     """Two split rounds on 1-4 ranks, in runs of cells and by chance: ghosts, names, number of nodes, local nodes."""
     script = tmp_path / "distribution.py"
     script.write_text(textwrap.dedent(DISTRIBUTION))
-    assert mpirun(ranks, script, partition).stdout.strip() == "distributed"
+    assert mpirun(ranks, script).stdout.strip() == "distributed"
 
 
 @pytest.fixture(scope="module")

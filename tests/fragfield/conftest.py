@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+from functools import partial
 from pathlib import Path
 
 import pytest
+
+import fragfield.report
+from fragfield.report import assemble
+from tests.fragfield.short_run import SHORT, command, environment
 
 
 @pytest.fixture(scope="session")
@@ -16,3 +23,34 @@ def reported_pair(tmp_path_factory) -> Path:
     folder = write_run(tmp_path_factory.mktemp("report") / "pair", rounds=2, title="Two <rounds> & a gap")
     write_report(folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def short_case(tmp_path_factory):
+    path = tmp_path_factory.mktemp("case") / "short.toml"
+    path.write_text(SHORT)
+    return path
+
+
+@pytest.fixture(scope="session")
+def whole_run(short_case, tmp_path_factory):
+    """A whole run by the real command, and what it printed."""
+    out = tmp_path_factory.mktemp("runs") / "whole"
+    done = subprocess.run(
+        command("run", short_case, "--out", out, "--json"),
+        capture_output=True, text=True, env=environment(), timeout=300, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return out, done.stdout
+
+
+@pytest.fixture
+def quick_report(monkeypatch):
+    """The report without its pictures and figures, which take longer than all else here."""
+    monkeypatch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
+    monkeypatch.setattr(assemble._Illustrator, "draw", lambda *_: [])
+
+
+@pytest.fixture
+def run_copy(whole_run, tmp_path):
+    return Path(shutil.copytree(whole_run[0], tmp_path / "copy"))

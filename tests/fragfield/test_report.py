@@ -264,7 +264,7 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     with drawing_style():
         figure = speed_along_round(read_run(folder), narrow=False)
         assert figure is not None
-        again = to_bytes(figure, "svg")
+        again = to_bytes(figure, "svg")[0]
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
 
 

@@ -11,6 +11,7 @@ from fragfield.report.blocks import Findings, Rows, Table
 from fragfield.report.burst_figures import speed_along_round
 from fragfield.report.drawing import drawing_style
 from fragfield.report.findings import findings
+from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
 from fragfield.report.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
@@ -82,6 +83,38 @@ def test_ignition_and_initiation_are_told_in_words():
     assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]
     assert found.lines[0][1:5] == ("100", "0", "1,000", "0, 0, 1")
     assert not list(arrangement_table(RunFiles(None, case={"round": rounds[:1]}))), "one round stands in its own table"
+
+
+IGNITION = {
+    "a": [{"by": "point", "time": 0.0, "place": [0.0, 0.0, 0.3], "station": 0.0},
+          {"by": "delay", "time": 4e-6, "place": [0.0, 0.0, 0.0], "station": 0.3}],
+    "b": [{"by": "shock", "time": 43.21e-6, "place": [0.1225, -0.01, 0.2], "station": 0.1}],
+    "c": [],
+}  # fmt: skip
+
+
+def _lit():
+    rounds = [{"name": name, "ignition": found} for name, found in IGNITION.items()]
+    rounds[2]["products_balance"] = 0.0
+    return RunFiles(None, summary={"burst": {"rounds": rounds}})
+
+
+def test_when_where_and_by_what_each_round_was_lit():
+    (found,) = ignition_table(_lit())
+    assert [tuple(map(plain, line)) for line in found.lines] == [
+        ("a", "own point", "0", "0", "0", "300", "0"),
+        ("a", "own point, delayed", "4", "0", "0", "0", "300"),
+        ("b", "shock", "43.21", "122.5", "-10", "200", "100"),
+        ("c", "never lit", "–", "–", "–", "–", "–"),
+    ]
+    assert not list(ignition_table(RunFiles(None, summary={"burst": {"rounds": [{"name": "a"}]}}))), "an older run"
+
+
+def test_a_round_that_was_never_lit_is_warned_of_once_and_one_lit_by_shock_is_told():
+    told = [one for one in findings(_lit()) if "Round “" in one.text]
+    assert [(one.weight, one.text.split("”")[0][-1]) for one in told] == [("warning", "c"), ("note", "b")]
+    assert "was never lit" in told[0].text
+    assert "lit by the shock of a neighbour, at 43.2 µs" in told[1].text
 
 
 def test_rounds_of_one_kind_are_written_once(pallet):

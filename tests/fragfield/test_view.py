@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -18,7 +19,7 @@ from fragfield.report import read_run, write_report
 from fragfield.view import PictureUnavailableError, display_available, interactive, offscreen, offscreen_fault
 from fragfield.view.film import film_fault, read_paths
 from fragfield.view.interactive import interactive_fault
-from fragfield.view.scenes import burst_at, burst_times, cut, final_burst, section
+from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
 from fragfield.view.show import view_run, write_films, write_pictures
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
@@ -154,6 +155,47 @@ def test_section_keeps_the_half_behind_whole(run):
     half = section(grid)
     assert half.n_cells * 2 == grid.n_cells
     assert half.cell_centers().points[:, 1].min() >= 0.0
+
+
+@pytest.fixture(scope="module")
+def mirrored(tmp_path_factory) -> Path:
+    """One round before two planes of symmetry that meet at right angles: a quarter of a stack of four."""
+    folder = write_run(tmp_path_factory.mktemp("mirrored") / "run", stages=1)
+    with h5py.File(folder / "burst_snapshot.h5", "a") as file:
+        for number, (name, normal) in enumerate((("x", (1.0, 0.0, 0.0)), ("y", (0.0, -3.0, 0.0)))):
+            group = file.create_group(f"planes/{number}")
+            group.attrs.update({"name": name, "point": -0.25 * np.sign(normal), "normal": normal})
+    return folder
+
+
+def test_rounds_behind_planes_of_symmetry_are_shown(run, mirrored):
+    """At every time: four rounds, none of their cells inside out, each as fast as the one that was computed."""
+    alone, files = final_burst(read_run(run)), read_run(mirrored)
+    for whole in (final_burst(files), burst_at(files, burst_times(files)[-1])):
+        assert whole.n_cells == 4 * alone.n_cells
+        assert whole.bounds[:4] == pytest.approx(
+            [-0.5 - alone.bounds[1], alone.bounds[1], alone.bounds[2], 0.5 - alone.bounds[2]], rel=1e-6
+        )
+        assert whole.compute_cell_sizes()["Volume"].min() > 0.0
+        assert whole["speed"].max() == pytest.approx(alone["speed"].max(), rel=1e-6)
+        assert whole["part"].sum() == 4 * alone["part"].sum()
+
+
+def test_a_stack_is_cut_through_its_front_row(mirrored):
+    """Not between the rows, where nothing would be cut: half of the front row is left and all behind it."""
+    grid = final_burst(read_run(mirrored))
+    assert middle_plane(grid) == pytest.approx(0.0, abs=1e-9)
+    assert section(grid).n_cells == 3 * grid.n_cells // 4
+    plane, _ = cut(grid)
+    assert plane.n_cells > 0
+
+
+def test_states_are_even_in_time_and_end_with_the_burst(run):
+    states = burst_states(read_run(run), 3)
+    assert len(states) <= 3
+    assert states[-1][0] == END_TIME
+    assert all(time > 0.0 for time, _ in states)
+    assert [time for time, _ in states] == sorted({time for time, _ in states})
 
 
 def test_cut_shows_the_plane_and_the_outline_of_the_casing(run):

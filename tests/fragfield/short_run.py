@@ -1,0 +1,52 @@
+"""A short run of the ready tube: how it is started, and how two of its files are compared."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+from click.testing import Result
+from typer.testing import CliRunner
+
+from fragfield.cli import app
+
+__all__ = ["ROOT", "SHORT", "command", "environment", "invoke", "same_data"]
+
+ROOT = Path(__file__).parents[2]
+# The first 12 us of the ready tube with four cells around the wall: seconds, and every stage has something to do.
+SHORT = (ROOT / "cases" / "tube.toml").read_text().replace(
+    'end_time = "120 us"', 'end_time = "12 us"\nenergy_tolerance = 1.0\noutput = { interval = "4 us" }'
+).replace('cell_size = "6 mm"', 'cell_size = "12 mm"')  # fmt: skip
+
+
+def invoke(*arguments: object) -> Result:
+    """Call the command line in this process."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def command(*arguments: object) -> list[str]:
+    """The command line for a process of its own, which wants `environment`."""
+    return [sys.executable, "-m", "fragfield", *map(str, arguments)]
+
+
+def environment() -> dict[str, str]:
+    """Variables with which another process finds these packages."""
+    return {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+def same_data(ours: Path, theirs: Path) -> int:
+    """Compare every dataset of two files, to the last bit; give their number."""
+    found: list[dict[str, np.ndarray]] = []
+    for path in (ours, theirs):
+        found.append({})
+        with h5py.File(path) as file:
+            file.visititems(
+                lambda name, item: found[-1].update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+            )
+    assert set(found[0]) == set(found[1])
+    for name, values in found[0].items():
+        assert np.array_equal(values, found[1][name]), (ours.name, name)
+    return len(found[0])

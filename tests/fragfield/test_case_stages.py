@@ -1,0 +1,94 @@
+"""What of a case reaches the stages."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.meshing import mesh_profile
+from fragfield.case import load_case, read_resolved, to_toml
+from fragfield.case.convert import break_up_settings, burst_rounds, burst_settings, flight_arguments
+from fragfield.case.load import case_from_document
+from fragfield.errors import InputError
+from tests.fragfield.case_documents import CASE, FULL, changed, write_case
+
+
+def test_the_case_reaches_every_setting_of_the_burst(tmp_path):
+    case = load_case(write_case(tmp_path, FULL))
+    settings = burst_settings(case)
+    assert (settings.cell_size, settings.quadrature, settings.products, settings.burn) == (0.009, "full", "jwl", "time")
+    assert settings.end_time is None
+    assert settings.acceleration_window == 20e-6
+    assert (settings.time_step.cfl, settings.time_step.fixed) == (0.7, 10e-9)
+    assert not settings.leakage.enabled
+    assert settings.viscosity.linear == 0.1
+    assert settings.hourglass.casing_stiffness == 0.05
+    assert settings.output_interval == 5e-6
+    left, right = burst_rounds(case)
+    assert left.explosive.jwl is not None
+    assert left.casing.shear_softening_strain is None
+    assert [(point.station, point.offset, point.delay) for point in left.ignition] == [
+        (pytest.approx(0.15), (0.005, 0.0), 0.0),
+        (pytest.approx(0.3), (0.0, 0.0), 3e-6),
+    ]
+    assert [point.station for point in right.ignition] == [pytest.approx(0.142518)]
+    assert right.axis == (0.0, 0.1, 1.0)
+
+
+def test_the_case_reaches_break_up_and_flight(tmp_path):
+    case = load_case(write_case(tmp_path, FULL))
+    settings = break_up_settings(case)
+    assert (settings.dimension, settings.mixed_fraction, settings.mean_mass) == ("mixed", 0.3, 0.0149)
+    assert (settings.prefactor, settings.sampler, settings.graded_m0) == ("paper", "graded", 5e-5)
+    assert settings.segments == (0.1, 0.2)
+    assert settings.shape_factor == 2600.0
+    arguments = flight_arguments(case)
+    assert float(arguments["air"].density(0.0)) == 0.9
+    assert float(arguments["drag"].at(2.0)) == 1.2
+    assert arguments["integrator"].step == 1e-4
+    assert arguments["wind"].at(100.0) == pytest.approx([9 * 0.8660254037844387, 4.5])
+    assert [surface.name for surface in arguments["witnesses"]] == ["ring", "wall", "roof"]
+    assert arguments["witnesses"][0].radius == 7.62
+    assert case.hazard.energy == pytest.approx(78.6374, rel=1e-5)
+
+
+def test_shape_and_collisions_reach_the_flight(tmp_path):
+    import flight
+
+    given = {"shape": {"model": "box", "orientation": "fixed"}, "collisions": {"distance": "5 m"}}
+    case = case_from_document(changed(flight=given), source="my.toml", folder=tmp_path)
+    arguments = flight_arguments(case)
+    assert arguments["shape"] == flight.shape.Box((5.0, 2.0, 1.0), "fixed")
+    assert arguments["contact"] == flight.Contact(distance=5.0)
+    assert read_resolved(write_case(tmp_path, to_toml(case))) == case
+    drawn = changed(flight={"shape_factor": "2370 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})
+    arguments = flight_arguments(case_from_document(drawn, source="my.toml", folder=tmp_path))
+    assert arguments["shape"] == flight.shape.Lognormal(0.2, 2370.0)
+    arguments = flight_arguments(case_from_document(CASE, source="my.toml", folder=tmp_path))
+    assert (arguments["shape"], arguments["contact"]) == (None, None)
+
+
+def test_a_round_from_a_mesh_file_is_lit_within_its_charge(tmp_path):
+    meshio = pytest.importorskip("meshio")
+    mesh = mesh_profile(load_profile("tube"), 0.02)
+    names = {"casing": np.array([1, 3]), "charge": np.array([2, 3])}
+    tags = [mesh.part + 1]
+    meshio.Mesh(
+        mesh.nodes, [("hexahedron", mesh.cells)], field_data=names,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+    ).write(tmp_path / "tube.msh", file_format="gmsh22", binary=False)  # fmt: skip
+    entry = {"name": "a", "mesh": "tube.msh", "explosive": "tnt", "casing": "copper"}
+    case = case_from_document(changed(round=[entry]), source="my.toml", folder=tmp_path)
+    assert case.round[0].mesh == str(tmp_path / "tube.msh")
+    assert [point.station for point in case.round[0].ignition] == [pytest.approx(0.0, abs=1e-9)]
+    assert read_resolved(write_case(tmp_path, to_toml(case))) == case
+    at_base = {**entry, "ignition": [{"station": "base", "delay": "1 us"}]}
+    case = case_from_document(changed(round=[at_base]), source="my.toml", folder=tmp_path)
+    assert burst_rounds(case)[0].ignition[0].station == pytest.approx(0.3)
+    outside = {**entry, "ignition": [{"station": "301 mm"}]}
+    with pytest.raises(InputError, match=r"ignition\[1\].station: found 301 mm, outside the charge"):
+        case_from_document(changed(round=[outside]), source="my.toml", folder=tmp_path)
+    (tmp_path / "tube.msh").write_text("nonsense")
+    with pytest.raises(InputError, match=r"my.toml: round\[1\].mesh: .*tube.msh"):
+        case_from_document(changed(round=[entry]), source="my.toml", folder=tmp_path)

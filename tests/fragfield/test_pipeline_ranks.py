@@ -1,0 +1,75 @@
+"""The chain of stages on several ranks: the same results, each message once."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+
+from tests.fragfield.short_run import SHORT, same_data
+
+
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_path, ranks):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for name in ("case.toml", "summary.json", "burst_snapshot.h5"):
+        shutil.copy(whole_run[0] / name, folder)
+    for command in ("break-up", "fly"):
+        done = mpirun(ranks, "-m", "fragfield", command, folder, "--json")
+        assert json.loads(done.stdout)["break_up"]["realisations"] == 20
+    for name in ("fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5", "ensemble.h5"):
+        assert same_data(folder / name, whole_run[0] / name) > 5, name
+    assert not done.stderr.count("Traceback")
+
+
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+def test_a_fault_of_the_flight_on_two_ranks_is_told_once(mpirun, tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(SHORT)
+    done = mpirun(2, "-m", "fragfield", "fly", case, "--out", tmp_path / "run", check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("fragments.h5: no such file; run `fragfield break-up` first") == 1
+
+
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+def test_two_ranks_give_the_burst_of_one(mpirun, short_case, whole_run, tmp_path):
+    done = mpirun(2, "-m", "fragfield", "run", short_case, "--out", tmp_path / "run", "--json")
+    summary = json.loads(done.stdout)  # one object: rank 0 alone prints
+    assert summary["burst"]["ranks"] == 2
+    alone = json.loads((whole_run[0] / "summary.json").read_text())["burst"]
+    for name in ("cells", "steps", "casing_mass", "mean_initial_speed", "max_initial_speed", "outer_diameter"):
+        assert summary["burst"][name] == pytest.approx(alone[name], rel=1e-9), name
+    assert (tmp_path / "run" / "report.html").is_file()
+
+
+@pytest.mark.mpi
+def test_a_command_of_one_rank_is_done_once(mpirun, short_case):
+    done = mpirun(2, "-m", "fragfield", "check", short_case, "--json")
+    assert json.loads(done.stdout)["mesh"]["cells"] > 1000
+
+
+@pytest.mark.mpi
+def test_an_input_error_on_two_ranks_is_told_once(mpirun, tmp_path):
+    bad = tmp_path / "bad.toml"
+    bad.write_text(SHORT.replace('"12 mm"', "12"))
+    done = mpirun(2, "-m", "fragfield", "run", bad, "--out", tmp_path / "run", check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("burst.cell_size: found the bare number 12") == 1
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+def test_a_stop_on_two_ranks_ends_both_and_is_told_once(mpirun, tmp_path):
+    tight = tmp_path / "tight.toml"
+    tight.write_text(SHORT.replace("energy_tolerance = 1.0", "energy_tolerance = 1e-9"))
+    done = mpirun(2, "-m", "fragfield", "run", tight, "--out", tmp_path / "run", check=False)
+    assert done.returncode == 3, done.stderr
+    assert done.stderr.count("the energy ledger is open") == 1
+    assert "Traceback" not in done.stderr
