@@ -217,6 +217,11 @@ def _summary(folder):
     }  # fmt: skip
 
 
+def _touched(path):
+    path.touch()
+    return path
+
+
 def _run(monkeypatch, tmp_path, arguments, stops=()):
     fake = MadeUpRuns(tmp_path, stops)
     cells = {"8 mm": 18000, "6 mm": 42000, "4.5 mm": 99000, "3.375 mm": 235000}
@@ -226,6 +231,8 @@ def _run(monkeypatch, tmp_path, arguments, stops=()):
         moved = 4.0 - variation.value if variation.parameter == "prefactor" else 0.0
         return _response(variation, 70.0 + moved, cells=cells.get(variation.size, 5000))
 
+    monkeypatch.setattr(study, "draw", lambda answers, ends, path: _touched(path))
+    monkeypatch.setattr(study, "draw_tornado", lambda bars, base, path: _touched(path))
     monkeypatch.setattr(study, "summary_of", _summary)
     monkeypatch.setattr(study, "respond", respond)
     monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: fake)
@@ -260,7 +267,6 @@ def test_a_base_that_stops_ends_the_study_with_its_code(monkeypatch, tmp_path, c
 
 
 def test_the_quick_study_is_a_few_coarse_bursts(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(study, "_draw", lambda *_: [])
     code, fake = _run(monkeypatch, tmp_path, ["--quick"])
     rows = json.loads(capsys.readouterr().out)
     assert code == 0
@@ -270,11 +276,21 @@ def test_the_quick_study_is_a_few_coarse_bursts(monkeypatch, tmp_path, capsys):
 
 
 def test_axes_are_shared_so_that_what_is_flat_looks_flat():
-    ends = figure.scales([BASE, _response(ALL[0], 80.0)])
-    assert ends["distance"][0] < 69.0
-    assert ends["distance"][1] > 81.0
+    flat, steep = _answers("hourglass", (0.0, 0.0)), _answers("softening", (7.0, -14.0))
+    ends = figure.scales([flat, steep])
+    assert ends["distance"][0] < 0.8
+    assert ends["distance"][1] > 1.1
     low, high = ends["mean_speed"]  # all alike: a narrow axis about them, not none
-    assert low < 980.0 < high
+    assert 0.98 < low < 1.0 < high < 1.02
+
+
+def test_both_kinds_of_figures_are_drawn(tmp_path):
+    answers = _answers("leakage", (-1.0, 2.0, 3.0))
+    drawn = [
+        figure.draw(answers, figure.scales([answers]), tmp_path / "leakage.png"),
+        figure.draw_tornado(check.tornado([answers]), BASE, tmp_path / "tornado.png"),
+    ]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in drawn)
 
 
 @pytest.mark.slow

@@ -28,20 +28,23 @@ _TITLES = {
 _LOWER, _UPPER = "#16365c", "#b9c4d0"  # far apart in lightness
 
 
-def scales(responses: Sequence[Response]) -> dict[str, tuple[float, float]]:
-    """Ends of the axis of every kind of response that hold all of them: what is flat in one figure is flat in all."""
+def scales(found: Sequence[Answers]) -> dict[str, tuple[float, float]]:
+    """Ends of the axis of every kind of response over its base's: alike in all figures, so that flat looks flat."""
     ends = {}
     for kind in KINDS:
-        values = [value_of(one, kind) for one in responses]
-        if kind == "distance":
-            values += [one.distance + side * one.error for one in responses for side in (-1.0, 1.0)]
-        room = 0.06 * (max(values) - min(values)) or 0.01 * max(values)
+        values = [1.0]
+        for answers in found:
+            origin = value_of(answers.base, kind)
+            for one in (answers.base, *answers.responses):
+                spread = one.error if kind == "distance" else 0.0
+                values += [(value_of(one, kind) + side * spread) / origin for side in (-1.0, 1.0)]
+        room = 0.06 * (max(values) - min(values)) or 0.01
         ends[kind] = (min(values) - room, max(values) + room)
     return ends
 
 
 def draw(answers: Answers, ends: Mapping[str, tuple[float, float]], path: Path) -> Path:
-    """Write the figure of one parameter as PNG; the base is the open circle."""
+    """Write the figure of one parameter as PNG, `ends` as `scales` gives them; the base is the open circle."""
     parameter, base = answers.parameter, answers.base
     pairs = sorted(
         [(one.variation.value, one) for one in answers.responses] + [(parameter.base, base)], key=lambda pair: pair[0]
@@ -58,11 +61,15 @@ def draw(answers: Answers, ends: Mapping[str, tuple[float, float]], path: Path) 
             axis.plot(places, values, "o", color=INK, markersize=4)
             axis.plot([parameter.base], [value_of(base, kind)], "o", color=INK, markerfacecolor="white", markersize=5.5)
             axis.set_title(_TITLES[kind], fontsize=8)
-            axis.set(ylim=ends[kind], xticks=places if len(places) <= 3 else places[:: len(places) // 2])
+            axis.set(
+                ylim=[end * value_of(base, kind) for end in ends[kind]],
+                xticks=places,
+                xticklabels=[f"{place:.3g}" for place in places],
+            )
             axis.margins(x=0.12)
             axis.minorticks_off()
             axis.yaxis.set_major_locator(MaxNLocator(5, integer=True))
-            axis.tick_params(labelsize=7)
+            axis.tick_params(labelsize=6.5)
         axes[0].figure.supxlabel(parameter.axis, fontsize=8.5)
     return path
 
@@ -87,8 +94,8 @@ def draw_tornado(bars: Sequence[Bar], base: Response, path: Path) -> Path:
         axis.axvline(0.0, color=INK, linewidth=1.0)
         axis.set(yticks=range(len(bars)), yticklabels=[bar.words for bar in bars], ylim=(len(bars) - 0.4, -0.6))
         axis.set_xlabel(
-            f"Change of the hazardous fragment distance (m), from {base.distance:.1f} ± {base.error:.1f} m; whiskers: "
-            "standard error"
+            f"Change of the hazardous fragment distance (m) from {base.distance:.1f} ± {base.error:.1f} m\n"
+            "(whiskers: standard error of the change)"
         )
         axis.margins(x=0.12)
         axis.grid(visible=False, axis="y")

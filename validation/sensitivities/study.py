@@ -44,9 +44,8 @@ def study(options: Options, runs: Runs) -> list[Row]:
     if options.readme:
         for path in pictures:
             keep_picture(path)
-        kept = [
-            row for row in rows if row.passed is not None or row.quantity.startswith("grid") or "limit" in row.quantity
-        ]
+        shown = ("grid convergence index", "against its limit")
+        kept = [row for row in rows if row.passed is not None or any(words in row.quantity for words in shown)]
         insert_tables({NAME: rows_table(kept), f"{NAME}_values": table}, LADDER)
     return rows
 
@@ -128,10 +127,6 @@ def _draw(found: Sequence[Answers], origin: Response, runs: Runs) -> list[Path]:
     shown = [answers for answers in found if answers.responses]
     if not shown:
         return []
-    paths = []
-    for answers in shown:
-        # Figures that share a base share their scales.
-        alike = [one for other in shown if other.base is answers.base for one in other.responses]
-        path = runs.folder / f"{NAME}_{answers.parameter.name}.png"
-        paths.append(draw(answers, scales([answers.base, *alike]), path))
+    ends = scales(shown)
+    paths = [draw(answers, ends, runs.folder / f"{NAME}_{answers.parameter.name}.png") for answers in shown]
     return [*paths, draw_tornado(tornado(shown), origin, runs.folder / f"{NAME}_tornado.png")]
