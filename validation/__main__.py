@@ -21,6 +21,7 @@ from validation.readme import LADDER, insert_tables
 from validation.record import Outcome, entry, overview, read_record, write_record
 from validation.rows import print_rows, rows_table
 from validation.runs import FOLDER, Runs, StudyError
+from validation.sensitivities import study as sensitivities
 from validation.solid import study as solid
 from validation.steel_tubes import study as steel_tubes
 
@@ -37,11 +38,12 @@ CASES = {
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,
+    "sensitivities": sensitivities.study,
 }
 """The ladder, from theory to tests."""
 
-IN_FULL = tuple(name for name in CASES if not name.startswith("paper"))
-"""Cases whose rows stand in full in validation/README.md; the paper's have tables of their own in the README."""
+IN_FULL = tuple(name for name in CASES if not name.startswith(("paper", "sensitivities")))
+"""Cases whose rows stand in full in validation/README.md; the others write tables of their own."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import log
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Convergence", "convergence"]
+__all__ = ["Convergence", "GridIndex", "convergence", "grid_index"]
 
 
 @dataclass(frozen=True)
@@ -63,3 +63,45 @@ def convergence(sizes: Sequence[float], values: Sequence[float]) -> Convergence:
     ratio = (h2 / h1) ** order
     limit = f1 + (f1 - f2) / (ratio - 1.0)
     return Convergence(True, log(ratio) / log(h2 / h1), limit, 1.25 * abs((f1 - f2) / f1) / (ratio - 1.0))
+
+
+@dataclass(frozen=True)
+class GridIndex:
+    """Grid convergence index of the finest of three sizes, also where no order can be observed.
+
+    Attributes
+    ----------
+    kind : "monotone", "oscillatory", or "not converging" (the changes grow, or the last one is none).
+    order : observed order, None where not monotone.
+    limit : extrapolation to cell size zero, None where not monotone.
+    index : fraction of the finest value.
+    """
+
+    kind: Literal["monotone", "oscillatory", "not converging"]
+    order: float | None
+    limit: float | None
+    index: float
+
+
+def grid_index(sizes: Sequence[float], values: Sequence[float], formal_order: float = 2.0) -> GridIndex:
+    """Say how far the finest of three sizes may be from the limit.
+
+    Parameters
+    ----------
+    sizes : cell sizes, from coarse to fine; only their ratios count. values : the quantity at each, the last not zero.
+    formal_order : of the scheme. An observed order above it is luck, and is not used for the limit and the index.
+
+    Notes
+    -----
+    Monotone: Roache (1994), factor 1.25, with the observed order up to the formal one. Otherwise there is neither order
+    nor limit; the index is then that of the range of the values, with order 1 and Roache's factor 3 for studies whose
+    order is assumed.
+    """
+    (h3, h2, h1), (f3, f2, f1) = sizes[-3:], values[-3:]
+    found = convergence(sizes, values)
+    if found.order is not None:
+        gain = (h2 / h1) ** min(found.order, formal_order) - 1.0
+        return GridIndex("monotone", found.order, f1 + (f1 - f2) / gain, 1.25 * abs((f1 - f2) / f1) / gain)
+    spread = max(f1, f2, f3) - min(f1, f2, f3)
+    turns = (f3 - f2) * (f2 - f1) < 0.0
+    return GridIndex("oscillatory" if turns else "not converging", None, None, 3.0 * spread / abs(f1) / (h3 / h1 - 1.0))
