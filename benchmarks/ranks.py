@@ -81,6 +81,7 @@ def ranks(options: Options) -> dict[str, Any]:
     return {
         "cells": one["cells"],
         **at_least(one["seconds"] / two["seconds"], _TARGET, "one rank over two, one thread each"),
+        "slower_beside_another": _slower_together(one, two),
         "assumed_seconds_of_latency": _LATENCY,
         "assumed_bytes_per_second": _BAND_WIDTH,
         "measured": measured,
@@ -115,7 +116,8 @@ def estimate(
     exchanges = two["exchanges"] * finer
     contacts, halo = one["contacts"] * finer, two["halo_nodes"] * finer**2
     search = one["seconds_searching"] / one["searches"]
-    repeated = float(np.clip(2.0 * two["seconds_searching"] / two["searches"] / search - 1.0, 0.0, 1.0))
+    of_both = 2.0 * two["seconds_searching"] / two["searches"] / _slower_together(one, two)
+    repeated = float(np.clip(of_both / search - 1.0, 0.0, 1.0))
     search *= finer**2 * rounds
     of_cells = (one["seconds"] - one["seconds_searching"]) / one["cell_steps"]
     parts = {
@@ -135,6 +137,12 @@ def estimate(
         **parts,
         "efficiency": alone / number / sum(parts.values()),
     }
+
+
+def _slower_together(one: dict[str, Any], two: dict[str, Any]) -> float:
+    """How much slower a process works beside another on this machine, by what two take for the cells of one."""
+    busy = two["seconds"] - two["seconds_waiting"] - two["seconds_sending"] - two["seconds_searching"]
+    return max(2.0 * busy / (one["seconds"] - one["seconds_searching"]), 1.0)
 
 
 def _mesh(problem: Problem) -> HexahedralMesh:

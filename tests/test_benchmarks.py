@@ -210,6 +210,29 @@ def test_the_balance_is_that_of_the_slowest_rank_in_every_step():
     assert balance(steps, levels, 2) == pytest.approx(6.0 / 5.0)
 
 
+def test_processes_that_slow_each_other_down_do_not_count_as_repeated_searches():
+    """Two ranks that share all work but run 1.3 times slower side by side: many ranks of their own are fully used."""
+    from benchmarks.ranks import Problem, estimate
+
+    one = {"seconds": 100.0, "seconds_searching": 20.0, "searches": 10, "cells": 1000, "cell_steps": 1e6, "contacts": 0}
+    two = {
+        "seconds": 65.0,
+        "seconds_searching": 13.0,
+        "searches": 10,
+        "seconds_waiting": 0.0,
+        "seconds_sending": 0.0,
+        "exchanges": 0,
+        "halo_nodes": 0,
+    }
+    levels = np.zeros((1, 1024), dtype=np.int8)
+    problem = Problem("pair, 20 mm", "cases/m107_pair.toml", 20e-3)
+    shared = estimate(problem, 8, one, two, np.array([1e-7]), levels)
+    assert shared["efficiency"] == pytest.approx(1.0)
+    # Had both looked at everything, each would have taken the whole search.
+    repeated = estimate(problem, 8, one, {**two, "seconds": 78.0, "seconds_searching": 26.0}, np.array([1e-7]), levels)
+    assert repeated["seconds_of_searches"] == pytest.approx(8.0 * shared["seconds_of_searches"])
+
+
 def test_the_grind_time_of_lulesh_is_read():
     from benchmarks.lulesh import parsed
 
