@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 
@@ -198,17 +196,3 @@ def test_sides_of_a_skewed_box():
     nodes, cells = block(1, 1, 1)
     skewed = nodes @ np.array([[2.0, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 7.0]])
     np.testing.assert_allclose(cell_sides(skewed[cells]), [[2.0, 5.0, 7.0]])
-
-
-def test_fifty_thousand_fragments_are_placed_in_two_seconds():
-    """On 200,000 cells, compiled; the best of three, as the machine may be busy."""
-    _, cells = block(20, 100, 100)
-    neighbours = face_neighbours(cells, np.zeros(len(cells), dtype=np.int64))
-    mass = np.ones(len(cells))
-    asked = partition(mass.sum(), 50_000, np.random.default_rng(0))
-    spent = []
-    for seed in range(4):  # the first also compiles
-        start = time.perf_counter()
-        place(asked, mass, neighbours, np.random.default_rng(seed), take_all=True)
-        spent.append(time.perf_counter() - start)
-    assert min(spent[1:]) < 2.0, spent
