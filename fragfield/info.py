@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 __all__ = ["describe"]
 
-_FORMATS = ("fragfield burst snapshot", "fragfield fragments")
-
 
 def describe(path: Path) -> dict[str, Any]:
     """Describe a run directory or an HDF5 file.
