@@ -217,7 +217,7 @@ def _main(path: Path) -> None:
 
     step, time, nodes, grid, schedule, solid, charge = pickle.loads(path.read_bytes())
     rounds = len(np.unique(grid.material)) + int(grid.material.max())  # no fewer than there are
-    totals = Totals(np.zeros((1, 5)), np.zeros((1, rounds, 2)), *(np.zeros(1) for _ in range(4)))
+    totals = Totals(np.zeros((1, 5)), np.zeros((1, rounds, 2)), *(np.zeros(1) for _ in range(3)))
     scratch = make_scratch(1).astype(object)
     states = [_counting(part) for part in (nodes, grid)], [_counting(part) for part in (solid, charge)]
     _replace_intrinsics()

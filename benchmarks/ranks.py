@@ -116,7 +116,7 @@ def estimate(
     exchanges = two["exchanges"] * finer
     contacts, halo = one["contacts"] * finer, two["halo_nodes"] * finer**2
     search = one["seconds_searching"] / one["searches"]
-    of_both = 2.0 * two["seconds_searching"] / two["searches"] / _slower_together(one, two)
+    of_both = 2.0 * two["seconds_searching"] / two["searches"] / max(_slower_together(one, two), 1.0)
     repeated = float(np.clip(of_both / search - 1.0, 0.0, 1.0))
     search *= finer**2 * rounds
     of_cells = (one["seconds"] - one["seconds_searching"]) / one["cell_steps"]
@@ -142,7 +142,8 @@ def estimate(
 def _slower_together(one: dict[str, Any], two: dict[str, Any]) -> float:
     """How much slower a process works beside another on this machine, by what two take for the cells of one."""
     busy = two["seconds"] - two["seconds_waiting"] - two["seconds_sending"] - two["seconds_searching"]
-    return max(2.0 * busy / (one["seconds"] - one["seconds_searching"]), 1.0)
+    slower: float = 2.0 * busy / (one["seconds"] - one["seconds_searching"])
+    return slower
 
 
 def _mesh(problem: Problem) -> HexahedralMesh:

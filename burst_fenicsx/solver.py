@@ -119,7 +119,6 @@ class BurstSolver:
             np.zeros((chunks, 5)),
             np.zeros((chunks, len(fields.products), 2)),
             np.zeros(chunks),
-            np.zeros(chunks, dtype=np.int32),
             np.zeros(chunks),
             np.zeros(chunks, dtype=np.int32),
         )

@@ -23,7 +23,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     """End of a message about an unknown name: the nearest valid one, and all that are allowed."""
     names = list(valid)
     close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=0.5)
-    # Names that differ in case alone ("mm" and "Mm") are told apart by their case.
-    alike = get_close_matches(name, [one for one in names if one.casefold() in close], n=1, cutoff=0.0)
+    # Of names that differ in case alone ("mm" and "Mm") the one of fewer capitals.
+    alike = sorted((one for one in names if one.casefold() in close), key=lambda one: sum(map(str.isupper, one)))
     hint = f"; did you mean {alike[0]!r}?" if alike else ""
     return f"{hint} (allowed: {', '.join(names)})"

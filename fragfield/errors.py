@@ -63,6 +63,6 @@ def nearest_name(name: str, allowed: Iterable[str]) -> str | None:
     """The allowed name that is nearest to another, upper or lower case; None when none is near."""
     names = list(allowed)
     close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=0.6)
-    # Names that differ in case alone ("mm" and "Mm") are told apart by their case.
-    alike = get_close_matches(name, [one for one in names if one.casefold() in close], n=1, cutoff=0.0)
+    # Of names that differ in case alone ("mm" and "Mm") the one of fewer capitals.
+    alike = sorted((one for one in names if one.casefold() in close), key=lambda one: sum(map(str.isupper, one)))
     return alike[0] if alike else None

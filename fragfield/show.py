@@ -49,7 +49,8 @@ _DISTANCE_ROWS = ("hazardous_fragment_distance", "hazardous_fragment_distance_al
 
 
 def _console() -> Console:
-    return Console(highlight=False, soft_wrap=True)
+    # Without markup: names of rounds and surfaces may hold brackets.
+    return Console(highlight=False, markup=False, soft_wrap=True)
 
 
 def _number(value: object, factor: float) -> str:
@@ -61,7 +62,7 @@ def _number(value: object, factor: float) -> str:
 def print_check(found: Mapping[str, Any], case: Case) -> None:
     """Print the resolved case and what `fragfield.check.check_report` found of it."""
     console = _console()
-    console.print(to_toml(case, brief=True), markup=False)
+    console.print(to_toml(case, brief=True))
     for names, entry in _alike(found["rounds"]):
         console.print(_round_table(_listed(names), entry))
         if entry.get("segments"):
@@ -85,7 +86,7 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
             f"{duration(each['core_seconds'])} on one core"
         )
     for warning in found["warnings"]:
-        console.print(f"warning: {warning}", markup=False)
+        console.print(f"warning: {warning}")
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
@@ -118,7 +119,7 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     console.print(table)
     if least := found["least_clearance"]:
         first, second = least["rounds"]
-        console.print(f"least clear distance: {least['clearance'] * 1e3:.4g} mm, {first} to {second}", markup=False)
+        console.print(f"least clear distance: {least['clearance'] * 1e3:.4g} mm, {first} to {second}")
     for plane in found["planes"]:
         normal = ", ".join(f"{value:.4g}" for value in plane["normal"])
         friction = plane["friction_angle_deg"]
@@ -139,7 +140,7 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     outer = "surfaces pass through each other"
     if contact["surfaces"]:
         outer = f"surfaces that meet push each other, friction {contact['surface_friction_angle_deg']:.4g} degrees"
-    console.print(f"contact: {inner}; {outer}", markup=False)
+    console.print(f"contact: {inner}; {outer}")
 
 
 def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
@@ -224,7 +225,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     console.print(table)
     _print_distances(console, summary.get("flight") or {})
     if "directory" in summary:
-        console.print(f"written to {summary['directory']}", markup=False)
+        console.print(f"written to {summary['directory']}")
 
 
 def _lit(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
@@ -269,16 +270,16 @@ def print_info(found: Mapping[str, Any]) -> None:
     console = _console()
     if "directory" in found:
         stages = ", ".join(f"{name} {'done' if done else 'missing'}" for name, done in found["stages"].items())
-        console.print(f"{found['directory']}: {stages}", markup=False)
+        console.print(f"{found['directory']}: {stages}")
         print_summary({"title": found["title"], **found["summary"]})
         if (seconds := (found["summary"].get("burst") or {}).get("wall_seconds")) is not None:
             console.print(f"burst computed in {duration(seconds)}")
         for name, size in found["files"].items():
-            console.print(f"{size / 1e6:10.3f} MB  {name}", markup=False)
+            console.print(f"{size / 1e6:10.3f} MB  {name}")
         return
-    console.print(f"{found['file']}: {found['format']}", markup=False)
+    console.print(f"{found['file']}: {found['format']}")
     for key, value in found["attributes"].items():
         text = str(value)
-        console.print(f"  {key} = {text if len(text) < 100 else text[:97] + '...'}", markup=False)
+        console.print(f"  {key} = {text if len(text) < 100 else text[:97] + '...'}")
     for name, shape in found["datasets"].items():
-        console.print(f"  /{name}: {shape}", markup=False)
+        console.print(f"  /{name}: {shape}")

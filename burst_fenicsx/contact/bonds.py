@@ -106,12 +106,15 @@ class BondedFaces:
         face_vectors(nodes.position, self.faces, self._vectors)
         join_twins(law, self.bonds, self._vectors, nodes.position, velocity, force)
 
-    def release(self) -> np.ndarray:
-        """Leave the pairs that have slid far to the colliding surfaces: their rows in the whole mesh's twins."""
+    def release(self) -> tuple[np.ndarray, np.ndarray]:
+        """Leave the pairs that have slid far to the colliding surfaces.
+
+        Returns their rows in the whole mesh's twins, and how deep (m) each pressed in the last step.
+        """
         released = self.bonds.released
         now = np.flatnonzero(released == 1)
         released[now] = 2
-        return self.node_pairs[now]
+        return self.node_pairs[now], self.bonds.booked[now, 3]
 
     @property
     def booked(self) -> np.ndarray:

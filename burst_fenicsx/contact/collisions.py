@@ -142,19 +142,21 @@ class CollidingSurfaces(NodeContact):
         self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
-    def search(self, released: np.ndarray | None = None) -> None:
+    def search(self, released: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         """Look for the faces that each node may meet; collective.
 
-        `released` are the surface nodes, known to this rank, whose bonds have let go since the last search.
+        `released` are the surface nodes, known to this rank, whose bonds have let go since the last search, and how deep
+        (m) each pressed there.
         """
-        fresh = np.zeros_like(self.free)
+        pressed = np.full(len(self.free), -1.0)
         if released is not None:
-            fresh[released] = 1
+            pressed[released[0]] = released[1]
         if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, fresh, op=MPI.MAX)
-        fresh[self.free != 0] = 0
-        self.free |= fresh
-        self.state.touching[fresh != 0] = LET_GO
+            self._comm.Allreduce(MPI.IN_PLACE, pressed, op=MPI.MAX)
+        fresh = (pressed >= 0.0) & (self.free == 0)
+        self.free[fresh] = 1
+        self.state.touching[fresh] = LET_GO
+        self.state.depth[fresh] = pressed[fresh]
         self.searched_at = self._everywhere(self._fields.nodes.position)
         self.search_from(self.searched_at)
 

@@ -218,12 +218,12 @@ class ContactForces:
     def _parts(self) -> list[BondedFaces | CollidingSurfaces | PlaneContact]:
         return [part for part in (self.bonds, self.collisions, *self.planes) if part is not None]
 
-    def _let_go(self) -> np.ndarray | None:
-        """Surface nodes whose bonds have let go since the last search."""
+    def _let_go(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Surface nodes whose bonds have let go since the last search, and how deep (m) they pressed there."""
         if self.bonds is None or self.surfaces is None:
             return None
-        nodes = self._twins[self.bonds.release()].ravel()
-        return np.searchsorted(self.surfaces.node, nodes)
+        pairs, depth = self.bonds.release()
+        return np.searchsorted(self.surfaces.node, self._twins[pairs].ravel()), np.repeat(depth, 2)
 
     @property
     def spring_energy(self) -> float:

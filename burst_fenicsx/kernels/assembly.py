@@ -145,12 +145,10 @@ def _run_chunk(
 ) -> None:
     """Run the blocks of one chunk that take part, solid ones first."""
     energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 5]
-    limits = work[SCRATCH_ROWS * LANES + 5 : SCRATCH_ROWS * LANES + 9]
+    limits = work[SCRATCH_ROWS * LANES + 5 : SCRATCH_ROWS * LANES + 8]
     energy[:] = 0.0
-    limits[0] = np.inf
-    limits[1] = -1.0
-    limits[2] = np.inf
-    limits[3] = -1.0
+    limits[0] = limits[1] = np.inf
+    limits[2] = -1.0
     first = schedule.first_solid[chunk]
     for block in range(first, first + schedule.active[chunk, least, 0]):
         level = grid.level[block]
@@ -172,9 +170,8 @@ def _run_chunk(
     for i in range(5):
         totals.energy[chunk, i] = energy[i]
     totals.stable_step[chunk] = limits[0]
-    totals.slowest[chunk] = int(limits[1])
-    totals.smallest_volume[chunk] = limits[2]
-    totals.smallest[chunk] = int(limits[3])
+    totals.smallest_volume[chunk] = limits[1]
+    totals.smallest[chunk] = int(limits[2])
 
 
 @parallel_kernel

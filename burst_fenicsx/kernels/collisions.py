@@ -57,7 +57,7 @@ class Collisions(NamedTuple):
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
     slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
-    depth: np.ndarray  # (nodes,) m, behind the face
+    depth: np.ndarray  # (nodes,) m, behind the face; where its bond has just let go, what it pressed there
     unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
     pressed: np.ndarray  # (nodes,) m, the part that did in the last step
     held: np.ndarray  # (nodes,) N/m, stiffness of the last step
@@ -250,7 +250,8 @@ def _unloaded_depth(
     own, body = state.node_body[node], state.face_body[face]
     same_round = own // 2 == body // 2
     if state.touching[node] == LET_GO and same_round and own != body and facing < 0.0:
-        return 0.0  # its whole depth presses, as it did in the bond
+        # What pressed in the bond presses on. It may have slid to where it lies far deeper than the bond had it.
+        return max(depth - state.depth[node] - _ENTRY * law.step * np.sqrt(speed), 0.0)
     if state.touching[node] == 1 + body and along > _LIKE:
         sunk = state.depth[node] + _ENTRY * law.step * np.sqrt(speed)
         if depth <= sunk + _LATE * state.edge[face]:

@@ -221,11 +221,10 @@ def lower_limits(cell: int, stable: float, volume: float, share: float, limits: 
     """Take a cell's stable step over `share` (s) and its volume (m3) into the least ones of `limits`."""
     if stable < share * limits[0]:
         limits[0] = stable / share
-        limits[1] = cell
-    if not volume >= limits[2]:
+    if not volume >= limits[1]:
         # Not a number must not be overwritten by the next cell.
-        limits[2] = volume if volume == volume else -np.inf
-        limits[3] = cell
+        limits[1] = volume if volume == volume else -np.inf
+        limits[2] = cell
 
 
 @lane_function

@@ -172,7 +172,7 @@ def solid_block(
     ----------
     share : `step` over the longest that any cell takes.
     energy : (5,) J, added to: plastic, viscous, hourglass work of this step (entries 3 and 4 belong to the charge).
-    limits : (4,): smallest stable step over `share` (s) and its cell, smallest volume (m3) and its cell; updated.
+    limits : (3,): smallest stable step over `share` (s), smallest volume (m3) and its cell; updated.
     """
     cells = grid.cells[block]
     count = grid.filled[block]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 from burst_fenicsx.kernels.lanes import LANES, lane_function
@@ -33,7 +34,15 @@ _BYTES = 8
 
 @intrinsic
 def address(typing_context: Any, array: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Address of the first number of an array, whose numbers lie without gaps."""
+    """Address of the first number of an array of doubles that lie without gaps.
+
+    Raises
+    ------
+    numba.TypingError
+        The array is another one: its numbers would be read as what they are not.
+    """
+    if array.dtype != types.float64 or array.layout != "C":
+        raise TypingError(f"vectors lie as float64 without gaps here, not as {array}")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data

@@ -26,7 +26,7 @@ def print_comparison(found: Mapping[str, Any]) -> None:
     """Print what `comparison.compare_runs` found, tables by distance thinned out."""
     from rich.console import Console
 
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, markup=False, soft_wrap=True)
     for key, word in (("run", "run"), ("reference", "over")):
         one = found[key]
         number = "not flown" if one["realisations"] is None else f"{one['realisations']} realisations"

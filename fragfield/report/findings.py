@@ -226,7 +226,7 @@ def _unlit(run: RunFiles) -> list[Finding]:
     found += [
         Finding(
             "note",
-            f"Round “{name}” was lit by the shock of a neighbour, at {number(1e6 * time, 3)} µs. Whether and when a "
+            f"Round “{name}” was lit by shock, at {number(1e6 * time, 3)} µs. Whether and when a "
             "shock lights a charge rests on `initiation` and on the cell size: repeat with other values of both.",
         )
         for name, time in lit_by_shock(run)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from transition.mirroring import images
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -90,6 +89,8 @@ def _whole(
     """The hexahedra that were computed and their images, with speed and part."""
     import pyvista
 
+    from transition.mirroring import images
+
     mirrors = images(run.planes, str(run.folder))
     places, corners = [points], [cells]
     for number, image in enumerate(mirrors, start=1):
@@ -99,20 +100,21 @@ def _whole(
     grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: np.vstack(corners)}, np.vstack(places))
     grid.point_data["speed"] = np.tile(speed, 1 + len(mirrors))
     grid.cell_data["part"] = np.tile(np.asarray(part).astype(np.int32), 1 + len(mirrors))
-    grid.field_data[_SECTION] = [_section_plane(run, mirrors, grid)]
+    grid.field_data[_SECTION] = [_section_plane(run, mirrors)]
     return grid
 
 
-def _section_plane(run: RunFiles, mirrors: Sequence[Image], grid: pyvista.UnstructuredGrid) -> float:
-    """The y (m) at which the rounds are cut: through the middle of the round next to the middle, or before it."""
-    middle = 0.5 * float(grid.bounds[2] + grid.bounds[3])
+def _section_plane(run: RunFiles, mirrors: Sequence[Image]) -> float:
+    """The y (m) at which the rounds are cut at all times: through the round next to the middle, or before it."""
     centres: list[NDArray[np.float64]] = []
     for item in run.rounds:
         position, axis = (np.asarray(item.attributes[key], dtype=np.float64) for key in ("position", "axis"))
         centre = np.add(position, 0.5 * float(item.attributes["length"]) * axis / np.linalg.norm(axis))
         centres += [centre, *(image.place(centre) for image in mirrors)]
+    places = [float(centre[1]) for centre in centres]
+    middle = 0.5 * (min(places, default=0.0) + max(places, default=0.0))
     # Of two rounds equally near the front one is cut, and the one behind it stays whole.
-    return min((float(centre[1]) for centre in centres), key=lambda y: (round(abs(y - middle), 6), y), default=middle)
+    return min(places, key=lambda y: (round(abs(y - middle), 6), y), default=middle)
 
 
 def middle_plane(grid: pyvista.UnstructuredGrid) -> float:

@@ -122,6 +122,29 @@ def test_a_pair_that_slides_half_an_edge_is_released_and_keeps_its_contact():
     assert solver.contact.penetrations.collision > 0.0
 
 
+@pytest.mark.parametrize("pressed", [0.0, 0.2e-3, 0.5e-3])
+def test_what_lay_deeper_than_its_bond_pressed_is_not_thrown_out(pressed):
+    """Sliding over a curved wall takes nodes deep behind other faces: only what pressed in the bond presses on."""
+    depth = 0.5e-3
+    solver = pulled((0.0, 0.0, 1.0), 0.0, 1.0, Contact(), damping=0.0)
+    contact, nodes = solver.contact, solver.fields.nodes
+    bonds, surfaces, colliding = contact.bonds.bonds, contact.surfaces, contact.collisions
+    nodes.position[solver.fields.start[:, 2] > 0.5 * SIDE, 2] -= depth
+    nodes.position[bonds.charge, 2] = 0.5 * SIDE - depth
+    released = np.searchsorted(surfaces.node, solver.fields.mesh.node[np.stack([bonds.charge, bonds.solid], axis=1)])
+    colliding.search((released.ravel(), np.full(released.size, pressed)))
+    force = np.zeros_like(nodes.force)
+    colliding.add_forces(1e12, 1e-7, nodes.velocity, force)
+    inner = (nodes.position[bonds.charge, :2] > 1e-3).all(axis=1) & (
+        nodes.position[bonds.charge, :2] < SIDE - 1e-3
+    ).all(axis=1)
+    charge = np.searchsorted(surfaces.node, solver.fields.mesh.node[bonds.charge[inner]])
+    assert len(charge) == 9
+    np.testing.assert_allclose(colliding.state.depth[charge], depth)
+    np.testing.assert_allclose(colliding.state.pressed[charge], pressed, atol=1e-12)
+    assert (np.abs(force).max() > 0.0) == (pressed > 0.0)
+
+
 def test_bonded_pairs_conserve_momentum():
     """Charge and casing that oscillate against each other give no net force."""
     mesh = split_charges(layered())

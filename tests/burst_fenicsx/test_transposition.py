@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, gather_means
 from burst_fenicsx.kernels.lanes import LANES, kernel
@@ -31,6 +32,12 @@ def block():
     dofmap[cells[3]] = dofmap[cells[4]]  # nodes that several cells of the block share
     dofmap[cells[5], 2] = 39  # the last one, behind which nothing may be read
     return field, means, cells, dofmap
+
+
+@pytest.mark.parametrize("field", [np.zeros((3, 20)).T, np.zeros((20, 3), dtype=np.float32)])
+def test_what_lies_otherwise_is_refused(field):
+    with pytest.raises(TypingError, match="float64 without gaps"):
+        _there(field, np.arange(8, dtype=np.uint64), np.zeros(3 * LANES))
 
 
 def test_vectors_become_rows_and_come_back():

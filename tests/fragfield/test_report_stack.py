@@ -15,6 +15,7 @@ from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
 from fragfield.report.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
+from fragfield.show import print_summary
 from tests.fragfield.synthetic_run import write_run
 
 CONTACT = {
@@ -114,7 +115,7 @@ def test_a_round_that_was_never_lit_is_warned_of_once_and_one_lit_by_shock_is_to
     told = [one for one in findings(_lit()) if "Round “" in one.text]
     assert [(one.weight, one.text.split("”")[0][-1]) for one in told] == [("warning", "c"), ("note", "b")]
     assert "was never lit" in told[0].text
-    assert "lit by the shock of a neighbour, at 43.2 µs" in told[1].text
+    assert "lit by shock, at 43.2 µs" in told[1].text
 
 
 def test_rounds_of_one_kind_are_written_once(pallet):
@@ -251,3 +252,12 @@ def test_hourglass_control_that_shows_in_the_speeds_is_told():
         assert len(texts) == told_of
         assert not told_of or texts[0].startswith("Hourglass control took 37 % of the products' work")
     assert not [item for item in findings(RunFiles(None)) if "Hourglass" in item.text]
+
+
+def test_names_with_brackets_are_printed_as_they_are(capsys):
+    rounds = [{"name": name, "ignition": IGNITION["b"]} for name in ("shell [north]", "shell [/south]")]
+    print_summary({"title": "store [1]", "burst": {"rounds": rounds}})
+    printed = capsys.readouterr().out
+    assert "store [1]" in printed
+    assert "ignition of shell [north]" in printed
+    assert "ignition of shell [/south]" in printed

@@ -190,6 +190,12 @@ def test_a_stack_is_cut_through_its_front_row(mirrored):
     assert plane.n_cells > 0
 
 
+def test_the_section_stays_where_it_is_while_the_burst_grows(mirrored):
+    """It hangs on the rounds at rest: a cloud that leans to one side does not move it."""
+    planes = {middle_plane(grid) for _, grid in burst_states(read_run(mirrored), 3)}
+    assert planes == {middle_plane(final_burst(read_run(mirrored)))}
+
+
 def test_states_are_even_in_time_and_end_with_the_burst(run):
     states = burst_states(read_run(run), 3)
     assert len(states) <= 3

@@ -36,7 +36,7 @@ def study(options: Options, runs: Runs) -> list[Row]:
     rows = [*bench.void, *bench.worst()]
     rows += [row for answers in found for one in answers.responses for row in rows_of(one, answers.base)]
     family = _family(found, origin)
-    if len(family) >= 3:
+    if family:
         rows += grid_rows(family)
     pictures = _draw(found, origin, runs)
     table = values_table(found, origin)
@@ -118,9 +118,12 @@ class _Bench:
 
 
 def _family(found: Sequence[Answers], origin: Response) -> list[Response]:
-    """The base and the bursts with other cells, from coarse to fine."""
+    """The bursts of the family of cell sizes that the grid index is of, from coarse to fine; none if one is missing."""
+    sizes = REFERENCE["parameters"]["cell_size"]["family"]
     others = [one for answers in found if answers.parameter.name == "cell_size" for one in answers.responses]
-    return sorted([origin, *others], key=lambda one: one.cells) if others else []
+    by_size = {one.variation.size: one for one in (origin, *others)}
+    wanted = [f"{size:g} mm" for size in sizes]
+    return [by_size[size] for size in wanted] if by_size.keys() >= set(wanted) else []
 
 
 def _draw(found: Sequence[Answers], origin: Response, runs: Runs) -> list[Path]:
