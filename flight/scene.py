@@ -138,10 +138,11 @@ class Scene:
             if inside.size:
                 raise InputError(
                     f"obstacle {obstacle.name}: {inside.size} {what} start inside it, the first is number {inside[0]} "
-                    f"at {tuple(position[inside[0]])} m; move the obstacle off the rounds"
+                    f"at {tuple(position[inside[0]].tolist())} m; move the obstacle off the rounds"
                 )
             if ground is not None and depth_in(row[None], np.array([[*origin, ground]]))[0, 0] > 0.0:
+                place = (float(origin[0]), float(origin[1]))
                 raise InputError(
-                    f"obstacle {obstacle.name}: it stands on the origin {tuple(origin)} m, from which distances are "
+                    f"obstacle {obstacle.name}: it stands on the origin {place} m, from which distances are "
                     "counted; move the obstacle, or the origin"
                 )

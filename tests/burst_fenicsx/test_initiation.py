@@ -234,7 +234,7 @@ def test_two_ranks_find_the_same_sources(tmp_path, mpirun):
         )
     )
     found = tmp_path / "found.npz"
-    mpirun(2, script, found, repr(end))
+    mpirun(2, script, found, repr(float(end)))
     two, mesh, one = np.load(found), solver.fields.mesh, solver.initiation.sources[0]
     np.testing.assert_array_equal(two["source"], [one.time, one.cell, *one.place])
     np.testing.assert_array_equal(two["light"], mesh.gather_cells(solver.fields.charge.ignition_time))

@@ -218,7 +218,11 @@ def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
         "try:\n    print('ready', file=sys.stderr, flush=True); time.sleep(60)\n"
         f"except KeyboardInterrupt:\n    time.sleep(0.5); open({str(tmp_path / 'checkpoint')!r}, 'w').close()\n"
     )
-    code = f"import sys\nfrom fragfield.sweep.work import _call\n_call([sys.executable, '-c', {child!r}])"
+    code = (
+        "import signal, sys\nfrom fragfield.sweep.work import _call\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
+        f"_call([sys.executable, '-c', {child!r}])"
+    )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
     assert process.stderr.readline() == "ready\n"
