@@ -145,8 +145,8 @@ class CollidingSurfaces(NodeContact):
     def search(self, released: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         """Look for the faces that each node may meet; collective.
 
-        `released` are the surface nodes, known to this rank, whose bonds have let go since the last search, and how deep
-        (m) each pressed there.
+        `released` are the surface nodes, known to this rank, whose bonds have let go since the last search, and how
+        deep (m) each pressed there.
         """
         pressed = np.full(len(self.free), -1.0)
         if released is not None:
