@@ -8,6 +8,7 @@ lower edge never rises again, so a band on or above the ground needs no ground f
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,7 +104,10 @@ def ring_ensemble(
     def fly_batch() -> None:
         numbers = [len(fragments) for fragments in batch]
         together = flight.Fragments.concatenate(batch)
-        hits = flight.fly(together, **arguments, ground=None, witnesses=[ring], domain=domain, threads=threads).hits
+        with warnings.catch_warnings():
+            if sizes:  # what is said of the first realisations holds for all
+                warnings.simplefilter("ignore", flight.FlightWarning)
+            hits = flight.fly(together, **arguments, ground=None, witnesses=[ring], domain=domain, threads=threads).hits
         owner = np.repeat(np.arange(len(batch)), numbers)
         height = hits["position"][:, 2]
         for surface, met in (
