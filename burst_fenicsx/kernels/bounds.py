@@ -11,10 +11,8 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["DEEPEST", "bound_faces"]
+__all__ = ["bound_faces"]
 
-DEEPEST = 0.5
-"""Of the face's initial edge: a node that lies deeper has lost its face."""
 _RUN = 64  # faces that share scratch
 _ROUND_OFF = 1e-9  # of a face's size: much more than the rounding of its corners' places
 
@@ -24,16 +22,16 @@ def bound_faces(
     position: np.ndarray,
     velocity: np.ndarray,
     faces: np.ndarray,
-    edge: np.ndarray,
     near: np.ndarray,
+    ball: np.ndarray,
     bound: np.ndarray,
 ) -> None:
-    """Bounds of the faces `near`, by which most candidates are told off: see `Collisions.bound`."""
+    """Bounds of the faces `near`, by which most candidates are told off: see `Collisions.ball` and `bound`."""
     parts = near.size // _RUN + 1
     for part in numba.prange(parts):
         x = np.empty((4, 3))
         for k in range(part * near.size // parts, (part + 1) * near.size // parts):
-            _bound_face(near[k], position, velocity, faces, edge, x, bound)
+            _bound_face(near[k], position, velocity, faces, x, ball, bound)
 
 
 @kernel
@@ -42,23 +40,23 @@ def _bound_face(
     position: np.ndarray,
     velocity: np.ndarray,
     faces: np.ndarray,
-    edge: np.ndarray,
     x: np.ndarray,
+    ball: np.ndarray,
     bound: np.ndarray,
 ) -> None:
     """Bounds of one face; `x` (4, 3) is scratch."""
     a, c = faces[face, 0], faces[face, 2]
     for i in range(3):
-        bound[face, i] = 0.5 * (position[a, i] + position[c, i])
+        ball[face, i] = 0.5 * (position[a, i] + position[c, i])
     size, speed = 0.0, 0.0
     for n in range(4):
         node = faces[face, n]
         speed = max(speed, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
         for i in range(3):
-            x[n, i] = position[node, i] - bound[face, i]
+            x[n, i] = position[node, i] - ball[face, i]
         size = max(size, x[n, 0] ** 2 + x[n, 1] ** 2 + x[n, 2] ** 2)
-    bound[face, 3] = (np.sqrt(size) + DEEPEST * edge[face]) ** 2
-    bound[face, 4] = np.sqrt(speed)
+    ball[face, 3] = np.sqrt(size)
+    ball[face, 4] = np.sqrt(speed)
     slack = _ROUND_OFF * np.sqrt(size)
     for n in range(4):
         # The normal at a corner of the bilinear face, from the two edges that end there.
@@ -73,6 +71,6 @@ def _bound_face(
         for m in range(4):
             height = x[m, 0] * nx + x[m, 1] * ny + x[m, 2] * nz
             low, high = min(low, height), max(high, height)
-        at = 5 + 5 * n
+        at = 5 * n
         bound[face, at], bound[face, at + 1], bound[face, at + 2] = nx, ny, nz
         bound[face, at + 3], bound[face, at + 4] = low - slack, high + slack

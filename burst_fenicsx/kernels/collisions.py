@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from burst_fenicsx.kernels.bilinear import closest_point
-from burst_fenicsx.kernels.bounds import DEEPEST, bound_faces
+from burst_fenicsx.kernels.bounds import bound_faces
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
@@ -23,6 +23,8 @@ LET_GO = -1
 
 _RUN = 64  # nodes that one call looks after
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
+_DEEPEST = 0.5  # of the face's initial edge: a node that lies deeper has lost its face
+_OFF_RIM = 1.5  # of its depth: a node farther from the face than this is not under it
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
 _LATE = 0.1  # of the face's initial edge: a node that came in beside a face is taken up where it lies no deeper
 _OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it may have entered
@@ -50,9 +52,10 @@ class Collisions(NamedTuple):
     node_body: np.ndarray  # (nodes,) int32
     edge: np.ndarray  # (faces,) m, square root of the initial area
     near: np.ndarray  # (near faces,) int32, the faces in `candidate`, each once
-    bound: np.ndarray  # (faces, 25) of `near`, in this step: the middle (m), square of the radius of a ball around it
-    # (m2) that holds all that may touch, largest speed of a corner (m/s), and for each corner the unit normal there and
-    # how low and how high the corners lie along it (m, from the middle)
+    ball: np.ndarray  # (faces, 5) of `near`, in this step: the middle (m), radius of a ball around it that holds the
+    # face (m), largest speed of a corner (m/s)
+    bound: np.ndarray  # (faces, 20) of `near`, in this step, for each corner: the unit normal there and how low and how
+    # high the corners lie along it (m, from the middle)
     touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none, LET_GO for what its bond held till now
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
@@ -73,7 +76,7 @@ def find_contacts(
     law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
 ) -> None:
     """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
-    bound_faces(position, velocity, state.faces, state.edge, state.near, state.bound)
+    bound_faces(position, velocity, state.faces, state.near, state.ball, state.bound)
     _find_all(law, state, position, velocity, mass)
 
 
@@ -101,7 +104,8 @@ def _find_run(
     """Find the contacts of the nodes from `start` to `stop`; a call for every node would cost more than most nodes."""
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
-    faces, face_body, edge, candidate, bound = state.faces, state.face_body, state.edge, state.candidate, state.bound
+    faces, face_body, edge, candidate = state.faces, state.face_body, state.edge, state.candidate
+    ball, bound = state.ball, state.bound
     first, nodes, node_body, before = state.first, state.node, state.node_body, state.touching
     booked, push, found, depths = state.booked, state.push, state.face, state.depth
     for k in range(start, stop):
@@ -115,33 +119,39 @@ def _find_run(
         best, nearest, unloaded = -1, np.inf, 0.0
         for c in range(first[k], first[k + 1]):
             face = candidate[c]
-            # Most candidates are told off here, without a call: outside the ball, in front, or too deep to have come in
-            # by this face. A node above all corners along all four normals is in front of whatever lies between them.
-            dx, dy, dz = x - bound[face, 0], y - bound[face, 1], z - bound[face, 2]
-            if dx**2 + dy**2 + dz**2 > bound[face, 3]:
+            # Most candidates are told off here, without a call: too far from the face's ball, in front, or too deep to
+            # have come in by this face. A node above all corners along all four normals is in front of whatever lies
+            # between them.
+            dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
+            square, reach = dx**2 + dy**2 + dz**2, _DEEPEST * edge[face]
+            if square > (ball[face, 3] + reach) ** 2:
                 continue
-            deepest = _ENTRY * law.step * (speed + bound[face, 4])
+            deepest = _ENTRY * law.step * (speed + ball[face, 4])
             if touching == 1 + face_body[face]:
                 deepest += depth_before + _LATE * edge[face]
             elif face_body[face] // 2 != own_round:
                 deepest += _LATE * edge[face]
             elif touching == LET_GO:
                 deepest = np.inf
+            within = (1.0 + _TIE) * min(_OFF_RIM * min(deepest, reach), nearest)
+            if square > (ball[face, 3] + within) ** 2:
+                continue
             in_front, too_deep = True, True
-            for n in range(5, 25, 5):
+            for n in range(0, 20, 5):
                 along = dx * bound[face, n] + dy * bound[face, n + 1] + dz * bound[face, n + 2]
                 in_front &= along > bound[face, n + 4]
                 too_deep &= along < bound[face, n + 3] - deepest
             if in_front or too_deep:
                 continue
-            reach = DEEPEST * edge[face]
             for n in range(4):
                 for i in range(3):
                     corner[n, i] = position[faces[face, n], i]
+            if _lies_beyond(within, dx, dy, dz, square, corner, ball[face]):
+                continue
             distance, height = _locate(node, position, corner, trial)
             # Off the face's rim by more than it lies behind it: not under this face at all.
             depth = -height
-            if depth <= 0.0 or depth > reach or distance > 1.5 * depth or distance > (1.0 + _TIE) * nearest:
+            if depth <= 0.0 or depth > reach or distance > _OFF_RIM * depth or distance > (1.0 + _TIE) * nearest:
                 continue
             if distance >= (1.0 - _TIE) * nearest and not _comes_first(node, face, best, trial, point, edge, state):
                 continue
@@ -177,16 +187,20 @@ def _begin(node: int, state: Collisions) -> None:
 
 
 @kernel
-def _gather(node: int, nodes: np.ndarray, reach: float, position: np.ndarray, corner: np.ndarray) -> bool:
-    """Corners (4, 3) of a face; whether the node lies within `reach` of their box."""
-    near = True
-    for i in range(3):
-        low, high = np.inf, -np.inf
-        for n in range(4):
-            corner[n, i] = position[nodes[n], i]
-            low, high = min(low, corner[n, i]), max(high, corner[n, i])
-        near = near and low - reach <= position[node, i] <= high + reach
-    return near
+def _lies_beyond(
+    distance: float, dx: float, dy: float, dz: float, square: float, corner: np.ndarray, ball: np.ndarray
+) -> bool:
+    """Whether a node is farther than `distance` (m) from a face, as far as its corners (4, 3) tell.
+
+    `dx`, `dy`, `dz` lead from the face's middle to the node, `square` is the square of their length: no point of the
+    face lies farther along them than some corner.
+    """
+    farthest = -np.inf
+    for n in range(4):
+        along = dx * (corner[n, 0] - ball[0]) + dy * (corner[n, 1] - ball[1]) + dz * (corner[n, 2] - ball[2])
+        farthest = max(farthest, along)
+    apart = square - farthest
+    return apart > 0.0 and apart**2 > distance**2 * square
 
 
 @kernel
@@ -226,7 +240,7 @@ def _comes_first(
     if abs(facing) > _ALIKE:
         return facing < 0.0
     for i in range(3):
-        apart = state.bound[face, i] - state.bound[best, i]
+        apart = state.ball[face, i] - state.ball[best, i]
         if abs(apart) > _ALIKE * edge[face]:
             return apart < 0.0
     return False
@@ -278,13 +292,26 @@ def _outside_beside(
     """Whether a node that lies behind a face but off its rim stands in front of a nearer face of the same body."""
     if abs(point[0]) < 1.0 and abs(point[1]) < 1.0:
         return False
+    node, body = state.node[k], state.face_body[best]
+    faces, ball, bound = state.faces, state.ball, state.bound
+    x, y, z = position[node, 0], position[node, 1], position[node, 2]
     for c in range(state.first[k], state.first[k + 1]):
         face = state.candidate[c]
-        if state.face_body[face] != state.face_body[best]:
+        dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
+        square = dx**2 + dy**2 + dz**2
+        if square > (ball[face, 3] + (1.0 + _TIE) * nearest) ** 2 or state.face_body[face] != body:
             continue
-        if not _gather(state.node[k], state.faces[face], nearest, position, corner):
+        behind = True
+        for n in range(0, 20, 5):
+            behind &= dx * bound[face, n] + dy * bound[face, n + 1] + dz * bound[face, n + 2] < bound[face, n + 3]
+        if behind:
             continue
-        distance, height = _locate(state.node[k], position, corner, trial)
+        for n in range(4):
+            for i in range(3):
+                corner[n, i] = position[faces[face, n], i]
+        if _lies_beyond((1.0 + _TIE) * nearest, dx, dy, dz, square, corner, ball[face]):
+            continue
+        distance, height = _locate(node, position, corner, trial)
         if height > _BESIDE * nearest and distance < nearest:
             return True
     return False

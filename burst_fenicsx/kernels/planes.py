@@ -11,6 +11,8 @@ from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
 __all__ = ["PlaneLaw", "PlaneState", "push_from_plane"]
 
+_RUN = 256  # nodes that one call looks after: most are nowhere near the plane
+
 
 class PlaneLaw(NamedTuple):
     """One plane and what holds in this step."""
@@ -37,29 +39,40 @@ def push_from_plane(
     law: PlaneLaw, state: PlaneState, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, force: np.ndarray
 ) -> None:
     """Add the plane's forces (N) to `force` (nodes, 3)."""
-    for k in numba.prange(state.node.size):
-        _push_node(k, law, state, mass, position, velocity, force)
+    nodes, held = state.node, state.held
+    nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
+    parts = nodes.size // _RUN + 1
+    for part in numba.prange(parts):
+        for k in range(part * nodes.size // parts, (part + 1) * nodes.size // parts):
+            node = nodes[k]
+            depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
+            if depth > 0.0:
+                _push_node(k, depth, law, state, mass, velocity, force)
+            elif held[k] > 0.0:
+                _let_go(k, state)
+
+
+@kernel
+def _let_go(k: int, state: PlaneState) -> None:
+    state.booked[k, :] = 0.0
+    state.slip[k, :] = 0.0
+    state.depth[k] = 0.0
+    state.held[k] = 0.0
 
 
 @kernel
 def _push_node(
     k: int,
+    depth: float,
     law: PlaneLaw,
     state: PlaneState,
     mass: np.ndarray,
-    position: np.ndarray,
     velocity: np.ndarray,
     force: np.ndarray,
 ) -> None:
     node = state.node[k]
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
     state.booked[k, :] = 0.0
-    if depth <= 0.0:
-        state.slip[k, :] = 0.0
-        state.depth[k] = 0.0
-        state.held[k] = 0.0
-        return
     stiffness = law.stiffness * mass[node]
     vx, vy, vz = velocity[node, 0], velocity[node, 1], velocity[node, 2]
     normal_speed = vx * nx + vy * ny + vz * nz

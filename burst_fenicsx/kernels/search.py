@@ -17,7 +17,8 @@ __all__ = ["Bodies", "face_boxes", "find_candidates", "node_normals"]
 
 # A node meets a face of its own body only where their normals are opposed: cosine below this.
 _OPPOSED = -0.2
-_ROOM = 64  # faces of a node that the first look has room for
+_BLOCK = 4096  # nodes whose faces are looked up side by side, then put in order: their list stays in cache
+_USUAL = 8  # faces of a node for which there is room at first
 
 
 class Bodies(NamedTuple):
@@ -123,10 +124,13 @@ def find_candidates(
     areas = np.empty((boxes.shape[0], 3))
     _area_vectors(position, bodies.faces, areas)
     first = np.zeros(active.size + 1, dtype=np.int64)
-    room = 0
-    while room == 0 or first.max() > room:  # rarely more than once
-        room = max(_ROOM, first.max())
-        found = np.empty((active.size, room), dtype=np.int32)
+    candidates = np.empty(_USUAL * active.size, dtype=np.int32)
+    room, found = np.zeros(_BLOCK + 1, dtype=np.int64), np.empty(0, dtype=np.int32)
+    for start in range(0, active.size, _BLOCK):
+        block = active[start : start + _BLOCK]
+        _make_room(position, block, cell, mask, offset, room)
+        if found.size < room[block.size]:
+            found = np.empty(room[block.size], dtype=np.int32)
         _look_up(
             position,
             bodies.faces,
@@ -134,7 +138,7 @@ def find_candidates(
             bodies.node_body,
             bodies.face_round,
             bodies.node_round,
-            active,
+            block,
             free,
             normals,
             areas,
@@ -143,16 +147,33 @@ def find_candidates(
             mask,
             offset,
             entries,
-            first,
+            room,
+            first[start : start + block.size + 1],
             found,
         )
-    for k in range(active.size):
-        first[k + 1] += first[k]
-    candidates = np.empty(first[-1], dtype=np.int32)
-    for k in range(active.size):
-        for c in range(first[k + 1] - first[k]):
-            candidates[first[k] + c] = found[k, c]
-    return first, candidates
+        for k in range(block.size):
+            first[start + k + 1] += first[start + k]
+        if first[start + block.size] > candidates.size:
+            longer = np.empty(max(first[start + block.size], 2 * candidates.size), dtype=np.int32)
+            longer[: first[start]] = candidates[: first[start]]
+            candidates = longer
+        for k in range(block.size):
+            begin = first[start + k]
+            for c in range(first[start + k + 1] - begin):
+                candidates[begin + c] = found[room[k] + c]
+    return first, candidates[: first[-1]].copy()
+
+
+@kernel
+def _make_room(
+    position: np.ndarray, block: np.ndarray, cell: float, mask: int, offset: np.ndarray, room: np.ndarray
+) -> None:
+    """Where in a list each node's faces go, if it finds all in its bucket: `room` (block + 1,)."""
+    for k in range(block.size):
+        node = block[k]
+        px, py, pz = position[node, 0], position[node, 1], position[node, 2]
+        bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
+        room[k + 1] = room[k] + offset[bucket + 1] - offset[bucket]
 
 
 @parallel_kernel
@@ -185,14 +206,14 @@ def _look_up(
     mask: int,
     offset: np.ndarray,
     entries: np.ndarray,
+    room: np.ndarray,
     first: np.ndarray,
     found: np.ndarray,
 ) -> None:
-    """Write each active node's faces into its row of `found`, as far as there is room, and their count behind it.
+    """Write each active node's faces into `found` from its place in `room` on, and their count into `first` behind it.
 
     The conditions stand here and not in a function: most faces fail them, and a call costs more than the look.
     """
-    room = found.shape[1]
     for k in numba.prange(active.size):
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
@@ -222,7 +243,6 @@ def _look_up(
                         continue
                     if faces[face, 3] == node:
                         continue
-            if count < room:
-                found[k, count] = face
+            found[room[k] + count] = face
             count += 1
         first[k + 1] = count
