@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 __all__ = ["Options", "read_options"]
 
 
+FULL_REALISATIONS, QUICK_REALISATIONS = 200, 100
+
+
 @dataclass(frozen=True)
 class Options:
     """See `python -m validation --help`."""
@@ -27,7 +30,7 @@ class Options:
     ranks: int = 1
     out: Path | None = None
     cell_size: str | None = None
-    realisations: int = 200
+    realisations: int = FULL_REALISATIONS
     run: Path | None = None
     single: Path | None = None
     pair: Path | None = None
@@ -54,10 +57,13 @@ def read_options(arguments: Sequence[str] | None, cases: Iterable[str], descript
     stack.add_argument("--single", type=Path, metavar="DIR", help="take this run of the single round")
     stack.add_argument("--pair", type=Path, metavar="DIR", help="take this run of the pair")
     stack.add_argument("--mirrored", type=Path, metavar="DIR", help="take this run of one round before a plane")
-    stack.add_argument("--realisations", type=int, default=200, metavar="N", help="of every ensemble; default 200")
+    number = f"of every ensemble; default {FULL_REALISATIONS}, with --quick {QUICK_REALISATIONS}"
+    stack.add_argument("--realisations", type=int, metavar="N", help=number)
     stack.add_argument("--sensitivities", action="store_true", help="only: what moves the ratios, at a coarser size")
     stack.add_argument("--scaling", action="store_true", help="only: time and memory a round, up to a pallet of eight")
     values = vars(parser.parse_args(arguments))
+    if values["realisations"] is None:
+        values["realisations"] = QUICK_REALISATIONS if values["quick"] else FULL_REALISATIONS
     if values["realisations"] < 2:
         parser.error(f"--realisations: found {values['realisations']}; a standard error needs 2 or more")
     return Options(**{**values, "names": tuple(values["names"])})

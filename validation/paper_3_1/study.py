@@ -28,9 +28,12 @@ def study(options: Options, runs: Runs) -> list[Row]:
     sizes = (QUICK_SIZE,) if options.quick else SIZES
     if options.cell_size:
         sizes = (options.cell_size,)
-    folders = {size: runs.run(NAME, REFERENCE["case"], size) for size in sizes}
-    summaries = {size: summary_of(folder) for size, folder in folders.items()}
     finest = sizes[-1]
+    shown = finest if options.readme else None  # what is compared is told by the burst; pictures are the report's
+    folders = {
+        size: runs.run(NAME, REFERENCE["case"], size, stage="run" if size == shown else "burst") for size in sizes
+    }
+    summaries = {size: summary_of(folder) for size, folder in folders.items()}
     if options.readme:
         insert_tables(readme_tables(summaries, folders[finest] / "burst_snapshot.h5"))
         copy_figures(folders[finest] / "figures", FIGURES, NAME)

@@ -73,10 +73,7 @@ def _folders(options: Options, runs: Runs) -> dict[str, Path]:
                 raise StudyError(f"{NAME}: --{name} is missing; a comparison needs --single and --pair")
         return taken
     size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    return {
-        name: runs.run(f"{NAME}_{name}", REFERENCE[name], size, stage="burst" if name == "mirrored" else "run")
-        for name in given
-    }
+    return {name: runs.run(f"{NAME}_{name}", REFERENCE[name], size, stage="burst") for name in given}
 
 
 def _sensitivities(options: Options, runs: Runs) -> list[Row]:
