@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.options import read_options
 from benchmarks.table import print_figures
-from fragfield.errors import EXIT_DONE, EXIT_INPUT, nearest
+from fragfield.errors import EXIT_DONE, EXIT_INPUT, EXIT_NUMERICAL, exit_code_of, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,11 +59,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(json.dumps(found, indent=1))
     else:
         print_figures(found)
-    return EXIT_DONE
+    return EXIT_DONE if all(name in found for name in names) else EXIT_NUMERICAL
 
 
 def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any]]:
-    """The figures of each benchmark, and what they were taken on; the time that each takes goes to stderr."""
+    """The figures of each benchmark, and what they were taken on; the time that each takes goes to stderr.
+
+    One whose run stops, with cells of a size that nobody tried, is told and left out.
+    """
     from benchmarks.machine import Others, machine
     from benchmarks.readme import write_tables
 
@@ -71,7 +74,13 @@ def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any
     for name in names:
         began, others = time.perf_counter(), Others()
         module, function = BENCHMARKS[name][0].split(".")
-        found[name] = getattr(importlib.import_module(f"benchmarks.{module}"), function)(options)
+        try:
+            found[name] = getattr(importlib.import_module(f"benchmarks.{module}"), function)(options)
+        except RuntimeError as error:
+            if exit_code_of(error) != EXIT_NUMERICAL:
+                raise
+            print(f"benchmarks: {name} stopped: {error}", file=sys.stderr)
+            continue
         print(f"benchmarks: {name} took {time.perf_counter() - began:.0f} s", file=sys.stderr)
         cores = others.cores
         if cores is not None:

@@ -53,6 +53,22 @@ def test_json_is_one_object_with_ratios_beside_targets(capsys):
         assert found["threads"]["target"] == 1.85
 
 
+def test_a_run_that_stops_is_told_and_the_others_go_on(capsys, monkeypatch):
+    from benchmarks import kernel, resources
+    from benchmarks.__main__ import main
+    from burst_fenicsx.errors import NumericalStop
+
+    def stops(options):
+        raise NumericalStop("the volume of cell 7 is not positive", 8e-5)
+
+    monkeypatch.setattr(kernel, "kernel", stops)
+    monkeypatch.setattr(resources, "memory", lambda options: {"cells": 1})
+    assert main(["kernel", "memory", "--json"]) == 3
+    told = capsys.readouterr()
+    assert "kernel stopped: the volume of cell 7 is not positive (at 80.00 us)" in told.err
+    assert set(json.loads(told.out)) == {"memory", "machine"}
+
+
 def test_work_of_others_is_told_from_our_own(monkeypatch):
     from benchmarks import machine
 
