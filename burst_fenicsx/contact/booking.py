@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from burst_fenicsx.kernels.collisions import Collisions
     from burst_fenicsx.kernels.planes import PlaneState
+    from burst_fenicsx.kernels.springs import Collisions
 
 __all__ = ["NodeContact"]
 

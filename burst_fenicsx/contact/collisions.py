@@ -9,17 +9,11 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.booking import NodeContact
 from burst_fenicsx.contact.halo import Halo
-from burst_fenicsx.kernels.collisions import (
-    LET_GO,
-    CollisionLaw,
-    Collisions,
-    add_reactions,
-    find_contacts,
-    take_reactions,
-)
+from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.springs import LET_GO, CollisionLaw, Collisions, add_reactions, take_reactions
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces

@@ -1,25 +1,20 @@
 """Point-face contact: nodes of one surface pushed out of the faces of another (Eqs. 16-18).
 
 First every node finds the face that it has entered and the force between them, side by side; then the forces are
-added in order. Both surfaces of a pair take their turn as nodes and as faces.
+added in order, see `springs`. Both surfaces of a pair take their turn as nodes and as faces.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from burst_fenicsx.kernels.bilinear import closest_point
 from burst_fenicsx.kernels.bounds import bound_faces
-from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.springs import LET_GO, CollisionLaw, Collisions, push_node, slacken, weigh_corners
 
-__all__ = ["LET_GO", "CollisionLaw", "Collisions", "add_reactions", "find_contacts", "take_reactions"]
-
-LET_GO = -1
-"""Mark of a node whose bond has just let go, in `Collisions.touching`."""
+__all__ = ["find_contacts"]
 
 _RUN = 64  # nodes that one call looks after
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
@@ -31,44 +26,6 @@ _OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it
 _TIE = 1e-9  # distances that differ by less, relatively, are one
 _ALIKE = 1e-6  # cosines, and places over the face's initial edge, that differ by less are one
 _LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
-
-
-class CollisionLaw(NamedTuple):
-    """What holds for all contacts in this step."""
-
-    budget: float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
-    step: float  # s
-    friction: float  # tan(phi)
-
-
-class Collisions(NamedTuple):
-    """Nodes that look for faces, and the state of each one's contact; nodes are numbered among the surface nodes."""
-
-    node: np.ndarray  # (slaves,) int32
-    first: np.ndarray  # (slaves + 1,) int64 into `candidate`
-    candidate: np.ndarray  # int32, faces
-    faces: np.ndarray  # (faces, 4) int32
-    face_body: np.ndarray  # (faces,) int32
-    node_body: np.ndarray  # (nodes,) int32
-    edge: np.ndarray  # (faces,) m, square root of the initial area
-    near: np.ndarray  # (near faces,) int32, the faces in `candidate`, each once
-    ball: np.ndarray  # (faces, 5) of `near`, in this step: the middle (m), radius of a ball around it that holds the
-    # face (m), largest speed of a corner (m/s)
-    bound: np.ndarray  # (faces, 20) of `near`, in this step, for each corner: the unit normal there and how low and how
-    # high the corners lie along it (m, from the middle)
-    touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none, LET_GO for what its bond held till now
-    normal: np.ndarray  # (nodes, 3) of the face touched
-    outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
-    slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
-    depth: np.ndarray  # (nodes,) m, behind the face; where its bond has just let go, what it pressed there
-    unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
-    pressed: np.ndarray  # (nodes,) m, the part that did in the last step
-    held: np.ndarray  # (nodes,) N/m, stiffness of the last step
-    load: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
-    face: np.ndarray  # (slaves,) int32, the face in contact or -1
-    weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
-    push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
-    booked: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
 
 
 @kernel
@@ -155,35 +112,27 @@ def _find_run(
                 continue
             if distance >= (1.0 - _TIE) * nearest and not _comes_first(node, face, best, trial, point, edge, state):
                 continue
-            _weigh(trial[0], trial[1], weight)
+            weigh_corners(trial[0], trial[1], weight)
             _relative_velocity(node, faces[face], weight, velocity, relative)
             free = _unloaded_depth(node, face, depth, trial, relative, law, state)
             if free < np.inf:
                 best, nearest, unloaded = face, distance, free
                 point[:] = trial
         if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
-            _weigh(point[0], point[1], state.weight[k])
+            weigh_corners(point[0], point[1], state.weight[k])
             _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
             depth = 0.0
             for i in range(3):
                 depth -= (position[node, i] - point[2 + i]) * point[5 + i]
             state.unloaded[node] = unloaded
-            _push(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
+            push_node(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
             state.depth[node] = depth
             continue
         if touching != 0:
             state.touching[node] = 0
             state.depth[node] = 0.0
             state.unloaded[node] = 0.0
-            _begin(node, state)
-
-
-@kernel
-def _begin(node: int, state: Collisions) -> None:
-    """Slacken a node's springs: what held it to one body does not hold it to the next."""
-    state.slip[node, :] = 0.0
-    state.pressed[node] = 0.0
-    state.held[node] = 0.0
+            slacken(node, state)
 
 
 @kernel
@@ -315,102 +264,3 @@ def _outside_beside(
         if height > _BESIDE * nearest and distance < nearest:
             return True
     return False
-
-
-@kernel
-def _weigh(xi: float, eta: float, weight: np.ndarray) -> None:
-    """Weights of a face's nodes at a point (Eq. 17)."""
-    weight[0] = 0.25 * (1.0 - xi) * (1.0 - eta)
-    weight[1] = 0.25 * (1.0 + xi) * (1.0 - eta)
-    weight[2] = 0.25 * (1.0 + xi) * (1.0 + eta)
-    weight[3] = 0.25 * (1.0 - xi) * (1.0 + eta)
-
-
-@kernel
-def _push(
-    k: int,
-    face: int,
-    depth: float,
-    normal: np.ndarray,
-    relative: np.ndarray,
-    law: CollisionLaw,
-    state: Collisions,
-    mass: np.ndarray,
-) -> None:
-    """Spring and friction of one contact, and what they book."""
-    node = state.node[k]
-    if state.touching[node] != 1 + state.face_body[face]:
-        _begin(node, state)
-    inverse = 1.0 / mass[node]
-    crowd = state.load[node]
-    for corner in range(4):
-        other = state.faces[face, corner]
-        inverse += state.weight[k, corner] ** 2 / mass[other]
-        crowd = max(crowd, state.load[other])
-    reduced = 1.0 / inverse
-    # Where nodes crowd on one face its springs are softened, so that the step stays stable. By Jensen's inequality the
-    # springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
-    stiffness = 0.5 * law.budget * reduced / max(crowd, 1.6)
-    trial = np.empty(3)
-    along = 0.0
-    for i in range(3):
-        trial[i] = state.slip[node, i] + law.step * relative[i]
-        along += trial[i] * normal[i]
-    length = 0.0
-    for i in range(3):
-        trial[i] -= along * normal[i]
-        length += trial[i] ** 2
-    length = np.sqrt(length)
-    old, old_depth = state.held[node], state.pressed[node]
-    old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
-    limit = law.friction * stiffness * depth
-    if stiffness * length > limit:
-        kept = limit / stiffness
-        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
-        for i in range(3):
-            trial[i] *= kept / length
-        length = kept
-    if old > 0.0:
-        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
-    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
-    for i in range(3):
-        state.push[k, i] = stiffness * (depth * normal[i] - trial[i])
-        state.slip[node, i] = trial[i]
-        state.normal[node, i] = normal[i]
-    state.push[k, 3] = reduced
-    state.pressed[node] = depth
-    state.held[node] = stiffness
-    state.touching[node] = 1 + state.face_body[face]
-    state.face[k] = face
-
-
-@kernel
-def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rounding: float, sums: np.ndarray) -> None:
-    """Add the contacts' forces and loads to `sums` (nodes, 4), exactly: the order of nodes does not matter.
-
-    Each term is rounded to a multiple of a power of two, so that the sums are exact and those of several ranks agree.
-    """
-    for k in range(state.node.size):
-        face = state.face[k]
-        if face < 0:
-            continue
-        node = state.node[k]
-        for corner in range(4):
-            other = state.faces[face, corner]
-            for i in range(3):
-                # The node gets what the face's nodes give, to the last bit.
-                part = quantise(state.weight[k, corner] * state.push[k, i], rounding)
-                sums[other, i] -= part
-                sums[node, i] += part
-            share = state.weight[k, corner] * state.push[k, 3] / mass[other]
-            sums[other, 3] += quantise(share, load_rounding)
-        sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
-
-
-@parallel_kernel
-def take_reactions(sums: np.ndarray, rows: np.ndarray, local: np.ndarray, load: np.ndarray, force: np.ndarray) -> None:
-    """Give the sums (nodes, 4) of the surface nodes `rows` to `load` (nodes,) and to the rows `local` of `force`."""
-    for k in numba.prange(rows.size):
-        load[rows[k]] = sums[rows[k], 3]
-        for i in range(3):
-            force[local[k], i] += sums[rows[k], i]

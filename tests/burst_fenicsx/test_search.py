@@ -7,8 +7,9 @@ import pytest
 from scipy.optimize import minimize
 
 from burst_fenicsx.kernels.bilinear import closest_point
-from burst_fenicsx.kernels.collisions import CollisionLaw, Collisions, find_contacts
+from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.springs import CollisionLaw, Collisions
 
 
 def sheets(count, seed, bodies=4):
