@@ -135,9 +135,46 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
     assert taken == [left, left]
 
 
+def test_bounds_tell_off_no_face_that_a_node_has_entered():
+    """The face found is the one of brute force over all faces with the closest point alone."""
+    rng = np.random.default_rng(5)
+    places, bodies = sheets(6, seed=3, bodies=1)
+    sheet, faces = 6.0 * places + rng.uniform(-0.1, 0.1, places.shape), bodies.faces
+    law, node = CollisionLaw(budget=1.0, step=0.1, friction=0.0), len(sheet)
+    met = []
+    for _ in range(2000):
+        under = sheet[rng.integers(node)] + rng.uniform(-0.4, 0.4, 3)
+        moving = rng.normal(0.0, 4.0, 3)
+        outward = rng.normal(0.0, 1.0, 3)
+        state = one_node_over(faces, node, outward)
+        position, velocity = np.vstack([sheet, under]), np.vstack([np.zeros_like(sheet), moving])
+        find_contacts(law, state, position, velocity, np.ones(node + 1))
+        found = entered_face(sheet[faces], under, moving, state.outward[node], law.step)
+        assert state.face[0] == found
+        met.append(found)
+    assert 200 < np.count_nonzero(np.array(met) >= 0) < 1800
+
+
+def entered_face(corners, place, velocity, outward, step):
+    """Number of the nearest face of another round at rest that a node has just entered, -1 for none."""
+    near = [point_of(place, corner) for corner in corners]
+    away = np.array([place - foot for _, foot, _ in near])
+    normal = np.array([turned for *_, turned in near])
+    distance, depth = np.linalg.norm(away, axis=1), -(away * normal).sum(axis=1)
+    facing, approach = normal @ outward, -(normal @ velocity)
+    under = (depth > 0.0) & (depth <= 0.5) & (distance <= 1.5 * depth)
+    entered = (depth <= 1.5 * step * approach) & (facing < 0.0) | (depth <= 0.1) & (facing < -0.2)
+    if not (under & entered).any():
+        return -1
+    best = int(np.argmin(np.where(under & entered, distance, np.inf)))
+    off_rim = np.abs(near[best][0]).max() >= 1.0
+    in_front = (-depth > 0.1 * distance[best]) & (distance < distance[best])
+    return -1 if off_rim and in_front.any() else best
+
+
 def one_node_over(faces, node, outward):
-    """A node of one round that looks for the faces of another."""
-    nodes, count = 7, len(faces)
+    """A node of one round, the last of all, that looks for the faces of another."""
+    nodes, count = node + 1, len(faces)
     body = np.zeros(nodes, dtype=np.int32)
     body[node] = 2
     turned = np.zeros((nodes, 3))
