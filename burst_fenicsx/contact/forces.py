@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.bonds import BondedFaces
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact
+from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
 from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
 
@@ -34,20 +34,20 @@ _REACH = 1.0  # of the cell size: how far surfaces may approach between two sear
 class Penetrations:
     """Largest penetrations so far (m), on this rank."""
 
-    bond_at_front: float = 0.0
-    bond_after: float = 0.0
+    interface_at_front: float = 0.0
+    interface_after: float = 0.0
     collision: float = 0.0
     plane: float = 0.0
 
     def over(self, comm: MPI.Comm) -> Penetrations:
         """The largest over all ranks."""
-        own = (self.bond_at_front, self.bond_after, self.collision, self.plane)
+        own = (self.interface_at_front, self.interface_after, self.collision, self.plane)
         return Penetrations(*(comm.allreduce(value, op=MPI.MAX) for value in own)) if comm.size > 1 else self
 
     @property
     def largest(self) -> float:
         """The largest of all."""
-        return max(self.bond_at_front, self.bond_after, self.collision, self.plane)
+        return max(self.interface_at_front, self.interface_after, self.collision, self.plane)
 
 
 class ContactForces:
@@ -86,12 +86,12 @@ class ContactForces:
         self.penetrations = Penetrations()
         self._twins = mesh.twins
         self.surfaces: ContactSurfaces | None = None
-        self.bonds: BondedFaces | None = None
+        self.interface: SlidingInterface | None = None
         self.collisions: CollidingSurfaces | None = None
         if contact.surfaces or settings.planes:
             self.surfaces = contact_surfaces(mesh)
         if len(mesh.twins):
-            self.bonds = BondedFaces(mesh, fields, contact, release=contact.surfaces)
+            self.interface = SlidingInterface(mesh, fields, contact)
         if contact.surfaces and self.surfaces is not None:
             self.collisions = CollidingSurfaces(
                 self.surfaces,
@@ -132,7 +132,7 @@ class ContactForces:
     @property
     def exists(self) -> bool:
         """Whether there is anything that may touch."""
-        return self.bonds is not None or self.collisions is not None or bool(self.planes)
+        return self.interface is not None or self.collisions is not None or bool(self.planes)
 
     def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.
@@ -159,21 +159,21 @@ class ContactForces:
 
     def _join(self, budget: float, step: float, velocity: np.ndarray, *, front_near: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""
-        if self.bonds is None:
+        if self.interface is None:
             return
-        self.bonds.add_forces(budget, step, velocity, self.force)
+        self.interface.add_forces(budget, step, velocity, self.force)
         deepest = self.penetrations
         if front_near:
-            deepest.bond_at_front = max(deepest.bond_at_front, self.bonds.deepest)
+            deepest.interface_at_front = max(deepest.interface_at_front, self.interface.deepest)
         else:
-            deepest.bond_after = max(deepest.bond_after, self.bonds.deepest)
+            deepest.interface_after = max(deepest.interface_after, self.interface.deepest)
 
     def _collide(self, budget: float, step: float, velocity: np.ndarray) -> None:
         """Forces of colliding surfaces, after a search where one is due; collective."""
         if self.collisions is None:
             return
         if self.collisions.search_is_due(step):
-            self.collisions.search(self._let_go())
+            self.collisions.search()
         if self.collisions.pushed is not self._met:
             self._met = self.collisions.pushed
             self._pushed = np.union1d(self._always, self._met)
@@ -215,15 +215,8 @@ class ContactForces:
             nodes.velocity[faster] = own
 
     @property
-    def _parts(self) -> list[BondedFaces | CollidingSurfaces | PlaneContact]:
-        return [part for part in (self.bonds, self.collisions, *self.planes) if part is not None]
-
-    def _let_go(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Surface nodes whose bonds have let go since the last search, and how deep (m) they pressed there."""
-        if self.bonds is None or self.surfaces is None:
-            return None
-        pairs, depth = self.bonds.release()
-        return np.searchsorted(self.surfaces.node, self._twins[pairs].ravel()), np.repeat(depth, 2)
+    def _parts(self) -> list[SlidingInterface | CollidingSurfaces | PlaneContact]:
+        return [part for part in (self.interface, self.collisions, *self.planes) if part is not None]
 
     @property
     def spring_energy(self) -> float:
@@ -238,18 +231,20 @@ class ContactForces:
     def summary(self) -> dict[str, Any]:
         """Contact's part of the summary; collective."""
         comm = self.comm
-        local = np.array([*(self.bonds.counts() if self.bonds else np.zeros(3)), self.spring_energy, self.friction])
+        local = np.array(
+            [*(self.interface.counts() if self.interface else np.zeros(3)), self.spring_energy, self.friction]
+        )
         total = comm.allreduce(local) if comm.size > 1 else local
         deepest = self.penetrations.over(comm)
         return {
-            "bonded_pairs": int(total[0]),
-            "broken_pairs": int(total[1]),
-            "released_pairs": int(total[2]),
+            "bonded": int(total[0]),
+            "touching": int(total[1]),
+            "off_surface": int(total[2]),
             "spring_energy": float(total[3]),
             "friction_heat": float(total[4]),
             "max_penetration": deepest.largest if self.exists else None,
-            "max_bond_penetration_at_front": deepest.bond_at_front,
-            "max_bond_penetration": deepest.bond_after,
+            "max_interface_penetration_at_front": deepest.interface_at_front,
+            "max_interface_penetration": deepest.interface_after,
             "max_collision_penetration": deepest.collision,
             "max_plane_penetration": deepest.plane,
             "searches": self.collisions.searches if self.collisions else 0,

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.forces import Penetrations
+from burst_fenicsx.contact.sliding import INTERFACE_ARRAYS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from mpi4py import MPI
 
-    from burst_fenicsx.contact.bonds import BondedFaces
     from burst_fenicsx.contact.collisions import CollidingSurfaces
     from burst_fenicsx.contact.forces import ContactForces
     from burst_fenicsx.contact.planes import PlaneContact
@@ -28,10 +28,12 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     deepest = contact.penetrations.over(comm)
     arrays = {
         "booked": comm.allreduce(booked) if comm.size > 1 else booked,
-        "penetrations": np.array([deepest.bond_at_front, deepest.bond_after, deepest.collision, deepest.plane]),
+        "penetrations": np.array(
+            [deepest.interface_at_front, deepest.interface_after, deepest.collision, deepest.plane]
+        ),
     }
-    if contact.bonds is not None:
-        arrays |= {f"bonds/{name}": values for name, values in _of_bonds(comm, contact.bonds).items()}
+    if contact.interface is not None:
+        arrays |= {f"interface/{name}": values for name, values in contact.interface.arrays().items()}
     if contact.collisions is not None:
         arrays |= {f"collisions/{name}": values for name, values in _of_collisions(contact.collisions).items()}
     for number, plane in enumerate(contact.planes):
@@ -46,16 +48,8 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     contact.friction, contact.stiffness_work = float(booked[0]), float(booked[1])
     contact.plane_impulse, contact.plane_force = booked[2:5].copy(), booked[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
-    if contact.bonds is not None:
-        bonds = contact.bonds.bonds
-        pairs = contact.bonds.node_pairs
-        # In the file springs lie by the number of their pair, here by the pairs' nodes.
-        chosen = np.flatnonzero(np.isin(arrays["bonds/pair"], pairs))
-        by_pair = np.argsort(np.repeat(pairs, np.diff(bonds.first)), kind="stable")
-        for name in ("bonded", "slip", "gap", "held"):
-            getattr(bonds, name)[by_pair] = arrays[f"bonds/{name}"][chosen]
-        bonds.released[:] = arrays["bonds/released"][pairs]
-        bonds.booked[:, 0] = arrays["bonds/stored"][pairs]
+    if contact.interface is not None:
+        contact.interface.restore({name: arrays[f"interface/{name}"] for name in INTERFACE_ARRAYS})
     if contact.collisions is not None:
         collisions = contact.collisions
         collisions.free[:] = arrays["collisions/free"]
@@ -68,24 +62,6 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     for number, plane in enumerate(contact.planes):
         for name in ("slip", "depth", "held"):
             getattr(plane.state, name)[:] = arrays[f"planes/{number}/{name}"][plane.rows]
-
-
-def _of_bonds(comm: MPI.Comm, bonded: BondedFaces) -> dict[str, np.ndarray]:
-    bonds, counted = bonded.bonds, bonded.counted > 0.0
-    springs = np.repeat(counted, np.diff(bonds.first))
-    pair = np.repeat(bonded.node_pairs, np.diff(bonds.first))[springs]
-    by_spring = (pair, *(getattr(bonds, name)[springs] for name in ("bonded", "slip", "gap", "held")))
-    by_pair = (bonded.node_pairs[counted], bonds.released[counted], bonds.booked[counted, 0])
-    all_springs, all_pairs = comm.gather(by_spring), comm.gather(by_pair)
-    if all_springs is None or all_pairs is None:
-        return {}
-    springs_in_order = [np.concatenate(column) for column in zip(*all_springs, strict=True)]
-    order = np.argsort(springs_in_order[0], kind="stable")
-    names = ("pair", "bonded", "slip", "gap", "held")
-    arrays = {name: values[order] for name, values in zip(names, springs_in_order, strict=True)}
-    row, released, stored = (np.concatenate(column) for column in zip(*all_pairs, strict=True))
-    order = np.argsort(row)
-    return {**arrays, "released": released[order], "stored": stored[order]}
 
 
 def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:

@@ -15,7 +15,7 @@ from burst_fenicsx.problem import Contact, Hourglass, RigidPlane
 from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.bodies import BAR, QUIET, ball, bodies, energy, mean_velocity, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, grid
-from tests.burst_fenicsx.test_bonds import layered
+from tests.burst_fenicsx.test_sliding import layered
 
 pytestmark = pytest.mark.dolfinx
 

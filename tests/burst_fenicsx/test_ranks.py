@@ -91,7 +91,7 @@ def pair(tmp_path_factory):
     assert going.leakage.factor.min() < 0.99
     penetrations = going.solver.contact.penetrations
     assert penetrations.collision > 0.0
-    assert penetrations.bond_after > 0.0
+    assert penetrations.interface_after > 0.0
     return found, folder
 
 

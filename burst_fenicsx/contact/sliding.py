@@ -1,0 +1,257 @@
+"""Contact of charge and casing: bonded until the charge has reacted, then a gas that presses and slides."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.contact.halo import Halo
+from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
+from burst_fenicsx.kernels.charge import PARAMETERS
+from burst_fenicsx.kernels.exact import rounding_constant
+from burst_fenicsx.kernels.rows import clear_rows, copy_rows
+from burst_fenicsx.kernels.sliding import (
+    SlideLaw,
+    add_slide_forces,
+    attached_state,
+    find_slide_forces,
+)
+from burst_fenicsx.kernels.smooth_faces import face_vectors, group_vectors
+from burst_fenicsx.kernels.springs import take_reactions
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.problem import Contact
+
+__all__ = ["INTERFACE_ARRAYS", "SlidingInterface"]
+
+_RINGS = 4  # faces around those in contact that a rank keeps up to date ...
+_MARGIN = 2  # ... until a contact has come this close to others
+_LARGEST_PRESSURE = 2.0**40  # Pa; bounds how finely sums over the cells of a node are rounded
+_MOST_CELLS = 2.0**6
+_STATE = ("face", "point", "bonded", "off", "gap", "press", "stiffness", "slip")
+INTERFACE_ARRAYS = (*_STATE, "load", "stored")
+"""Names of what `SlidingInterface.arrays` gives."""
+
+
+class SlidingInterface:
+    """Contact between the charges and what encloses them.
+
+    The rank that owns a charge's node computes its contacts. It follows them over the casing's faces, of which it
+    keeps those near by up to date, and gives the reactions to the ranks that own the faces' nodes.
+
+    Parameters
+    ----------
+    mesh : the whole mesh, its charges split from their casings.
+    fields : this rank's fields.
+    settings : strength and friction of unreacted explosive on the casing.
+
+    Attributes
+    ----------
+    surface, contacts : the kernels' arrays. load : (rows,) sum of the weights with which contacts lie on a node.
+    """
+
+    def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: Contact) -> None:
+        self.settings = settings
+        self._fields = fields
+        self._comm = comm = fields.mesh.comm
+        pairs, owned = len(mesh.twins), fields.mesh.owned_nodes
+        faces, covered = interface_faces(mesh)
+        # Rows: the pairs of coincident nodes, then the casing's other nodes on which the charge may come to lie.
+        solid_nodes = np.concatenate([mesh.twins[:, 1], np.setdiff1d(faces, mesh.twins[:, 1])])
+        self._rows = rows = len(solid_nodes)
+        row = np.full(len(mesh.nodes), -1, dtype=np.int32)
+        row[solid_nodes] = np.arange(rows, dtype=np.int32)
+        faces = row[faces]
+        self.surface, group_row = smooth_surface(mesh.nodes[solid_nodes], faces, rows)
+
+        solid = fields.mesh.local_node(solid_nodes)
+        charge = np.full(rows, -1, dtype=np.int32)
+        charge[:pairs] = fields.mesh.local_node(mesh.twins[:, 0])
+        self._master_rows, self._masters = _own(solid, owned)
+        slave_rows, _ = _own(charge, owned)
+        own = np.zeros(rows, dtype=bool)
+        own[slave_rows] = True
+        slave = np.where(own[group_row], charge[group_row], -1).astype(np.int32)
+        # In the order of the nodes, so that contacts that follow each other find theirs in cache.
+        mine = np.flatnonzero(slave >= 0)
+        mine = mine[np.argsort(slave[mine], kind="stable")].astype(np.int32)
+        of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
+        of_round[mesh.cells] = mesh.round[:, None]
+        material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
+        strength = fields.charge.parameters[material, PARAMETERS.index("unlit_strength")]
+        self.contacts = make_contacts(self.surface, group_row, slave, mine, strength)
+        self._charge_faces = charge[faces].astype(np.int32)
+        beside = np.zeros(len(faces), dtype=bool)
+        beside[faces_of(self.surface, mine)] = True
+        self._beside = np.flatnonzero(beside[:covered]).astype(np.int32)
+        if (self._charge_faces[self._beside] < 0).any():
+            raise RuntimeError("a rank lacks a charge's face beside one of its nodes")
+        self._charge_vectors = np.zeros((len(faces), 3))
+        self._vectors = np.zeros((len(faces), 3))
+
+        row[:] = -1
+        row[mesh.twins[:, 0]] = np.arange(pairs, dtype=np.int32)
+        self._cells, self._cell_rows = _attached(fields, row)
+        in_charge = row[mesh.cells[mesh.part == Part.CHARGE]]
+        self._cell_count = np.bincount(in_charge[in_charge >= 0], minlength=rows)
+        self._attached = np.zeros((rows, 2))
+        self._attached_rounding = rounding_constant(_MOST_CELLS), rounding_constant(_LARGEST_PRESSURE)
+        self._load_rounding = rounding_constant(_MOST_CELLS)
+        self._slave_halo = Halo(comm, _owners(comm, rows, slave_rows))
+        self._slave_halo.need(np.unique(self._cell_rows).astype(np.int32))
+        self._master_halo = Halo(comm, _owners(comm, rows, self._master_rows))
+
+        self._position, self._velocity = np.zeros((rows, 3)), np.zeros((rows, 3))
+        self._sums = np.zeros((rows, 4))
+        self.load = np.zeros(rows)
+        self._mass = np.zeros(rows)
+        self._mass[self._master_rows] = fields.mass[self._masters]
+        if comm.size > 1:
+            comm.Allreduce(MPI.IN_PLACE, self._mass)
+        self._near_faces = np.arange(len(faces), dtype=np.int32)
+        self._near_groups = np.arange(len(group_row), dtype=np.int32)
+        self._border = np.zeros(len(faces), dtype=bool)
+        self._look_around()
+
+    def _look_around(self) -> None:
+        """Choose the faces that this rank keeps up to date; collective."""
+        if self._comm.size == 1:
+            return
+        surface = self.surface
+        near = np.zeros(len(surface.faces), dtype=bool)
+        near[self.contacts.face[self.contacts.contact]] = True
+        inner = near
+        for ring in range(_RINGS):
+            near = widened(surface.faces, near, self._rows)
+            if ring == _RINGS - _MARGIN - 1:
+                inner = near
+        surface.known[:] = near
+        self._border = near & ~inner
+        groups = np.unique(surface.corner[near])
+        around = np.zeros(len(near), dtype=bool)
+        around[faces_of(surface, groups)] = True
+        self._near_faces = np.flatnonzero(around).astype(np.int32)
+        self._near_groups = groups.astype(np.int32)
+        self._master_halo.need(np.unique(surface.faces[around]).astype(np.int32))
+
+    def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+        """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
+
+        `budget` bounds the springs' squared frequency (1/s2); `step` is the step (s) that led here and `velocity`
+        (nodes, 3) the mean one over it (m/s).
+        """
+        fields, surface, contacts, settings = self._fields, self.surface, self.contacts, self.settings
+        nodes, rows, masters = fields.nodes, self._master_rows, self._masters
+        if self._comm.size > 1:
+            reached = bool(self._border[contacts.face[contacts.contact]].any())
+            if self._comm.allreduce(reached, op=MPI.LOR):
+                self._look_around()
+        copy_rows(nodes.position, masters, rows, self._position)
+        copy_rows(velocity, masters, rows, self._velocity)
+        self._master_halo.fetch(self._position, self._velocity, self.load[:, None])
+        face_vectors(self._position, surface.faces, self._near_faces, self._vectors)
+        group_vectors(surface.first_face, surface.face, self._near_groups, self._vectors, surface.vector)
+        face_vectors(nodes.position, self._charge_faces, self._beside, self._charge_vectors)
+        group_vectors(surface.first_face, surface.face, contacts.contact, self._charge_vectors, contacts.area)
+        burnt, pressure = self._charge_state()
+        law = SlideLaw(
+            budget, step, settings.tensile_strength, settings.cohesion,
+            float(np.tan(np.radians(settings.friction_angle))),
+        )  # fmt: skip
+        find_slide_forces(
+            law, surface, contacts, burnt, pressure, self._position, self._velocity, self._mass, self.load,
+            nodes.position, velocity, fields.mass,
+        )  # fmt: skip
+        clear_rows(self._sums, rows)
+        clear_rows(self._sums, self._master_halo.needed)
+        if self._comm.size == 1:
+            self._sums[:] = 0.0
+        add_slide_forces(surface, contacts, nodes.rounding, self._load_rounding, self._sums, force)
+        self._master_halo.give(self._sums)
+        take_reactions(self._sums, rows, masters, self.load, force)
+
+    def _charge_state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean burn fraction and pressure (Pa) of the charge's cells around each contact's node; collective."""
+        total, charge = self._attached, self._fields.charge
+        total[:] = 0.0
+        attached_state(
+            self._cells, self._cell_rows, charge.burn_fraction, charge.pressure, self._attached_rounding, total
+        )
+        self._slave_halo.give(total)
+        mean = total / np.maximum(self._cell_count, 1)[:, None]
+        return np.minimum(mean[self.contacts.row, 0], 1.0), mean[self.contacts.row, 1]
+
+    @property
+    def booked(self) -> np.ndarray:
+        """Spring energy now, friction and work given in the last step (J), on this rank's contacts."""
+        total: np.ndarray = np.einsum("kj->j", self.contacts.tally[self.contacts.contact])[:3]
+        return total
+
+    @property
+    def deepest(self) -> float:
+        """Largest penetration in the last step (m) on this rank."""
+        return float(self.contacts.tally[self.contacts.contact, 3].max(initial=0.0))
+
+    def counts(self) -> np.ndarray:
+        """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""
+        own = self.contacts.contact
+        bonded, touching = self.contacts.bonded[own] != 0, self.contacts.stiffness[own] > 0.0
+        return np.array([bonded.sum(), (touching & ~bonded).sum(), self.contacts.off[own].sum()], dtype=float)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What the contacts remember, whole on every rank; collective."""
+        own, found = self.contacts.contact, {}
+        for name in _STATE:
+            values = getattr(self.contacts, name)
+            whole = np.zeros_like(values)
+            whole[own] = values[own]
+            found[name] = self._summed(whole)
+        whole = np.zeros_like(self.load)
+        whole[self._master_rows] = self.load[self._master_rows]
+        stored = np.zeros(len(self.contacts.row))
+        stored[own] = self.contacts.tally[own, 0]
+        return {**found, "load": self._summed(whole), "stored": self._summed(stored)}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put the contacts where `arrays` found them; collective. Raises KeyError for a missing array."""
+        for name in _STATE:
+            getattr(self.contacts, name)[:] = arrays[name]
+        self.load[:] = arrays["load"]
+        self.contacts.tally[:, 0] = arrays["stored"]
+        self._look_around()
+
+    def _summed(self, values: np.ndarray) -> np.ndarray:
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, values)
+        return values
+
+
+def _own(local: np.ndarray, owned: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the nodes that this rank owns, and these nodes."""
+    rows = np.flatnonzero((local >= 0) & (local < owned)).astype(np.int32)
+    return rows, local[rows].astype(np.int32)
+
+
+def _owners(comm: MPI.Comm, count: int, rows: np.ndarray) -> np.ndarray:
+    """Rank that owns each row; collective."""
+    owner = np.zeros(count, dtype=np.int32)
+    owner[rows] = comm.rank
+    if comm.size > 1:
+        comm.Allreduce(MPI.IN_PLACE, owner)
+    return owner
+
+
+def _attached(fields: BurstFields, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Charge cells of this rank at the interface, and a row of their nodes there: one entry for each such node."""
+    mesh = fields.mesh
+    cells = np.flatnonzero(mesh.part == Part.CHARGE)
+    rows = row[mesh.node[mesh.dofmap[cells]]]
+    which, corner = np.nonzero(rows >= 0)
+    return cells[which].astype(np.int32), rows[which, corner].astype(np.int32)
