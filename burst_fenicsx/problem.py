@@ -85,7 +85,7 @@ class CasingMaterial:
     tensile_strength: float  # sigma_t
     shear_softening_strain: float | None = 0.5  # gamma_lim; None: no softening
     tensile_softening_strain: float | None = 0.5  # eps_lim; None: no softening
-    softening_length: float | None = None  # gamma_lim is scaled by this over the cell's length (m)
+    softening_length: float | None = 3e-3  # limits are scaled by this over the cell's length (m); None: not scaled
     source: str = ""
 
 
@@ -164,10 +164,10 @@ class Hourglass:
 class Contact:
     """Contact of charge and casing (face-face, Eqs. 12-15) and of any surfaces that meet (point-face, Eqs. 16-18)."""
 
-    charge_casing: Interface = "bonded"  # "shared": one set of nodes, no contact
-    cohesion: float = 5e6  # c of the bond (Pa)
-    tensile_strength: float = 5e6  # T of the bond (Pa)
-    friction_angle: float = 20.0  # of charge on casing (degrees)
+    charge_casing: Interface = "bonded"  # until reacted, then the products slide; "shared": common nodes, no slip
+    cohesion: float = 5e6  # c of the unreacted charge's bond (Pa)
+    tensile_strength: float = 5e6  # T of the unreacted charge's bond (Pa)
+    friction_angle: float = 20.0  # of the unreacted charge on the casing (degrees); products have none
     surfaces: bool = True  # whether surfaces that meet push each other
     surface_friction_angle: float = 20.0  # of colliding surfaces (degrees)
 

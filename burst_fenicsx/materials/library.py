@@ -34,6 +34,8 @@ CASING_KEYS = (
     "softening_length",
     "source",
 )
+SOFTENING_LENGTH = 3e-3
+"""Reference length of softening (m) where a table gives none: the cell of the paper's case 3.1."""
 JWL_KEYS = ("A", "B", "R1", "R2", "omega", "E0")
 
 
@@ -102,9 +104,6 @@ def load_casing(name_or_path: str | Path) -> CasingMaterial:
         Unknown name; unreadable file; a key that is unknown, missing, of the wrong type or out of bounds.
     """
     name, table = _entry(name_or_path, CASINGS, "casing", CASING_KEYS)
-    length = None
-    if "softening_length" in table:
-        length = table.number("softening_length", above=0.0, unit="m")
     return CasingMaterial(
         name=name,
         density=table.number("density", above=0.0, unit="kg/m3"),
@@ -114,9 +113,15 @@ def load_casing(name_or_path: str | Path) -> CasingMaterial:
         tensile_strength=table.number("tensile_strength", above=0.0, unit="Pa"),
         shear_softening_strain=_softening(table, "shear_softening_strain"),
         tensile_softening_strain=_softening(table, "tensile_softening_strain"),
-        softening_length=length,
+        softening_length=_softening_length(table),
         source=table.text("source", ""),
     )
+
+
+def _softening_length(table: Table) -> float | None:
+    if table.values.get("softening_length") == "none":
+        return None
+    return table.number("softening_length", SOFTENING_LENGTH, above=0.0, unit="m")
 
 
 def _softening(table: Table, key: str) -> float | None:

@@ -70,13 +70,13 @@ class ContactTable(Table):
     """Contact of charge and casing (face-face, Eqs. 12-15) and of surfaces that meet (point-face, Eqs. 16-18)."""
 
     charge_casing: Literal["bonded", "shared"] = "bonded"
-    """Charge and casing joined by bonds that break, or by common nodes that never part."""
+    """Charge bonded to the casing until it has reacted, then sliding; or shared nodes, which never slip."""
     cohesion: Pressure = 5e6
-    """Shear stress at which a bond breaks without pressure on it."""
+    """Shear stress at which the bond of the unreacted charge breaks without pressure on it."""
     tensile_strength: Pressure = 5e6
-    """Tension at which a bond breaks."""
+    """Tension at which the bond of the unreacted charge breaks."""
     friction_angle: FrictionAngle = degrees(20.0)
-    """Of the charge on the casing, where their bond is broken."""
+    """Of the unreacted charge on the casing, where their bond is broken; products have no friction."""
     surfaces: bool = True
     """Whether surfaces that meet push each other; without it rounds pass through each other."""
     surface_friction_angle: FrictionAngle = degrees(20.0)

@@ -220,6 +220,6 @@ def _casing(table: CasingTable) -> CasingMaterial:
     from burst_fenicsx.problem import CasingMaterial
 
     values = table.model_dump()
-    for key in ("shear_softening_strain", "tensile_softening_strain"):
+    for key in ("shear_softening_strain", "tensile_softening_strain", "softening_length"):
         values[key] = None if values[key] == "none" else values[key]
     return CasingMaterial(**values)

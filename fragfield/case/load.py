@@ -229,7 +229,7 @@ def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
     """Turn the library's data (floats in SI, None for no softening) into a table of the case."""
     values = dataclasses.asdict(material)
     if table is CasingTable:
-        for key in ("shear_softening_strain", "tensile_softening_strain"):
+        for key in ("shear_softening_strain", "tensile_softening_strain", "softening_length"):
             values[key] = "none" if values[key] is None else values[key]
     if values.get("jwl"):
         values["jwl"] = JwlTable.model_construct(**values["jwl"])

@@ -57,6 +57,7 @@ ELASTIC = CasingMaterial(
     tensile_strength=4e15,
     shear_softening_strain=None,
     tensile_softening_strain=None,
+    softening_length=None,
 )
 STEEL = CasingMaterial(
     name="steel",
@@ -65,6 +66,7 @@ STEEL = CasingMaterial(
     poisson_ratio=0.3,
     shear_strength=800e6,
     tensile_strength=800e6,
+    softening_length=None,
 )
 BARE = BurstSettings(
     cell_size=1e-2,

@@ -268,7 +268,7 @@ def test_a_tube_flies_as_with_shared_nodes_where_nothing_slides_out(tmp_path):
     assert shared["contact"]["bonded"] == 0
     assert sliding["contact"]["bonded"] == 0  # all has reacted
     assert sliding["contact"]["max_interface_penetration_at_front"] < 0.02 * 6e-3
-    assert sliding["contact"]["max_interface_penetration"] < 0.01 * 6e-3
+    assert sliding["contact"]["max_interface_penetration"] < 0.02 * 6e-3  # at the open rims; 0.4 % in a closed round
     assert 0.97 < sliding["mean_initial_speed"] / shared["mean_initial_speed"] < 1.0
     assert sliding["momentum_error"] < 1e-12
     assert sliding["energy_error"] < 0.01

@@ -47,6 +47,7 @@ def elastic(values: Mapping[str, Any], **changes: Any) -> CasingMaterial:
         tensile_strength=4.0 * _ENDLESS,
         shear_softening_strain=None,
         tensile_softening_strain=None,
+        softening_length=None,
     )
     return replace(made, **changes)
 
