@@ -212,8 +212,8 @@ def _slide(
     contacts.face[c], contacts.point[c, 0], contacts.point[c, 1] = face, xi, eta
     # A node that has left over an edge may lie behind the surface when it comes back beside it: only one in front of
     # it is met again.
-    reach = _OFF_EDGE * np.sqrt(0.25 * size)
-    off = beyond > reach or gap < -reach or (contacts.off[c] != 0 and gap < 0.0)
+    reach, was_off = _OFF_EDGE * np.sqrt(0.25 * size), contacts.off[c] != 0
+    off = beyond > reach or gap < -reach or (was_off and gap < 0.0)
     contacts.off[c] = off
 
     inverse_mass = contacts.share[c] / charge_mass[node]
@@ -230,7 +230,7 @@ def _slide(
     unreacted = 1.0 - burnt
     area = 0.25 * abs(contacts.area[c, 0] * nx + contacts.area[c, 1] * ny + contacts.area[c, 2] * nz)
     whole = contacts.bonded[c] != 0 and unreacted > 0.0
-    was_bonded, old, old_gap = contacts.bonded[c] != 0, contacts.stiffness[c], contacts.gap[c]
+    was_bonded, old, old_gap = contacts.bonded[c] != 0, contacts.stiffness[c], gap if was_off else contacts.gap[c]
     press = burnt * max(pressure, 0.0) * area - stiffness * gap
     apart = off or press <= (-law.tensile_strength * unreacted * area if whole else 0.0)
     if apart:
