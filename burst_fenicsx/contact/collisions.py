@@ -29,6 +29,8 @@ _SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
 class CollidingSurfaces(NodeContact):
     """Contact of every surface with every other, and of a casing with itself.
 
+    Interior nodes of a casing meet the faces of other rounds: where the outer layer of a wall folds, they overtake it.
+
     Each rank looks for the faces that its own nodes meet. Between two searches, the faces a node may meet are known,
     and with them the other ranks' nodes whose places a rank needs and to which it gives forces; these are exchanged.
 
@@ -61,6 +63,11 @@ class CollidingSurfaces(NodeContact):
         rows = np.where(own < len(row), row[np.minimum(own, len(row) - 1)], -1)
         self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
         self._rows = rows[self._local].astype(np.int32)  # ... and their rows
+        interior = self._rows[surfaces.interior[self._rows]]
+        of_round = surfaces.node_body[interior] // 2
+        # Own interior nodes of casings by round.
+        self._interior = {index: interior[of_round == index] for index in np.unique(of_round).tolist()}
+        self._on_surface = 0  # so many of the searching nodes, the first, lie on a surface
         self._bodies = Bodies(
             faces=surfaces.faces,
             face_body=surfaces.face_body,
@@ -168,6 +175,10 @@ class CollidingSurfaces(NodeContact):
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
+        within, beyond = self._interior_within_reach(boxes, position)
+        self._forget(beyond)
+        on_surface = len(active)
+        active = np.concatenate([active, within])
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
         reached = _reached(boxes, position[active])
@@ -178,6 +189,7 @@ class CollidingSurfaces(NodeContact):
         some = np.diff(first) > 0
         self._forget(active[~some])
         slaves = active[some]
+        self._on_surface = int(np.count_nonzero(some[:on_surface]))
         met = np.zeros(len(surfaces.faces), dtype=bool)
         met[candidate] = True
         count = len(slaves)
@@ -202,6 +214,26 @@ class CollidingSurfaces(NodeContact):
         if self._comm.size > 1:
             self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
         self.state.load[~near] = 0.0
+
+    def _interior_within_reach(self, boxes: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Own interior nodes that lie in the box around another round's faces, and the others; `boxes` (faces, 6)."""
+        nothing = np.zeros(0, dtype=np.int32)
+        if not self._interior:
+            return nothing, nothing
+        # Faces lie in the order of the bodies.
+        of_face = self._bodies.face_round
+        first = np.flatnonzero(np.diff(of_face, prepend=-1))
+        low, high = np.minimum.reduceat(boxes[:, :3], first), np.maximum.reduceat(boxes[:, 3:], first)
+        within, beyond = [nothing], [nothing]
+        for index, nodes in self._interior.items():
+            places = position[nodes]
+            near = np.zeros(len(nodes), dtype=bool)
+            for other, start, end in zip(of_face[first], low, high, strict=True):
+                if other != index:
+                    near |= ((places >= start) & (places <= end)).all(axis=1)
+            within.append(nodes[near])
+            beyond.append(nodes[~near])
+        return np.concatenate(within), np.concatenate(beyond)
 
     def _forget(self, nodes: np.ndarray) -> None:
         state = self.state
@@ -246,6 +278,11 @@ class CollidingSurfaces(NodeContact):
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
         return float(self.state.depth[self.state.node].max(initial=0.0))
+
+    @property
+    def deepest_interior(self) -> float:
+        """Largest penetration now (m), of this rank's interior nodes of casings."""
+        return float(self.state.depth[self.state.node[self._on_surface :]].max(initial=0.0))
 
 
 def _reached(boxes: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The surfaces that may touch: outsides of casings and charges, found once on the whole mesh."""
+"""The surfaces that may touch: outsides of casings and charges, and what lies within casings; found once."""
 
 from __future__ import annotations
 
@@ -20,15 +20,17 @@ __all__ = ["ContactSurfaces", "contact_surfaces"]
 class ContactSurfaces:
     """Faces and nodes of all bodies; a body is the casing with its fuze, or the charge, of one round.
 
-    Where charge and casing share their nodes, a round is one body.
+    Where charge and casing share their nodes, a round is one body. Where there are several rounds, the interior nodes
+    of the casings are among the nodes: they overtake a surface layer that folds, and then meet other rounds' faces.
 
     Attributes
     ----------
-    node : (surface nodes,) int64, ascending: numbers in the whole mesh.
+    node : (surface nodes,) int64, ascending: numbers in the whole mesh, of nodes on faces and of interior ones.
     faces : (faces, 4) int32, rows of `node`, in outward order.
     face_body, node_body : int32, twice the round, plus one for a charge.
     edge : (faces,) m, square root of the initial area.
     outside : (surface nodes,) bool, nodes on the outside of a whole round: those that may meet others from the start.
+    interior : (surface nodes,) bool, nodes of a casing that lie on no face: they meet faces of other rounds only.
     """
 
     node: np.ndarray
@@ -37,6 +39,7 @@ class ContactSurfaces:
     node_body: np.ndarray
     edge: np.ndarray
     outside: np.ndarray
+    interior: np.ndarray
 
 
 def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
@@ -51,13 +54,20 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
 
     order = np.argsort(body[cell], kind="stable")
     all_faces, face_body = found[order], body[cell[order]].astype(np.int32)
-    used = np.zeros(len(mesh.nodes), dtype=bool)
-    used[all_faces] = True
+    on_face = np.zeros(len(mesh.nodes), dtype=bool)
+    on_face[all_faces] = True
+    used = on_face.copy()
+    solid = mesh.part != Part.CHARGE
+    if len(np.unique(mesh.round)) > 1:
+        used[mesh.cells[solid]] = True
     node = np.flatnonzero(used)
     numbered = (np.cumsum(used, dtype=np.int32) - 1)[all_faces]
-    node_body = np.zeros(len(node), dtype=np.int32)
+    of_node = np.zeros(len(mesh.nodes), dtype=np.int32)
+    for corner in range(8):
+        of_node[mesh.cells[solid, corner]] = 2 * mesh.round[solid]
+    node_body = of_node[node]
     for corner in range(4):
         node_body[numbered[:, corner]] = face_body
     at = mesh.nodes[all_faces]
     area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
-    return ContactSurfaces(node, numbered, face_body, node_body, np.sqrt(area), outside[node])
+    return ContactSurfaces(node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node])
