@@ -12,6 +12,7 @@ from mpi4py import MPI
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates
+from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Passage:
     """Finds casing nodes behind planes and within cells of other rounds.
 
     A cell of another round holds a node where the inverse trilinear mapping says so; cells of casing, fuze and charge
-    count alike, so that metal which has passed right through a wall is found as well. Sums are taken in the order of
+    count alike unless they are folded, so that metal which has passed right through a wall is found as well. Sums are taken in the order of
     the nodes: they are the same on any number of ranks.
 
     Parameters
@@ -203,6 +204,9 @@ class Passage:
         mesh, count = self._fields.mesh, len(places)
         reached = (boxes[:, :3] <= places.max(axis=0)).all(axis=1) & (boxes[:, 3:] >= places.min(axis=0)).all(axis=1)
         rows = np.flatnonzero(reached)
+        # The mapping of a folded cell reaches out of its own faces; those cells are counted by themselves.
+        position = self._fields.nodes.position
+        rows = rows[~folded_cells(position, np.ascontiguousarray(mesh.dofmap[rows]))]
         if not len(rows):
             return np.zeros(count, dtype=bool)
         chosen = np.ascontiguousarray(boxes[rows])
@@ -223,7 +227,7 @@ class Passage:
             places,
             first,
             candidate,
-            self._fields.nodes.position,
+            position,
             np.ascontiguousarray(mesh.dofmap[rows]),
             self._skin,
             self._outer[rows],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.kernels.faces import FACES
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -31,6 +32,8 @@ class ContactSurfaces:
     edge : (faces,) m, square root of the initial area.
     outside : (surface nodes,) bool, nodes on the outside of a whole round: those that may meet others from the start.
     interior : (surface nodes,) bool, nodes of a casing that lie on no face: they meet faces of other rounds only.
+    on_surface : how many of the faces, the first, lie on a surface. The others lie within casings, between layers of
+        cells counted from the outside, and look outward: nodes of other rounds meet them where outer cells fold.
     """
 
     node: np.ndarray
@@ -40,6 +43,7 @@ class ContactSurfaces:
     edge: np.ndarray
     outside: np.ndarray
     interior: np.ndarray
+    on_surface: int
 
 
 def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
@@ -58,16 +62,38 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     on_face[all_faces] = True
     used = on_face.copy()
     solid = mesh.part != Part.CHARGE
+    layers, of_layers = np.zeros((0, 4), dtype=np.int64), np.zeros(0, dtype=np.int32)
     if len(np.unique(mesh.round)) > 1:
         used[mesh.cells[solid]] = True
+        layers, of_layers = _faces_of_layers(mesh, solid)
     node = np.flatnonzero(used)
-    numbered = (np.cumsum(used, dtype=np.int32) - 1)[all_faces]
+    numbered = (np.cumsum(used, dtype=np.int32) - 1)[np.concatenate([all_faces, layers])]
     of_node = np.zeros(len(mesh.nodes), dtype=np.int32)
     for corner in range(8):
         of_node[mesh.cells[solid, corner]] = 2 * mesh.round[solid]
     node_body = of_node[node]
     for corner in range(4):
-        node_body[numbered[:, corner]] = face_body
-    at = mesh.nodes[all_faces]
+        node_body[numbered[: len(all_faces), corner]] = face_body
+    face_body = np.concatenate([face_body, of_layers])
+    at = mesh.nodes[node][numbered]
     area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
-    return ContactSurfaces(node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node])
+    return ContactSurfaces(node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node], len(all_faces))
+
+
+def _faces_of_layers(mesh: HexahedralMesh, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Faces between the layers of the casings' cells, nested from the outside inward, and their bodies.
+
+    `solid` (cells,) names the cells of casings. Returns nodes (faces, 4), in the order that looks outward, and (faces,)
+    int32.
+    """
+    neighbours = mesh.neighbours
+    layer = np.where(solid & (neighbours < 0).any(axis=1), 0, -1)
+    for depth in range(1, len(layer)):
+        behind = np.where(neighbours >= 0, layer[neighbours], -1)
+        reached = solid & (layer < 0) & (behind == depth - 1).any(axis=1)
+        if not reached.any():
+            break
+        layer[reached] = depth
+    behind = np.where(neighbours >= 0, layer[neighbours], -1)
+    cell, side = np.nonzero(solid[:, None] & (layer > 0)[:, None] & (behind == layer[:, None] - 1))
+    return mesh.cells[cell[:, None], FACES[side]], (2 * mesh.round[cell]).astype(np.int32)

@@ -76,9 +76,9 @@ def _limits(corner: np.ndarray, skin: float, outer: np.ndarray, limit: np.ndarra
 
 @kernel
 def _natural_coordinates(point: np.ndarray, corner: np.ndarray, natural: np.ndarray) -> bool:
-    """Natural coordinates (3,) of a point (m) in a cell with corners (8, 3) in tensor-product order, by Newton's method.
+    """Natural coordinates (3,) of a point (m) in a cell with corners (8, 3) in tensor-product order.
 
-    False where it does not converge or the mapping is singular on the way.
+    By Newton's method. False where it does not converge or the mapping is singular on the way.
     """
     natural[:] = 0.0
     jacobian, residual = np.empty((3, 3)), np.empty(3)

@@ -123,5 +123,4 @@ def check_pair(label: str, pair: list[Metal], mirrored: Metal, burst: Mapping[st
 
 def _share_row(quantity: str, ours: float, share: float, tolerance: float, source: str) -> Row:
     """A share in per cent; the tolerance is in points, so that it is shown relative to the reference."""
-    row = compare(NAME, quantity, 100.0 * ours, 100.0 * share, tolerance / share, source, "%")
-    return row
+    return compare(NAME, quantity, 100.0 * ours, 100.0 * share, tolerance / share, source, "%")
