@@ -27,8 +27,8 @@ __all__ = ["LARGEST_SHARE", "Passage", "PassedThrough"]
 LARGEST_SHARE = 0.01
 """Share of a casing's mass that may have passed through planes or into other rounds before the run stops."""
 
-_SKIN = 0.01  # of the cell size: a node less deep than this behind a plane or a surface is in contact, not beyond
-_SIDES = [5, 3, 2, 4, 0, 1]  # sides -x, +x, -y, +y, -z, +z of a cell among `kernels.faces.FACES`
+_SKIN = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
+_OVERLAP = 0.05  # of the cell size: a node less deep than this in a cell of another round is in contact with it
 _BOXES = 1000  # of cells from which the edge of the search's grid is taken
 
 _log = logging.getLogger(__name__)
@@ -81,7 +81,7 @@ class Passage:
         self._fields, self._comm = fields, fields.mesh.comm
         self._names = [item.name for item in rounds]
         self._count = len(rounds)
-        self._skin = _SKIN * settings.cell_size
+        self._skin, self._overlap = _SKIN * settings.cell_size, _OVERLAP * settings.cell_size
         self._planes = [
             (np.asarray(plane.point, dtype=float), np.asarray(plane.normal) / np.linalg.norm(plane.normal))
             for plane in settings.planes
@@ -108,8 +108,6 @@ class Passage:
         rounds_of_own = self._node_round[own.node[: own.owned_nodes]]
         self._local = np.flatnonzero(rounds_of_own >= 0)  # this rank's own nodes of casings
         self._number = own.node[self._local]
-        if self._among_rounds:
-            self._outer = np.ascontiguousarray((mesh.neighbours[own.cell] < 0)[:, _SIDES])
 
     @property
     def needed(self) -> bool:
@@ -229,8 +227,7 @@ class Passage:
             candidate,
             position,
             np.ascontiguousarray(mesh.dofmap[rows]),
-            self._skin,
-            self._outer[rows],
+            self._overlap,
             found,
         )
         inside: np.ndarray = found >= 0
