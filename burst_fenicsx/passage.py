@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.surfaces import outward_sides
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates
@@ -28,6 +29,7 @@ LARGEST_SHARE = 0.01
 """Share of a casing's mass that may have passed through planes or into other rounds before the run stops."""
 
 _SKIN = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
+_SIDES = [5, 3, 2, 4, 0, 1]  # sides -x, +x, -y, +y, -z, +z of a cell among `kernels.faces.FACES`
 _OVERLAP = 0.05  # of the cell size: a node less deep than this in a cell of another round is in contact with it
 _BOXES = 1000  # of cells from which the edge of the search's grid is taken
 
@@ -108,6 +110,8 @@ class Passage:
         rounds_of_own = self._node_round[own.node[: own.owned_nodes]]
         self._local = np.flatnonzero(rounds_of_own >= 0)  # this rank's own nodes of casings
         self._number = own.node[self._local]
+        if self._among_rounds:
+            self._outward = np.ascontiguousarray(outward_sides(mesh)[own.cell][:, _SIDES])
 
     @property
     def needed(self) -> bool:
@@ -228,6 +232,7 @@ class Passage:
             position,
             np.ascontiguousarray(mesh.dofmap[rows]),
             self._overlap,
+            self._outward[rows],
             found,
         )
         inside: np.ndarray = found >= 0

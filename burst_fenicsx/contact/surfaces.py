@@ -14,7 +14,7 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
 
-__all__ = ["ContactSurfaces", "contact_surfaces"]
+__all__ = ["ContactSurfaces", "contact_surfaces", "outward_sides"]
 
 
 @dataclass(frozen=True)
@@ -80,13 +80,13 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     return ContactSurfaces(node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node], len(all_faces))
 
 
-def _faces_of_layers(mesh: HexahedralMesh, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces between the layers of the casings' cells, nested from the outside inward, and their bodies.
+def outward_sides(mesh: HexahedralMesh) -> np.ndarray:
+    """Sides of cells that look outward (cells, 6), bool, as `FACES` has them.
 
-    `solid` (cells,) names the cells of casings. Returns nodes (faces, 4), in the order that looks outward, and (faces,)
-    int32.
+    Those on the outside of a round, those of a charge against its casing, and within a casing those between the layers
+    of its cells, which are nested from the outside inward.
     """
-    neighbours = mesh.neighbours
+    neighbours, solid = mesh.neighbours, mesh.part != Part.CHARGE
     layer = np.where(solid & (neighbours < 0).any(axis=1), 0, -1)
     for depth in range(1, len(layer)):
         behind = np.where(neighbours >= 0, layer[neighbours], -1)
@@ -95,5 +95,16 @@ def _faces_of_layers(mesh: HexahedralMesh, solid: np.ndarray) -> tuple[np.ndarra
             break
         layer[reached] = depth
     behind = np.where(neighbours >= 0, layer[neighbours], -1)
-    cell, side = np.nonzero(solid[:, None] & (layer > 0)[:, None] & (behind == layer[:, None] - 1))
+    between = (layer > 0)[:, None] & (behind == layer[:, None] - 1)
+    against: np.ndarray = ~solid[:, None] & (neighbours >= 0) & solid[neighbours]
+    return (neighbours < 0) | between | against
+
+
+def _faces_of_layers(mesh: HexahedralMesh, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Faces between the layers of the casings' cells, and their bodies.
+
+    `solid` (cells,) names the cells of casings. Returns nodes (faces, 4), in the order that looks outward, and (faces,)
+    int32.
+    """
+    cell, side = np.nonzero(outward_sides(mesh) & (mesh.neighbours >= 0) & solid[:, None])
     return mesh.cells[cell[:, None], FACES[side]], (2 * mesh.round[cell]).astype(np.int32)

@@ -24,9 +24,10 @@ def points_inside(
     position: np.ndarray,
     cells: np.ndarray,
     skin: float,
+    outward: np.ndarray,
     found: np.ndarray,
 ) -> None:
-    """Find for each point a cell that holds it, not nearer than `skin` (m) to any of the cell's sides.
+    """Find for each point a cell that holds it, not nearer than `skin` (m) to a side that looks outward.
 
     Parameters
     ----------
@@ -34,11 +35,12 @@ def points_inside(
     first, candidate : the cells that each point may lie in: (points + 1,) offsets into (n,) rows of `cells`.
     position : (nodes, 3) m. cells : (cells, 8) their nodes in tensor-product order.
     skin : depth (m) below which a point does not count as inside; of a thin cell no more than a share of its width.
+    outward : (cells, 6) bool, sides -x, +x, -y, +y, -z, +z in natural coordinates that look out of the body.
     found : (points,) int32, out: the first candidate that holds the point, -1 where none does.
     """
     parts = points.shape[0] // _RUN + 1
     for part in numba.prange(parts):
-        corner, natural, limit = np.empty((8, 3)), np.empty(3), np.empty(3)
+        corner, natural, limit = np.empty((8, 3)), np.empty(3), np.empty(6)
         for k in range(part * points.shape[0] // parts, (part + 1) * points.shape[0] // parts):
             found[k] = -1
             for c in range(first[k], first[k + 1]):
@@ -48,18 +50,18 @@ def points_inside(
                         corner[n, i] = position[cells[cell, n], i]
                 if not _natural_coordinates(points[k], corner, natural):
                     continue
-                _limits(corner, skin, limit)
+                _limits(corner, skin, outward[cell], limit)
                 inside = True
                 for i in range(3):
-                    inside &= abs(natural[i]) <= limit[i]
+                    inside &= -limit[2 * i] <= natural[i] <= limit[2 * i + 1]
                 if inside:
                     found[k] = cell
                     break
 
 
 @kernel
-def _limits(corner: np.ndarray, skin: float, limit: np.ndarray) -> None:
-    """Largest natural coordinates (3,), in size, at which a point still counts as inside."""
+def _limits(corner: np.ndarray, skin: float, outward: np.ndarray, limit: np.ndarray) -> None:
+    """Largest natural coordinates towards the six sides at which a point still counts as inside."""
     for axis in range(3):
         bit = 1 << axis
         square = 0.0
@@ -68,7 +70,9 @@ def _limits(corner: np.ndarray, skin: float, limit: np.ndarray) -> None:
             for n in range(8):
                 across += 0.25 * corner[n, i] if n & bit else -0.25 * corner[n, i]
             square += across * across
-        limit[axis] = 1.0 - min(2.0 * skin / max(np.sqrt(square), 1e-300), _THICKEST_SKIN)
+        cut = min(2.0 * skin / max(np.sqrt(square), 1e-300), _THICKEST_SKIN)
+        for end in range(2):
+            limit[2 * axis + end] = 1.0 - cut if outward[2 * axis + end] else 1.0 + _CONVERGED
 
 
 @kernel

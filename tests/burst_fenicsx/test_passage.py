@@ -32,12 +32,13 @@ def trilinear(corner, natural):
     return weight @ corner
 
 
-def inside(points, corner, skin=0.0):
+def inside(points, corner, skin=0.0, outward=False):
     count = len(points)
     found = np.empty(count, dtype=np.int32)
+    sides = np.broadcast_to(outward, (1, 6)).copy()
     cells = np.arange(8, dtype=np.int32)[None]
     first = np.arange(count + 1, dtype=np.int64)
-    points_inside(points, first, np.zeros(count, dtype=np.int32), corner, cells, skin, found)
+    points_inside(points, first, np.zeros(count, dtype=np.int32), corner, cells, skin, sides, found)
     return found == 0
 
 
@@ -52,13 +53,15 @@ def test_points_of_distorted_cells_are_told_inside_from_outside():
         assert np.array_equal(inside(trilinear(corner, natural), corner), wanted)
 
 
-def test_a_skin_is_left_at_the_sides():
+def test_a_skin_is_left_at_sides_that_look_outward():
     """A brick of 4 x 2 x 0.4 mm and a skin of 0.1 mm: on the thin sides an eighth of the width, 0.05 mm, at most."""
     corner = 0.5e-3 * CUBE * [4.0, 2.0, 0.4]
     along = np.array([[x, 0.0, 0.0] for x in (-1.91e-3, -1.89e-3, 1.89e-3, 1.91e-3)])
-    assert inside(along, corner, 1e-4).tolist() == [False, True, True, False]
     across = np.array([[0.0, 0.0, z] for z in (-0.16e-3, -0.14e-3, 0.14e-3, 0.16e-3)])
-    assert inside(across, corner, 1e-4).tolist() == [False, True, True, False]
+    for points in (along, across):
+        assert inside(points, corner, 1e-4, outward=True).tolist() == [False, True, True, False]
+        assert inside(points, corner, 1e-4).all()
+        assert inside(points, corner, 1e-4, outward=[False, True] * 3).tolist() == [True, True, True, False]
 
 
 def passage_of(meshes, settings, names=("left", "right")):
