@@ -26,6 +26,7 @@ from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.output import TimeSeries
+from burst_fenicsx.passage import Passage
 from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records import round_records
 from burst_fenicsx.snapshot import write_snapshot
@@ -104,7 +105,8 @@ def simulate(
     InputError
         The problem cannot be computed.
     NumericalStop
-        A cell was lost or the ledger opened; all outputs written so far are whole.
+        A cell was lost, the ledger opened, or casings passed through a plane or each other; all outputs written so
+        far are whole.
     """
     comm = comm or MPI.COMM_WORLD
     simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
@@ -174,6 +176,7 @@ class Simulation:
             self.fields, settings, self.leakage, self.ledger, contact=self.contact, initiation=self.initiation
         )
         self.measures = Measures(self.fields, surfaces, self.rounds, mesh.lengths)
+        self.passage = Passage(mesh, self.fields, self.rounds, settings)
         self.surfaces = surfaces
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
@@ -212,6 +215,7 @@ class Simulation:
         """Go on from the checkpoint."""
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
+        self.passage.largest = records["passed_through"]
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -299,6 +303,7 @@ class Simulation:
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
+        self.passage.check(self.solver.time)
         due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
         if self.solver.time > 0.0 and due:
             self._write_checkpoint()
@@ -306,6 +311,7 @@ class Simulation:
     def _write_checkpoint(self) -> None:
         self._checkpoint_at = clock.perf_counter()
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
+        records["passed_through"] = self.passage.largest
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 

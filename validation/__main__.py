@@ -11,6 +11,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_INPUT, nearest
+from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
 from validation.m107_1944 import study as m107_1944
 from validation.options import read_options
@@ -35,6 +36,7 @@ CASES = {
     "solid": solid.study,
     "copper_cylinder": copper_cylinder.study,
     "steel_tubes": steel_tubes.study,
+    "colliding_tubes": colliding_tubes.study,
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,

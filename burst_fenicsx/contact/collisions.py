@@ -12,7 +12,7 @@ from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
-from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.springs import LET_GO, CollisionLaw, Collisions, add_reactions, take_reactions
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ _SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
 
 class CollidingSurfaces(NodeContact):
     """Contact of every surface with every other, and of a casing with itself.
+
+    Where the outer layer of a wall folds, interior nodes overtake it. Nodes of a casing, interior ones as well, meet
+    the faces of other rounds, those between the layers of their walls as well.
 
     Each rank looks for the faces that its own nodes meet. Between two searches, the faces a node may meet are known,
     and with them the other ranks' nodes whose places a rank needs and to which it gives forces; these are exchanged.
@@ -61,9 +64,16 @@ class CollidingSurfaces(NodeContact):
         rows = np.where(own < len(row), row[np.minimum(own, len(row) - 1)], -1)
         self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
         self._rows = rows[self._local].astype(np.int32)  # ... and their rows
+        interior = self._rows[surfaces.interior[self._rows]]
+        of_round = surfaces.node_body[interior] // 2
+        # Own interior nodes of casings by round.
+        self._interior = {index: interior[of_round == index] for index in np.unique(of_round).tolist()}
+        self._on_surface = 0  # so many of the searching nodes, the first, lie on a surface
+        search_body = surfaces.face_body.copy()
+        search_body[surfaces.on_surface :] = WITHIN
         self._bodies = Bodies(
             faces=surfaces.faces,
-            face_body=surfaces.face_body,
+            face_body=search_body,
             node_body=surfaces.node_body,
             face_round=surfaces.face_body // 2,
             node_round=surfaces.node_body // 2,
@@ -164,13 +174,17 @@ class CollidingSurfaces(NodeContact):
         boxes = np.empty((len(surfaces.faces), 6))
         face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)
         normals = np.empty_like(position)
-        node_normals(position, surfaces.faces, normals)
+        node_normals(position, surfaces.faces[: surfaces.on_surface], normals)
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
+        within, beyond = self._interior_within_reach(boxes, position)
+        self._forget(beyond)
+        on_surface = len(active)
+        active = np.concatenate([active, within])
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
-        reached = _reached(boxes, position[active])
+        reached = _reached(boxes, position[active], self._faces_within_reach(boxes, position[active], active))
         first, candidate = find_candidates(
             position, bodies.only(reached), active, self.free, normals, boxes[reached], cell
         )
@@ -178,6 +192,7 @@ class CollidingSurfaces(NodeContact):
         some = np.diff(first) > 0
         self._forget(active[~some])
         slaves = active[some]
+        self._on_surface = int(np.count_nonzero(some[:on_surface]))
         met = np.zeros(len(surfaces.faces), dtype=bool)
         met[candidate] = True
         count = len(slaves)
@@ -202,6 +217,42 @@ class CollidingSurfaces(NodeContact):
         if self._comm.size > 1:
             self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
         self.state.load[~near] = 0.0
+
+    def _faces_within_reach(self, boxes: np.ndarray, places: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        """Faces of surfaces, and those within casings whose boxes (faces, 6) meet the one around other rounds' nodes.
+
+        `nodes` (n,) search, at `places` (n, 3) m.
+        """
+        on_surface, bodies = self.surfaces.on_surface, self._bodies
+        wanted = np.ones(len(boxes), dtype=bool)
+        for index in self._interior:
+            others = places[bodies.node_round[nodes] != index]
+            inner = on_surface + np.flatnonzero(bodies.face_round[on_surface:] == index)
+            wanted[inner] = False
+            if len(others):
+                wanted[inner[_meet(boxes[inner], others)]] = True
+        return wanted
+
+    def _interior_within_reach(self, boxes: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Own interior nodes that lie in the box around another round's faces, and the others; `boxes` (faces, 6)."""
+        nothing = np.zeros(0, dtype=np.int32)
+        if not self._interior:
+            return nothing, nothing
+        # Faces lie in the order of the bodies.
+        of_face = self._bodies.face_round[: self.surfaces.on_surface]
+        boxes = boxes[: self.surfaces.on_surface]
+        first = np.flatnonzero(np.diff(of_face, prepend=-1))
+        low, high = np.minimum.reduceat(boxes[:, :3], first), np.maximum.reduceat(boxes[:, 3:], first)
+        within, beyond = [nothing], [nothing]
+        for index, nodes in self._interior.items():
+            places = position[nodes]
+            near = np.zeros(len(nodes), dtype=bool)
+            for other, start, end in zip(of_face[first], low, high, strict=True):
+                if other != index:
+                    near |= ((places >= start) & (places <= end)).all(axis=1)
+            within.append(nodes[near])
+            beyond.append(nodes[~near])
+        return np.concatenate(within), np.concatenate(beyond)
 
     def _forget(self, nodes: np.ndarray) -> None:
         state = self.state
@@ -247,11 +298,21 @@ class CollidingSurfaces(NodeContact):
         """Largest penetration now (m), of this rank's nodes."""
         return float(self.state.depth[self.state.node].max(initial=0.0))
 
+    @property
+    def deepest_interior(self) -> float:
+        """Largest penetration now (m), of this rank's interior nodes of casings."""
+        return float(self.state.depth[self.state.node[self._on_surface :]].max(initial=0.0))
 
-def _reached(boxes: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Boxes (boxes, 6) that meet the one around all places (n, 3): those that one of many ranks has to look at."""
+
+def _reached(boxes: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Wanted boxes (boxes, 6) that meet the one around all places (n, 3): what one of many ranks has to look at."""
     if not len(places):
         return np.zeros(0, dtype=np.int32)
+    return np.flatnonzero(wanted & _meet(boxes, places)).astype(np.int32)
+
+
+def _meet(boxes: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Whether boxes (boxes, 6) meet the one around all places (n, 3)."""
     low, high = places.min(axis=0), places.max(axis=0)
-    meets = (boxes[:, :3] <= high).all(axis=1) & (boxes[:, 3:] >= low).all(axis=1)
-    return np.flatnonzero(meets).astype(np.int32)
+    meets: np.ndarray = (boxes[:, :3] <= high).all(axis=1) & (boxes[:, 3:] >= low).all(axis=1)
+    return meets

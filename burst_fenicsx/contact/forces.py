@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.planes import PlaneContact
+from burst_fenicsx.contact.planes import PlaneContact, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
 from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
@@ -38,10 +38,12 @@ class Penetrations:
     interface_after: float = 0.0
     collision: float = 0.0
     plane: float = 0.0
+    interior_collision: float = 0.0  # of interior nodes of a casing behind another round's faces
+    interior_plane: float = 0.0
 
     def over(self, comm: MPI.Comm) -> Penetrations:
         """The largest over all ranks."""
-        own = (self.interface_at_front, self.interface_after, self.collision, self.plane)
+        own = astuple(self)
         return Penetrations(*(comm.allreduce(value, op=MPI.MAX) for value in own)) if comm.size > 1 else self
 
     @property
@@ -88,6 +90,7 @@ class ContactForces:
         self.surfaces: ContactSurfaces | None = None
         self.interface: SlidingInterface | None = None
         self.collisions: CollidingSurfaces | None = None
+        self._at_planes = np.zeros(0, dtype=np.int64)
         if contact.surfaces or settings.planes:
             self.surfaces = contact_surfaces(mesh)
         if len(mesh.twins):
@@ -101,9 +104,13 @@ class ContactForces:
             )
         self.planes: list[PlaneContact] = []
         if settings.planes and self.surfaces is not None:
-            local = fields.mesh.local_node(self.surfaces.node[self.surfaces.outside])
+            nodes, interior = nodes_at_planes(mesh, self.surfaces)
+            local = fields.mesh.local_node(nodes)
             rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
-            self.planes = [PlaneContact(plane, fields, local[rows], rows) for plane in settings.planes]
+            rows = rows[np.argsort(interior[rows], kind="stable")]
+            outer = int(np.count_nonzero(~interior[rows]))
+            self.planes = [PlaneContact(plane, fields, local[rows], rows, outer) for plane in settings.planes]
+            self._at_planes = nodes
         self._nodes = np.flatnonzero(self.touched).astype(np.int32)
         self._always = self._always_pushed()
         self._met = np.zeros(0, dtype=np.int32)  # nodes that surfaces may push till the next search
@@ -119,8 +126,9 @@ class ContactForces:
         if self.surfaces is not None:
             local = self._fields.mesh.local_node(self.surfaces.node)
             touched[local[local >= 0]] = True
-        local = self._fields.mesh.local_node(self._twins)
-        touched[local[local >= 0]] = True
+        for nodes in (self._twins, self._at_planes):
+            local = self._fields.mesh.local_node(nodes)
+            touched[local[local >= 0]] = True
         return touched
 
     def _always_pushed(self) -> np.ndarray:
@@ -179,7 +187,9 @@ class ContactForces:
             self._pushed = np.union1d(self._always, self._met)
         share = 1.0 - _PLANE_SHARE if self.planes else 1.0
         self.collisions.add_forces(budget * share, step, velocity, self.force)
-        self.penetrations.collision = max(self.penetrations.collision, self.collisions.deepest)
+        deepest = self.penetrations
+        deepest.collision = max(deepest.collision, self.collisions.deepest)
+        deepest.interior_collision = max(deepest.interior_collision, self.collisions.deepest_interior)
 
     def _push_from_planes(self, budget: float, step: float, velocity: np.ndarray) -> None:
         """Forces of the planes, and what impulse they have given."""
@@ -189,6 +199,7 @@ class ContactForces:
         for plane in self.planes:
             plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
+            self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
         pushed = sum_rows(self.force, self.planes[0].state.node) - before
         self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
         self.plane_force = pushed
@@ -247,5 +258,7 @@ class ContactForces:
             "max_interface_penetration": deepest.interface_after,
             "max_collision_penetration": deepest.collision,
             "max_plane_penetration": deepest.plane,
+            "max_interior_collision_penetration": deepest.interior_collision,
+            "max_interior_plane_penetration": deepest.interior_plane,
             "searches": self.collisions.searches if self.collisions else 0,
         }

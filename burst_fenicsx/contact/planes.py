@@ -8,12 +8,36 @@ import numpy as np
 
 from burst_fenicsx.contact.booking import NodeContact
 from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
+from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
+    from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import RigidPlane
 
-__all__ = ["PlaneContact"]
+__all__ = ["PlaneContact", "nodes_at_planes"]
+
+
+def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of the whole mesh that no plane lets pass: all of the casings, and the surfaces of the charges.
+
+    Interior nodes of a casing overtake its surface where the outer cells fold. Within a charge, the surface holds the
+    gas back.
+
+    Returns
+    -------
+    Nodes (k,) int64, ascending, and whether each lies on no surface (k,).
+    """
+    meets, on_face = np.zeros(len(mesh.nodes), dtype=bool), np.zeros(len(mesh.nodes), dtype=bool)
+    on_face[surfaces.node[~surfaces.interior]] = True
+    charges, _, _ = outer_faces(mesh, np.where(mesh.part == Part.CHARGE, mesh.round, -1))
+    on_face[charges] = True
+    meets[mesh.cells[mesh.part != Part.CHARGE]] = True
+    meets |= on_face
+    nodes = np.flatnonzero(meets)
+    return nodes, ~on_face[nodes]
 
 
 class PlaneContact(NodeContact):
@@ -24,11 +48,15 @@ class PlaneContact(NodeContact):
     plane : the plane.
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it. rows : their numbers among all that may.
+    on_surface : how many of them, the first, lie on a surface; the others are interior ones.
     """
 
-    def __init__(self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray) -> None:
+    def __init__(
+        self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int
+    ) -> None:
         self.plane = plane
         self.rows = rows
+        self._on_surface = on_surface
         self._fields = fields
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
@@ -56,3 +84,8 @@ class PlaneContact(NodeContact):
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
         return float(self.state.depth.max(initial=0.0))
+
+    @property
+    def deepest_interior(self) -> float:
+        """Largest penetration now (m), of this rank's interior nodes."""
+        return float(self.state.depth[self._on_surface :].max(initial=0.0))

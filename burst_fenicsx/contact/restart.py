@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,9 +29,7 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     deepest = contact.penetrations.over(comm)
     arrays = {
         "booked": comm.allreduce(booked) if comm.size > 1 else booked,
-        "penetrations": np.array(
-            [deepest.interface_at_front, deepest.interface_after, deepest.collision, deepest.plane]
-        ),
+        "penetrations": np.array(astuple(deepest)),
     }
     if contact.interface is not None:
         arrays |= {f"interface/{name}": values for name, values in contact.interface.arrays().items()}

@@ -203,13 +203,17 @@ def _unloaded_depth(
 
     A spring may take up only what the node has sunk in since it touched. What it lies deeper, because it came in beside
     the face or has passed to another one, is left unloaded until it comes back.
+
+    An interior node has no normal of its own (`outward` is zero): it may enter any face of another round from the
+    front, and is taken up late only while it moves deeper.
     """
-    approach, speed, along, facing = 0.0, 0.0, 0.0, 0.0
+    approach, speed, along, facing, normals = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         approach -= relative[i] * point[5 + i]
         speed += relative[i] * relative[i]
         along += state.normal[node, i] * point[5 + i]
         facing += state.outward[node, i] * point[5 + i]
+        normals += abs(state.outward[node, i])
     own, body = state.node_body[node], state.face_body[face]
     same_round = own // 2 == body // 2
     if state.touching[node] == LET_GO and same_round and own != body and facing < 0.0:
@@ -223,8 +227,10 @@ def _unloaded_depth(
     if same_round:
         # Within a round the far side of a thin wall looks the same: the node must have been in front a step ago.
         return 0.0 if depth <= entered else np.inf
-    late = facing < _OPPOSED and depth <= _LATE * state.edge[face]
-    return 0.0 if depth <= entered and facing < 0.0 else (max(depth - entered, 0.0) if late else np.inf)
+    interior = normals == 0.0
+    late = (facing < _OPPOSED or (interior and approach > 0.0)) and depth <= _LATE * state.edge[face]
+    opposed = facing < 0.0 or interior
+    return 0.0 if depth <= entered and opposed else (max(depth - entered, 0.0) if late else np.inf)
 
 
 @kernel

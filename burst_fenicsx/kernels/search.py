@@ -13,7 +13,10 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["Bodies", "face_boxes", "find_candidates", "node_normals"]
+__all__ = ["WITHIN", "Bodies", "face_boxes", "find_candidates", "node_normals"]
+
+WITHIN = -1
+"""Body of a face that lies within a casing: nodes of its own round never meet it."""
 
 # A node meets a face of its own body only where their normals are opposed: cosine below this.
 _OPPOSED = -0.2
@@ -25,7 +28,7 @@ class Bodies(NamedTuple):
     """The surfaces that may meet; nodes are numbered among the surface nodes."""
 
     faces: np.ndarray  # (faces, 4) int32, outward order
-    face_body: np.ndarray  # (faces,) int32
+    face_body: np.ndarray  # (faces,) int32, or WITHIN
     node_body: np.ndarray  # (nodes,) int32
     face_round: np.ndarray  # (faces,) int32
     node_round: np.ndarray  # (nodes,) int32
@@ -232,7 +235,9 @@ def _look_up(
             last = face
             if face_round[face] == own_round:
                 if face_body[face] != body:
-                    if not let_go:  # charge and casing of one round: only where their bond has let go
+                    if (
+                        not let_go or face_body[face] == WITHIN
+                    ):  # charge and casing of one round: only where their bond has let go
                         continue
                 else:
                     ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]

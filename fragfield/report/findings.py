@@ -22,6 +22,7 @@ __all__ = ["Finding", "findings"]
 
 Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
+_MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
 _MOST_HOURGLASS = 0.1
 _PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
 _DRAG_WARNING = re.compile(r"^drag .* above Mach")
@@ -147,7 +148,7 @@ def _burst(run: RunFiles) -> list[Finding]:
                     "casing is coarse: repeat with smaller cells and compare.",
                 )
             )
-    found += [*_contact(run, size), *_unlit(run)]
+    found += [*_contact(run, size), *_passed_through(run), *_unlit(run)]
     if "acceleration_complete" in part and part["acceleration_complete"] is None:
         growth = _value(part, "kinetic_energy_growth")
         how = (
@@ -200,6 +201,28 @@ def _contact(run: RunFiles, size: float) -> list[Finding]:
     if not deep and largest > 0:
         found.append(Finding("good", f"Surfaces in contact overlap by at most {100 * largest:.2g} % of a cell."))
     return found
+
+
+def _passed_through(run: RunFiles) -> list[Finding]:
+    """Whether metal of the casings has passed through planes or into other rounds."""
+    part = run.part("burst")
+    passed, casing = part.get("passed_through"), _value(part, "casing_mass")
+    if (
+        not isinstance(passed, dict)
+        or not casing
+        or not (run.case.get("plane") or len(run.case.get("round") or []) > 1)
+    ):
+        return []
+    planes, rounds = (_value(passed, key) or 0.0 for key in ("largest_beyond_planes", "largest_in_other_rounds"))
+    share = (_value(passed, "largest_together") or 0.0) / casing
+    if share > _MOST_PASSED:
+        text = (
+            f"{100 * share:.2g} % of the casings' mass passed through contact: up to {number(1e3 * planes, 2)} g lay "
+            f"behind a plane and {number(1e3 * rounds, 2)} g within another round; at 1 % the burst stops."
+        )
+        return [Finding("warning", text)]
+    words = "No metal" if not planes + rounds else f"No more than {100 * share:.2g} % of the metal"
+    return [Finding("good", f"{words} of the casings passed through a plane or into another round.")]
 
 
 def _unlit(run: RunFiles) -> list[Finding]:

@@ -38,6 +38,11 @@ _CONTACT = {
     "max_bond_penetration": ("– afterwards", "m"),
     "max_collision_penetration": ("Largest overlap of colliding surfaces", "m"),
     "max_plane_penetration": ("Largest overlap with a plane", "m"),
+    "max_interior_collision_penetration": ("Deepest interior node of a casing behind another round's surface", "m"),
+    "max_interior_plane_penetration": ("Deepest interior node of a casing behind a plane", "m"),
+    "largest_beyond_planes": ("Largest mass of casings beyond planes", "kg"),
+    "largest_in_other_rounds": ("Largest mass of casings within other rounds", "kg"),
+    "deepest_beyond_plane": ("Deepest node of a casing beyond a plane, at the outputs", "m"),
     "spring_energy": ("Energy in the springs of contact", "J"),
     "friction_heat": ("Heat of friction", "J"),
     "searches": ("Searches for surfaces that meet", ""),
@@ -157,6 +162,9 @@ def contact_rows(run: RunFiles) -> Iterator[Rows]:
     part = run.part("burst")
     found = part.get("contact")
     known = dict(found) if isinstance(found, dict) else {}
+    passed = part.get("passed_through")
+    if isinstance(passed, dict):
+        known |= {key: value for key, value in passed.items() if key in _CONTACT}
     overlaps = part.get("max_penetration")
     if isinstance(overlaps, dict):
         known |= {f"max_penetration_{key}": value for key, value in overlaps.items()}

@@ -212,6 +212,24 @@ def test_findings_follow_contact(contact, weight, words):
     assert len([text for _, text in found if "of a cell" in text]) == 1
 
 
+@pytest.mark.parametrize(
+    ("passed", "weight", "words"),
+    [
+        ((0.0, 0.0, 0.0), "good", "No metal of the casings passed through a plane or into another round."),
+        ((0.004, 0.0, 0.004), "good", "No more than 0.04 % of the metal of the casings passed through a plane"),
+        ((0.03, 0.02, 0.04), "warning", ("0.4 % of the casings' mass passed through contact: up to 30 g lay behind a "
+         "plane and 20 g within another round; at 1 % the burst stops.")),
+    ],
+)  # fmt: skip
+def test_findings_tell_what_has_passed_through(passed, weight, words):
+    keys = ("largest_beyond_planes", "largest_in_other_rounds", "largest_together")
+    burst = {"casing_mass": 10.0, "passed_through": dict(zip(keys, passed, strict=True))}
+    for case in ({"plane": [{"name": "ground"}]}, {"round": [{"name": "a"}, {"name": "b"}]}):
+        found = told(case, **burst)
+        assert [one for one, text in found if words in text] == [weight], found
+    assert not any("passed through" in text for _, text in told({"round": [{"name": "a"}]}, **burst))
+
+
 def test_nothing_is_said_of_contact_where_nothing_touched():
     for burst in ({"max_penetration": None}, {"max_penetration": 0.0}, {}, {"contact": dict.fromkeys(CONTACT, 0)}):
         assert not any("of a cell" in text for _, text in told(**burst))

@@ -1,0 +1,3 @@
+"""Two steel tubes that burst side by side: how much metal flies along the plane between them, against another code."""
+
+from __future__ import annotations
