@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.measures import RoundMeasures
     from burst_fenicsx.problem import RigidPlane
 
-__all__ = ["FORMAT", "RoundRecord", "SegmentRecord", "write_snapshot"]
+__all__ = ["FORMAT", "ExpansionRecord", "RoundRecord", "SegmentRecord", "write_snapshot"]
 
 FORMAT = "fragfield burst snapshot"
 
@@ -72,6 +72,24 @@ class SegmentRecord:
     rupture_wall: float
 
 
+@dataclass(frozen=True, eq=False)
+class ExpansionRecord:
+    """How a round's casing expands: what radius and rate at any hoop strain are read from.
+
+    Attributes
+    ----------
+    time : (n,) s, rising.
+    station : (bins,) centres of the station bins (m from the nose end).
+    outer_radius, inner_radius : (n, bins) azimuthal means of the casing's outer radius and of the charge's (m); not
+        a number where a bin has no node, or no charge.
+    """
+
+    time: np.ndarray
+    station: np.ndarray
+    outer_radius: np.ndarray
+    inner_radius: np.ndarray
+
+
 @dataclass(frozen=True)
 class RoundRecord:
     """A round: what the break-up needs of it, in SI units."""
@@ -89,6 +107,7 @@ class RoundRecord:
     position: tuple[float, ...]
     axis: tuple[float, ...]
     segments: tuple[SegmentRecord, ...]
+    expansion: ExpansionRecord
 
 
 def write_snapshot(
@@ -161,3 +180,5 @@ def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures)
     for name in _ALONG.names or ():
         along[name] = getattr(measure, name)
     group["along"] = along
+    for name in ("time", "station", "outer_radius", "inner_radius"):
+        group[f"expansion/{name}"] = getattr(record.expansion, name)

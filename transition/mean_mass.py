@@ -9,17 +9,20 @@ from typing import Literal
 from transition.errors import InputError, nearest
 
 __all__ = [
+    "ASPECT_RATIO",
     "EXPLOSIVE_CONSTANTS",
     "PAPER_PREFACTOR",
     "explosive_constant",
     "gurney_coefficient",
     "gurney_sarmousakis",
     "gurney_speed",
+    "mott_1947",
     "mott_linfoot",
     "ruptured",
 ]
 
 PAPER_PREFACTOR = 0.3815  # the printed 381.5 of Eq. 21, read as grams
+ASPECT_RATIO = 1.6  # length over breadth of a piece: mean over three sets of recovered fragments (Felix et al. 2022)
 EXPLOSIVE_CONSTANTS = {"TNT": 3.81, "Composition B": 2.71}  # B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6))
 
 
@@ -53,6 +56,32 @@ def mott_linfoot(
         return math.inf
     factor = PAPER_PREFACTOR if prefactor == "paper" else float(prefactor)
     return factor * density ** (1 / 3) * (radius / speed) ** (4 / 3) * fracture_energy ** (2 / 3) * thickness
+
+
+def mott_1947(density: float, fracture_stress: float, gamma: float, thickness: float, rate: float) -> float:
+    """Mean fragment mass rho (1.5 x0)^2 A delta (kg), with x0 = sqrt(2 P_F / (rho gamma)) / rate.
+
+    Mott (1947): cracks start at random where the strain at fracture scatters, and relieve what is around them; the
+    mean breadth of the pieces of a ring is 1.5 x0. The theory gives no length: it is A = 1.6 times the breadth
+    (`ASPECT_RATIO`). At rest it is infinite.
+
+    Parameters
+    ----------
+    density : float
+        rho of the casing (kg/m3).
+    fracture_stress : float
+        P_F, true stress at fracture (Pa).
+    gamma : float
+        Sharpness of the scatter of the strain at fracture: its standard deviation is 1.28/gamma.
+    thickness : float
+        Wall delta at rupture (m).
+    rate : float
+        Rate of hoop strain at rupture, v/r (1/s).
+    """
+    if rate <= 0.0:
+        return math.inf
+    spacing = math.sqrt(2.0 * fracture_stress / (density * gamma)) / rate
+    return density * (1.5 * spacing) ** 2 * ASPECT_RATIO * thickness
 
 
 def gurney_sarmousakis(constant: float, thickness: float, inner_diameter: float) -> float:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from transition.mean_mass_data import FACTOR, FACTOR_SOURCE
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -24,6 +26,7 @@ def summarised(
     handed_over: Ledger,
     patches: Patches,
     settings: BreakUpSettings,
+    outside: Mapping[str, Sequence[str]],
 ) -> dict[str, Any]:
     """Numbers of one realisation.
 
@@ -41,6 +44,8 @@ def summarised(
         What the fragments cover.
     settings : BreakUpSettings
         Choices of the break-up.
+    outside : mapping from a round's name
+        In which respects no published data on mean masses are near it.
     """
     return {
         "fragments": int(patches.mass.size),
@@ -54,6 +59,14 @@ def summarised(
         "contiguous_mass_fraction": float(patches.mass[patches.contiguous].sum() / patches.mass.sum()),
         "sampler": settings.sampler,
         "velocity": settings.velocity,
+        "mean_mass": {
+            "law": settings.mean_mass if isinstance(settings.mean_mass, str) else "given",
+            "factor": settings.mean_mass_factor,
+            "factor_source": FACTOR_SOURCE if settings.mean_mass_factor == FACTOR else "input",
+            "outside_data": [
+                {"round": name, "text": text} for name, texts in outside.items() for text in texts
+            ],
+        },
         "rounds": [
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
             for number, found in directions.items()
@@ -107,6 +120,8 @@ def _segment_summary(result: SegmentResult) -> dict[str, Any]:
         "rupture": law.rupture,
         "rupture_radius": law.radius,
         "rupture_wall": law.wall,
+        "strain_rate": law.rate,
+        "strain_rate_source": law.rate_source,
         "method": result.draw.method,
         "closure": result.draw.closure,
         "contiguous": result.contiguous,

@@ -1,0 +1,64 @@
+"""Where published fragment data lie: within them the laws of the mean mass were compared, outside no data are near.
+
+The data and the comparison are in `validation/mean_mass`; a test holds these bounds against them. Every casing is
+described as there: by the cylinder of its outer diameter that has its ratio of charge to metal.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["EXPLOSIVES", "FACTOR", "FACTOR_SOURCE", "OUTER_DIAMETER", "STEEL_DENSITY", "WALL_RATIO"]
+__all__ += ["equivalent_cylinder", "outside_data"]
+
+FACTOR = 1.6
+"""Geometric standard deviation of computed over measured mean mass, of the default law over the published data."""
+FACTOR_SOURCE = "validation/mean_mass: published shells of 75 to 240 mm and cylinders of 63.5 mm"
+OUTER_DIAMETER = (63.5e-3, 240e-3)
+"""Least and largest outer diameter of the data (m)."""
+WALL_RATIO = (0.05, 0.45)
+"""Least and largest wall over inner diameter of the equivalent cylinders of the data."""
+STEEL_DENSITY = (7700.0, 8000.0)
+"""Casings of the data are of steel; other metals have other densities (kg/m3)."""
+EXPLOSIVES = ("TNT", "Composition B", "Cyclotol", "Pentolite", "H-6", "HBX-1", "HBX-3", "PTX-1", "PTX-2")
+"""Explosives of the data; the shells are all taken as TNT."""
+
+
+def equivalent_cylinder(
+    outer_diameter: float, charge_ratio: float, casing_density: float, explosive_density: float
+) -> tuple[float, float]:
+    """Wall and inner diameter (m) of the cylinder with this outer diameter (m) and charge ratio.
+
+    `charge_ratio` is the mass of the charge over that of the casing: C/M = rho_e d^2 / (rho (D^2 - d^2)).
+    """
+    areas = charge_ratio * casing_density / explosive_density  # d^2 / (D^2 - d^2)
+    inner = outer_diameter * math.sqrt(areas / (1.0 + areas))
+    return 0.5 * (outer_diameter - inner), inner
+
+
+def outside_data(
+    outer_diameter: float, charge_ratio: float, casing_density: float, explosive: str, explosive_density: float
+) -> Iterator[str]:
+    """Yield in which respects no published data are near a casing (SI units); nothing where data are near."""
+    low, high = OUTER_DIAMETER
+    if not low <= outer_diameter <= high:
+        yield f"outer diameter {outer_diameter * 1e3:.4g} mm (data: {low * 1e3:g} to {high * 1e3:g} mm)"
+    wall, inner = equivalent_cylinder(outer_diameter, charge_ratio, casing_density, explosive_density)
+    ratio = wall / inner if inner > 0.0 else math.inf
+    low, high = WALL_RATIO
+    if not low <= ratio <= high:
+        yield f"wall over inner diameter {ratio:.3g} of the equivalent cylinder (data: {low:g} to {high:g})"
+    low, high = STEEL_DENSITY
+    if not low <= casing_density <= high:
+        yield f"casing of {casing_density:g} kg/m3 (data: steel)"
+    if _plain(explosive) not in {_plain(name) for name in EXPLOSIVES}:
+        yield f"explosive {explosive!r} (data: {', '.join(EXPLOSIVES)})"
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower()).replace("composition", "comp")
