@@ -112,19 +112,9 @@ def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[
 
 
 def _expansion(run: Simulation, index: int) -> ExpansionRecord:
-    """Radii of a round's casing and charge by station bin over the whole burst."""
-    surfaces = run.surfaces
-    bins = surfaces.bin_round == index
-    station = surfaces.bin_station[bins]
+    """Outer radius of a round's casing by station bin over the whole burst."""
+    bins = run.surfaces.bin_round == index
+    station = run.surfaces.bin_station[bins]
     time = np.array([entry[0] for entry in run.radii])
     outer = np.array([radii[bins] for _, radii, _ in run.radii]).reshape(len(time), len(station))
-    inner = np.full_like(outer, np.nan)
-    charge = (run.mesh.round == index) & (run.mesh.part == Part.CHARGE)
-    if charge.any():
-        along, part = run.mesh.station[charge], surfaces.cell_part[charge]
-        used = np.unique(part)
-        centre = np.array([along[part == one].mean() for one in used])
-        inside = (station >= along.min()) & (station <= along.max())
-        for row, (_, _, charge_radii) in enumerate(run.radii):
-            inner[row, inside] = np.interp(station[inside], centre, charge_radii[used])
-    return ExpansionRecord(time, station, outer, inner)
+    return ExpansionRecord(time, station, outer)

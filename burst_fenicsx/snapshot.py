@@ -80,14 +80,12 @@ class ExpansionRecord:
     ----------
     time : (n,) s, rising.
     station : (bins,) centres of the station bins (m from the nose end).
-    outer_radius, inner_radius : (n, bins) azimuthal means of the casing's outer radius and of the charge's (m); not
-        a number where a bin has no node, or no charge.
+    outer_radius : (n, bins) azimuthal mean of the casing's outer radius (m); NaN where a bin has no node.
     """
 
     time: np.ndarray
     station: np.ndarray
     outer_radius: np.ndarray
-    inner_radius: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -180,5 +178,5 @@ def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures)
     for name in _ALONG.names or ():
         along[name] = getattr(measure, name)
     group["along"] = along
-    for name in ("time", "station", "outer_radius", "inner_radius"):
+    for name in ("time", "station", "outer_radius"):
         group[f"expansion/{name}"] = getattr(record.expansion, name)

@@ -1,4 +1,4 @@
-"""How a casing expands during the burst: radius, wall and rate of hoop strain at a given hoop strain.
+"""How a casing expands during the burst: radius and rate of hoop strain at a given hoop strain.
 
 The hoop strain is that of the outer surface, e = R/R0 - 1 (Eq. 22's), with R the azimuthal mean of the outer radius over
 the part of the casing asked for. Its rate is d(ln R)/dt, that is the outward speed over the current radius (the v/r of
@@ -35,8 +35,8 @@ class RuptureState:
         When the strain was reached (s).
     strain : float
         Hoop strain of the outer surface.
-    radius, wall : float
-        Outer radius and wall (m). The wall is the outer radius less that of the charge; NaN beside no charge.
+    radius : float
+        Outer radius (m).
     rate : float
         Rate of hoop strain d(ln R)/dt (1/s).
     """
@@ -44,22 +44,21 @@ class RuptureState:
     time: float
     strain: float
     radius: float
-    wall: float
     rate: float
 
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """Radii of a round's casing by station over the whole burst.
+    """Outer radius of a round's casing by station over the whole burst.
 
     Attributes
     ----------
     time : (n,) float64
-        Times (s), rising; two or more.
+        Times (s), rising.
     station : (b,) float64
         Centres of the station bins (m from the nose end), rising.
-    outer_radius, inner_radius : (n, b) float64
-        Azimuthal means of the casing's outer radius and of the charge's outer radius (m); NaN where there is none.
+    outer_radius : (n, b) float64
+        Azimuthal mean of the casing's outer radius (m); NaN in a bin without a node.
 
     Raises
     ------
@@ -70,14 +69,12 @@ class Expansion:
     time: NDArray[np.float64]
     station: NDArray[np.float64]
     outer_radius: NDArray[np.float64]
-    inner_radius: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         """Refuse what cannot be read off."""
         shape = (self.time.size, self.station.size)
-        for name in ("outer_radius", "inner_radius"):
-            if getattr(self, name).shape != shape:
-                raise InputError(f"expansion: {name} has shape {getattr(self, name).shape}, needed {shape}")
+        if self.outer_radius.shape != shape:
+            raise InputError(f"expansion: outer_radius has shape {self.outer_radius.shape}, needed {shape}")
         for name in ("time", "station"):
             if not (np.diff(getattr(self, name)) > 0.0).all():
                 raise InputError(f"expansion: {name} does not rise")
@@ -94,36 +91,22 @@ class Expansion:
         if not chosen.any() and self.station.size:  # shorter than a bin
             chosen[np.argmin(np.abs(self.station - 0.5 * (start + end)))] = True
         chosen &= np.isfinite(self.outer_radius).all(axis=0)
-        if not chosen.any() or self.time.size < 2:  # noqa: PLR2004
+        if not chosen.any() or not self.time.size:
             return None
         outer = self.outer_radius[:, chosen].mean(axis=1)
         found = outer / outer[0] - 1.0
-        if not found.max() >= strain > 0.0:
+        largest = float(found.max())
+        if not largest >= strain > 0.0:
             return None
-        low, high = max(strain - HALF_CHORD, 0.0), min(strain + HALF_CHORD, float(found.max()))
-        if not high > low:
-            return None
+        low, high = max(strain - HALF_CHORD, 0.0), min(strain + HALF_CHORD, largest)
         first, when, last = (_first(self.time, found, value) for value in (low, strain, high))
-        if not last > first:
-            return None
-        radius = float(outer[0]) * (1.0 + strain)
         rate = math.log((1.0 + high) / (1.0 + low)) / (last - first)
-        return RuptureState(when, strain, radius, self._wall(chosen, when, radius), rate)
-
-    def _wall(self, chosen: NDArray[np.bool_], when: float, radius: float) -> float:
-        chosen = chosen & np.isfinite(self.inner_radius).all(axis=0)
-        if not chosen.any():
-            return math.nan
-        inner = self.inner_radius[:, chosen].mean(axis=1)
-        outer = self.outer_radius[:, chosen].mean(axis=1)
-        # With the stations that have a charge alone, the radius differs: scale to the part asked for.
-        now = float(np.interp(when, self.time, outer))
-        return (now - float(np.interp(when, self.time, inner))) * radius / now
+        return RuptureState(when, strain, float(outer[0]) * (1.0 + strain), rate)
 
 
 def _first(time: NDArray[np.float64], values: NDArray[np.float64], wanted: float) -> float:
-    """Time at which `values` first reach `wanted`, linearly between times."""
-    if wanted <= values[0]:
+    """Time at which `values`, the first of them 0, first reach `wanted`, linearly between times."""
+    if wanted <= 0.0:
         return float(time[0])
     after = int(np.argmax(values >= wanted))
     before = after - 1

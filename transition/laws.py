@@ -132,7 +132,11 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
 def _from_burst(
     segment: CasingSegment, data: RoundData, settings: BreakUpSettings, by_speed: _Rupture, where: str
 ) -> _Rupture:
-    """Radius, wall and rate of the burst when the segment had the strain of rupture; `by_speed` where it had not."""
+    """Rate of the burst when the segment had the strain of rupture, and the wall then; `by_speed` where it had not.
+
+    The wall is that of plane strain at the outer radius. That of the burst, the casing's outer radius less the
+    charge's, has no meaning where the charge ends (boat-tail of the M107: not thinned at all).
+    """
     if data.expansion is None:
         raise InputError(
             f"{where}: the snapshot holds no radii over time, which break_up.strain_rate = 'burst' needs; an earlier "
@@ -145,9 +149,7 @@ def _from_burst(
     found = data.expansion.at_strain(before.start, before.end, strain)
     if found is None:
         return by_speed
-    # Taper: the bins' mean radius differs from the segment's, to which the strain belongs.
-    scale = by_speed.radius / found.radius
-    wall = found.wall * scale if found.wall > 0.0 else by_speed.wall
+    wall = mean_mass.thinned(before.outer_radius, before.wall_thickness, by_speed.radius)
     return _Rupture(by_speed.radius, wall, by_speed.source, found.rate, "burst")
 
 

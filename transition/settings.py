@@ -50,7 +50,7 @@ class BreakUpSettings:
         Hoop strain of Eq. 22, 0.5 to 1.0 for steel.
     strain_rate : "speed" or "burst"
         Rate of hoop strain at rupture of both of Mott's laws: v0 over the radius at rupture, or that of the burst stage
-        when the casing had the strain of `rupture`, with the burst's radius and wall at that moment.
+        when the casing had the strain of `rupture`, with the wall of plane strain at that radius.
     fracture_stress, fracture_gamma : float
         P_F (Pa) and gamma of Mott's law of 1947; the defaults are his values for a steel with 0.45 % of carbon.
     velocity_source : "burst" or "gurney"

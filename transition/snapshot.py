@@ -202,7 +202,7 @@ def _round(group: h5py.Group, where: str) -> RoundData:
 
 
 def _expansion(group: h5py.Group, where: str) -> Expansion:
-    names = ("time", "station", "outer_radius", "inner_radius")
+    names = ("time", "station", "outer_radius")
     try:
         return Expansion(*(_reals(group, f"expansion/{name}", where) for name in names))
     except InputError as error:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from fragfield.errors import EXIT_INPUT, nearest
 from validation.copper_cylinder import study as copper_cylinder
 from validation.m107_1944 import study as m107_1944
+from validation.mean_mass import study as mean_mass
 from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
@@ -35,6 +36,7 @@ CASES = {
     "solid": solid.study,
     "copper_cylinder": copper_cylinder.study,
     "steel_tubes": steel_tubes.study,
+    "mean_mass": mean_mass.study,
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,
