@@ -100,6 +100,12 @@ def test_snapshot_holds_the_contract(finished):
             assert broken.any()
             assert (rows["rupture_radius"][broken] > 77.5e-3).all()
             assert (rows["rupture_wall"][broken] < 22.5e-3).all()
+            expansion = {name: group[f"expansion/{name}"][()] for name in ("time", "station", "outer_radius")}
+            np.testing.assert_array_equal(expansion["time"], file["history/time"][()])
+            np.testing.assert_array_equal(expansion["station"], along["station"])
+            # The last radii are those of the last diameters, the first those before the burst.
+            np.testing.assert_allclose(2.0 * expansion["outer_radius"][-1], along["outer_diameter"], rtol=1e-12)
+            np.testing.assert_allclose(expansion["outer_radius"][0], 77.5e-3, rtol=1e-9)
 
 
 def test_history_tells_the_ledger(finished):

@@ -35,7 +35,10 @@ def draw(casings: Sequence[Casing], path: Path) -> Path:
                 axis.plot(walls, [computed(law, c) / c.mean for c in own], marker, color=INK, markersize=4, label=label)
             for level in (1.0, FACTOR, 1.0 / FACTOR):
                 axis.axhline(level, color=GREY, linewidth=0.9, linestyle="-" if level == 1.0 else ":")
-            axis.set(title=law, xlabel="Wall (mm)", xscale="log", yscale="log")
+            axis.set(title=law, xlabel="Wall (mm)", xscale="log", yscale="log", ylim=(0.4, 4.0))
+            axis.set_xticks([5.0, 10.0, 20.0, 40.0], ["5", "10", "20", "40"])
         axes[0].set(ylabel="Computed over measured mean mass")
-        axes[0].legend(loc="lower right", fontsize=6.5)
+        axes[0].set_yticks([0.5, 1.0, 2.0, 3.0], ["0.5", "1", "2", "3"])
+        axes[0].minorticks_off()
+        axes[1].legend(loc="upper left", fontsize=6.5)
     return path
