@@ -213,9 +213,7 @@ def _warnings(
             yield f"witness[{number}].radius = {surface.radius:g} m: so near, casings may reach it before break-up"
 
 
-def _mean_mass_warnings(
-    case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]
-) -> Iterator[str]:
+def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
     """Rounds near which no published mean masses are; a mean mass that is given needs none."""
     from transition.mean_mass_data import outside_data
 

@@ -1,9 +1,9 @@
 """How a casing expands during the burst: radius and rate of hoop strain at a given hoop strain.
 
-The hoop strain is that of the outer surface, e = R/R0 - 1 (Eq. 22's), with R the azimuthal mean of the outer radius over
-the part of the casing asked for. Its rate is d(ln R)/dt, that is the outward speed over the current radius (the v/r of
-Mott's theory), taken as the chord between the strains e - 0.05 and e + 0.05: over 0.1 of strain the shocks that ring in
-the wall average out.
+The hoop strain is that of the outer surface, e = R/R0 - 1 (Eq. 22's), with R the azimuthal mean of the outer radius
+over the part of the casing asked for. Its rate is d(ln R)/dt, that is the outward speed over the current radius (the
+v/r of Mott's theory), taken as the chord between the strains e - 0.05 and e + 0.05: over 0.1 of strain the shocks that
+ring in the wall average out.
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: 
     radius, wall, source = _at_rupture(segment, settings, where)
     at = _Rupture(radius, wall, source, speed / radius, "speed")
     if settings.strain_rate == "burst":
-        at = _from_burst(segment, data, settings, at, where)
+        at = _from_burst(segment, data, at, where)
     mean = min(_mean_mass(segment, data, settings, at), mass)
     law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
     return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
@@ -129,9 +129,7 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
     return *mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain), "critical_strain"
 
 
-def _from_burst(
-    segment: CasingSegment, data: RoundData, settings: BreakUpSettings, by_speed: _Rupture, where: str
-) -> _Rupture:
+def _from_burst(segment: CasingSegment, data: RoundData, by_speed: _Rupture, where: str) -> _Rupture:
     """Rate of the burst when the segment had the strain of rupture, and the wall then; `by_speed` where it had not.
 
     The wall is that of plane strain at the outer radius. That of the burst, the casing's outer radius less the

@@ -63,9 +63,7 @@ def summarised(
             "law": settings.mean_mass if isinstance(settings.mean_mass, str) else "given",
             "factor": settings.mean_mass_factor,
             "factor_source": FACTOR_SOURCE if settings.mean_mass_factor == FACTOR else "input",
-            "outside_data": [
-                {"round": name, "text": text} for name, texts in outside.items() for text in texts
-            ],
+            "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
         },
         "rounds": [
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)

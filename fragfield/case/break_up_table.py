@@ -21,9 +21,9 @@ class BreakUpTable(Table):
     """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
     mixed_fraction: float = Field(default=0.5, ge=0.0, le=1.0)
     """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
-    mean_mass: Annotated[float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"))] = (
-        "mott"
-    )
+    mean_mass: Annotated[
+        float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"))
+    ] = "mott"
     """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), or the mean itself."""
     mean_mass_factor: float = Field(default=1.6, ge=1.0)
     """Geometric standard deviation of the mean mass about the truth, for the report; 1 where it was measured."""

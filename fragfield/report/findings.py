@@ -261,9 +261,9 @@ def _break_up(run: RunFiles) -> list[Finding]:
     return [*found, *_mean_mass(part.get("mean_mass"))]
 
 
-def _mean_mass(part: Any) -> list[Finding]:
+def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
     """How well the mean fragment mass is known, and where no data are near; nothing for runs of earlier versions."""
-    if not isinstance(part, dict):
+    if part is None:
         return []
     factor = number(float(part["factor"]), 3)
     source = f"; {part['factor_source']}" if part["factor_source"] != "input" else ", as given in the case"
@@ -282,8 +282,8 @@ def _mean_mass(part: Any) -> list[Finding]:
     found += [
         Finding(
             "warning",
-            f"No published mean masses of fragments are near round “{name}”: {'; '.join(texts)}. The stated factor does "
-            "not cover it.",
+            f"No published mean masses of fragments are near round “{name}”: {'; '.join(texts)}. The stated factor "
+            "does not cover it.",
         )
         for name, texts in by_round.items()
     ]

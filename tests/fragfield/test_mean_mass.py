@@ -42,7 +42,10 @@ def test_the_case_reaches_the_law_of_1947():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"break_up.strain_rate": "burst", "break_up.velocity_source": "gurney"}, 'break_up.strain_rate: found "burst"'),
+        (
+            {"break_up.strain_rate": "burst", "break_up.velocity_source": "gurney"},
+            'break_up.strain_rate: found "burst"',
+        ),
         ({"break_up.mean_mass_factor": 0.5}, "break_up.mean_mass_factor: found 0.5"),
         ({"break_up.fracture_stress": "0 MPa"}, "break_up.fracture_stress: found"),
     ],
@@ -57,7 +60,9 @@ def test_check_warns_where_no_data_are_near():
     near = check_report(load_case(CASES / "m107_tnt.toml"))["warnings"]
     assert not any("published mean masses" in line for line in near)
     (warning,) = (line for line in check_report(load_case(CYLINDER))["warnings"] if "published mean masses" in line)
-    assert warning.startswith("round[1] (cylinder): no published mean masses of fragments are near: outer diameter 30.6 mm")
+    assert warning.startswith(
+        "round[1] (cylinder): no published mean masses of fragments are near: outer diameter 30.6 mm"
+    )
     assert "casing of 8960 kg/m3 (data: steel). break_up.mean_mass_factor = 1.6 does not cover it" in warning
 
 
@@ -69,15 +74,18 @@ def test_check_does_not_warn_where_the_mean_mass_is_given():
 @pytest.mark.parametrize(
     ("changes", "weight", "words"),
     [
-        ({}, "note", "follows the law “mott”. It is uncertain by a factor of 1.60 either way (one geometric standard "
-                     "deviation; validation/mean_mass)"),
-        ({"factor_source": "input", "factor": 1.25}, "note", "factor of 1.25 either way (one geometric standard deviation, "
-                                                             "as given in the case)"),
+        ({}, "note", "follows the law “mott”. It is uncertain by a factor of 1.60 either way"),
+        ({}, "note", "(one geometric standard deviation; validation/mean_mass)"),
+        ({"factor_source": "input", "factor": 1.25}, "note", "a factor of 1.25 either way"),
+        ({"factor_source": "input"}, "note", "(one geometric standard deviation, as given in the case)"),
         ({"law": "given"}, "note", "The mean fragment mass is given."),
-        ({"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]}, "warning",
-         "No published mean masses of fragments are near round “a”: x; y."),
+        (
+            {"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]},
+            "warning",
+            "No published mean masses of fragments are near round “a”: x; y.",
+        ),
     ],
-)  # fmt: skip
+)
 def test_report_states_the_factor_and_what_is_outside(changes, weight, words):
     found = told(**changes)
     assert any(one == weight and words in text for one, text in found), found

@@ -133,7 +133,8 @@ def test_snapshot_of_an_earlier_version_is_read_and_refused_where_radii_are_need
     snapshot = SMALL.read(tmp_path / "s.h5")
     assert snapshot.rounds[0].expansion is None
     with pytest.raises(
-        InputError, match=r"round 'round 0', segment 'nose 0': the snapshot holds no radii over time, .*strain_rate = 'speed'"
+        InputError,
+        match=r"round 'round 0', segment 'nose 0': the snapshot holds no radii over time, .*strain_rate = 'speed'",
     ):
         BreakUp(snapshot, BreakUpSettings(strain_rate="burst"))
 

@@ -44,7 +44,7 @@ def test_similar_casings_at_one_speed(law, power):
 
 
 def test_law_of_1947_by_hand():
-    """Mott's example, 50 ton/in2, 480 lb/ft3, 2000 ft/s at 2 in: x0 = 1.47/sqrt(gamma) in (he prints 1.6); a piece is 1.5 x0."""
+    """Mott's example, 50 ton/in2, 480 lb/ft3, 2000 ft/s at 2 in: x0 = 1.47/sqrt(gamma) in (he prints 1.6)."""
     stress, density, rate = 50.0 * 2240.0 * 6894.757, 480.0 * 16.018463, 2000.0 * 0.3048 / (2.0 * 0.0254)
     wall, gamma = 0.005, 100.0
     mass = mott_1947(density, stress, gamma, wall, rate)
@@ -68,7 +68,10 @@ def test_wall_of_plane_strain_keeps_its_section():
         ({"mean_mass_factor": math.inf}, r"break_up.mean_mass_factor: found inf; a factor of 1 or above is needed"),
         ({"mean_mass_factor": "1.6"}, r"break_up.mean_mass_factor: found '1.6'; a number is needed"),
         ({"strain_rate": "bursts"}, r"break_up.strain_rate: found 'bursts'; did you mean 'burst'"),
-        ({"strain_rate": "burst", "velocity_source": "gurney"}, r"contradict each other; allowed: 'burst' with velocity"),
+        (
+            {"strain_rate": "burst", "velocity_source": "gurney"},
+            r"contradict each other; allowed: 'burst' with velocity",
+        ),
         ({"fracture_stress": 0.0}, r"break_up.fracture_stress: found 0; a number above zero is needed \(Pa\)"),
         ({"fracture_gamma": -1.0}, r"break_up.fracture_gamma: found -1; a number above zero is needed"),
         ({"mean_mass": "mott_1946"}, r"break_up.mean_mass: found 'mott_1946'; did you mean 'mott_1947'"),

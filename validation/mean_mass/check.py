@@ -21,6 +21,7 @@ __all__ = ["NAME", "REFERENCE", "check_bursts", "check_laws"]
 NAME = "mean_mass"
 _DEFAULT = BreakUpSettings().mean_mass
 _SAME = 1.1  # scatters of two laws within this factor of each other are the same: 14 geometries fix them to 20 %
+_DATA = "computed over measured mean mass, all published casings"
 _BURST_LAWS = {
     "mott, strain rate v0/a": BreakUpSettings(),
     "mott, strain rate of the burst": BreakUpSettings(strain_rate="burst"),
@@ -33,32 +34,29 @@ _BURST_LAWS = {
 def check_laws() -> list[Row]:
     """Rows of the laws in closed form, without a burst."""
     casings = measured()
-    rows = [within(NAME, "rms of ln N about the fitted law, worst table", max(f.rms for f in fit_shells().values()), 0.0,
-                   REFERENCE["allowed"]["fit"], "US Ordnance Department (1944)")]  # fmt: skip
-    rows += [
-        compare(NAME, f"mott: {casing.name}", 1e3 * computed("mott", casing), 1e3 * casing.mean, None,
-                REFERENCE["sources"][casing.source]["title"], "g")
-        for casing in casings
-    ]  # fmt: skip
+    rms, source = max(fit.rms for fit in fit_shells().values()), REFERENCE["sources"]["ordnance_1944"]["title"]
+    label = "rms of ln N about the fitted law, worst table"
+    rows = [within(NAME, label, rms, 0.0, REFERENCE["allowed"]["fit"], source)]
+    for casing in casings:
+        ours, source = computed("mott", casing), REFERENCE["sources"][casing.source]["title"]
+        rows.append(compare(NAME, f"mott: {casing.name}", 1e3 * ours, 1e3 * casing.mean, None, source, "g"))
     found = {law: scatter(law, casings) for law in LAWS}
-    data = "all published casings"
     for law, one in found.items():
+        trend = correlation(law, casings, "wall")
         rows += [
-            compare(NAME, f"{law}: computed over measured, geometric mean of {one.geometries}", one.bias, 1.0, None, data),
-            compare(NAME, f"{law}: geometric standard deviation", one.deviation, 1.0, None, data),
-            compare(NAME, f"{law}: worst, {one.worst}", one.worst_ratio, 1.0, None, data),
-            Row(NAME, f"{law}: correlation of ln(ratio) with ln(wall)", correlation(law, casings, "wall"),
-                None, None, None, None, data),
-        ]  # fmt: skip
+            compare(NAME, f"{law}: geometric mean of the ratio, {one.geometries} casings", one.bias, 1.0, None, _DATA),
+            compare(NAME, f"{law}: geometric standard deviation", one.deviation, 1.0, None, _DATA),
+            compare(NAME, f"{law}: worst, {one.worst}", one.worst_ratio, 1.0, None, _DATA),
+            Row(NAME, f"{law}: correlation of ln(ratio) with ln(wall)", trend, None, None, None, None, _DATA),
+        ]
     assert isinstance(_DEFAULT, str)
     default = found[_DEFAULT]
-    rows += [
-        within(NAME, f"{_DEFAULT}: scatter over that of {law}", default.deviation / one.deviation, 0.0, _SAME, data)
-        for law, one in found.items()
-        if law != _DEFAULT
-    ]
-    rows.append(within(NAME, f"{_DEFAULT}: factor, bias included, within the stated one", default.factor,
-                       FACTOR / _SAME, FACTOR, data))  # fmt: skip
+    for law, one in found.items():
+        if law != _DEFAULT:
+            share = default.deviation / one.deviation
+            rows.append(within(NAME, f"{_DEFAULT}: scatter over that of {law}", share, 0.0, _SAME, _DATA))
+    label = f"{_DEFAULT}: factor, bias included, within the stated one"
+    rows.append(within(NAME, label, default.factor, FACTOR / _SAME, FACTOR, _DATA))
     return rows + _brisance({law: _ratio(law, casings) for law in LAWS})
 
 

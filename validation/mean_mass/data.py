@@ -1,4 +1,4 @@
-"""Published mean masses as the laws need them: casing, speed and the mean of Mott's law that holds the measured numbers."""
+"""Published mean masses as the laws need them: casing, speed, and the mean of Mott's law through what was measured."""
 
 from __future__ import annotations
 
@@ -102,9 +102,7 @@ def measured() -> list[Casing]:
         name, geometry = f"cylinder, {charge['explosive']}", "cylinder"
         wall = 0.5 * (outer - inner)
         casings.append(
-            Casing(
-                name, cylinder["source"], geometry, outer, wall, inner, _STEEL, charge["explosive"], speed, mean
-            )
+            Casing(name, cylinder["source"], geometry, outer, wall, inner, _STEEL, charge["explosive"], speed, mean)
         )
     return casings
 

@@ -1,6 +1,6 @@
 """What every law gives for the measured casings, and how its ratio to the measured mean scatters.
 
-Several casings of one geometry, such as the cylinder with nine fillings, count once: their mean logarithm stands for them.
+Casings of one geometry, such as the cylinder with nine fillings, count once: their mean logarithm stands for them.
 """
 
 from __future__ import annotations
@@ -62,9 +62,7 @@ def computed(law: str, casing: Casing) -> float:
     """Mean mass (kg) with the defaults of the break-up; NaN where the law has no constant for the explosive."""
     radius, wall = ruptured(0.5 * casing.outer_diameter, casing.wall, _SETTINGS.critical_strain)
     if law == "mott":
-        return mott_linfoot(
-            _SETTINGS.prefactor, casing.density, radius, _SETTINGS.fracture_energy, wall, casing.speed
-        )
+        return mott_linfoot(_SETTINGS.prefactor, casing.density, radius, _SETTINGS.fracture_energy, wall, casing.speed)
     if law == "mott_1947":
         rate = casing.speed / radius
         return mott_1947(casing.density, _SETTINGS.fracture_stress, _SETTINGS.fracture_gamma, wall, rate)
