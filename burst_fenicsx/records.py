@@ -71,6 +71,7 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
                 name=item.name,
                 length=mesh.lengths[index],
                 casing_density=item.casing.density,
+                casing_yield=2.0 * item.casing.shear_strength,  # Tresca
                 casing_mass=totals[Part.CASING] * item.casing.density,
                 charge_mass=totals[Part.CHARGE] * explosive.density,
                 fuze_mass=totals[Part.FUZE] * run.fuze_density[index],

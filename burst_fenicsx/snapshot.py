@@ -95,6 +95,7 @@ class RoundRecord:
     name: str
     length: float
     casing_density: float
+    casing_yield: float
     casing_mass: float
     charge_mass: float
     fuze_mass: float
@@ -158,6 +159,7 @@ def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures)
         "name",
         "length",
         "casing_density",
+        "casing_yield",
         "casing_mass",
         "charge_mass",
         "fuze_mass",

@@ -222,15 +222,9 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
     factor = case.break_up.mean_mass_factor
     for index, number in Counter(_first_alike(case)).items():
         entry, found = rounds[index], described[index]
-        texts = list(
-            outside_data(
-                found["outer_diameter"],
-                found["charge_ratio"],
-                entry.casing.density,
-                entry.explosive.name,
-                entry.explosive.density,
-            )
-        )
+        casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
+        filling = entry.explosive.name, entry.explosive.density
+        texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
         if texts:
             others = f" and {number - 1} alike" if number > 1 else ""
             yield (

@@ -101,8 +101,8 @@ def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[s
     for data in rounds:
         casing, charge = (sum(getattr(s, name) for s in data.segments) for name in ("casing_mass", "charge_mass"))
         diameter = 2.0 * max(segment.outer_radius for segment in data.segments)
-        densities = data.casing_density, data.explosive, data.explosive_density
-        found[data.name] = list(mean_mass_data.outside_data(diameter, charge / casing, *densities))
+        metal, filling = (data.casing_density, data.casing_yield), (data.explosive, data.explosive_density)
+        found[data.name] = list(mean_mass_data.outside_data(diameter, charge / casing, metal, filling))
     return found
 
 

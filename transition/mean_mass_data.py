@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["EXPLOSIVES", "FACTOR", "FACTOR_SOURCE", "OUTER_DIAMETER", "STEEL_DENSITY", "WALL_RATIO"]
+__all__ = ["EXPLOSIVES", "FACTOR", "FACTOR_SOURCE", "OUTER_DIAMETER", "STEEL_DENSITY", "STEEL_YIELD", "WALL_RATIO"]
 __all__ += ["equivalent_cylinder", "outside_data"]
 
 FACTOR = 1.6
@@ -25,6 +25,9 @@ WALL_RATIO = (0.05, 0.45)
 """Least and largest wall over inner diameter of the equivalent cylinders of the data."""
 STEEL_DENSITY = (7700.0, 8000.0)
 """Casings of the data are of steel; other metals have other densities (kg/m3)."""
+STEEL_YIELD = (400e6, 800e6)
+"""Yield strength (Pa) of steels like those of the data: forged shell steel of at least 448 MPa (drawing of the M107),
+and AISI 1045 of Rockwell B 100, whose tensile strength is about 800 MPa (from memory of ASTM A370, not checked)."""
 EXPLOSIVES = ("TNT", "Composition B", "Cyclotol", "Pentolite", "H-6", "HBX-1", "HBX-3", "PTX-1", "PTX-2")
 """Explosives of the data; the shells are all taken as TNT."""
 
@@ -42,9 +45,25 @@ def equivalent_cylinder(
 
 
 def outside_data(
-    outer_diameter: float, charge_ratio: float, casing_density: float, explosive: str, explosive_density: float
+    outer_diameter: float,
+    charge_ratio: float,
+    casing: tuple[float, float | None],
+    filling: tuple[str, float],
 ) -> Iterator[str]:
-    """Yield in which respects no published data are near a casing (SI units); nothing where data are near."""
+    """Yield in which respects no published data are near a casing; nothing where data are near.
+
+    Parameters
+    ----------
+    outer_diameter : float
+        Largest (m).
+    charge_ratio : float
+        Mass of the charge over that of the casing.
+    casing : (float, float or None)
+        Density (kg/m3) and yield strength (Pa; None: not known).
+    filling : (str, float)
+        Name and density (kg/m3) of the explosive.
+    """
+    (casing_density, casing_yield), (explosive, explosive_density) = casing, filling
     low, high = OUTER_DIAMETER
     if not low <= outer_diameter <= high:
         yield f"outer diameter {outer_diameter * 1e3:.4g} mm (data: {low * 1e3:g} to {high * 1e3:g} mm)"
@@ -56,6 +75,9 @@ def outside_data(
     low, high = STEEL_DENSITY
     if not low <= casing_density <= high:
         yield f"casing of {casing_density:g} kg/m3 (data: steel)"
+    elif casing_yield is not None and not STEEL_YIELD[0] <= casing_yield <= STEEL_YIELD[1]:
+        low, high = STEEL_YIELD
+        yield f"yield strength {casing_yield / 1e6:.4g} MPa (data: steels of about {low / 1e6:g} to {high / 1e6:g} MPa)"
     if _plain(explosive) not in {_plain(name) for name in EXPLOSIVES}:
         yield f"explosive {explosive!r} (data: {', '.join(EXPLOSIVES)})"
 

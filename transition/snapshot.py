@@ -52,7 +52,7 @@ class SegmentData:
 class RoundData:
     """A round as the burst stage describes it. SI units; `position` is the centre of the base plane.
 
-    `expansion` is None in snapshots of versions that did not write it.
+    `casing_yield` (yield strength, Pa) and `expansion` are None in snapshots of versions that did not write them.
     """
 
     name: str
@@ -65,6 +65,7 @@ class RoundData:
     axis: tuple[float, float, float]
     segments: tuple[SegmentData, ...]
     expansion: Expansion | None = None
+    casing_yield: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +198,7 @@ def _round(group: h5py.Group, where: str) -> RoundData:
         axis=_vector(group, "axis", where),
         segments=tuple(segments),
         expansion=_expansion(group, where) if "expansion" in group else None,
+        casing_yield=_number(group, "casing_yield", where) if "casing_yield" in group.attrs else None,
         **numbers,
     )
 

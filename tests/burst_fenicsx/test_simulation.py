@@ -76,6 +76,7 @@ def test_snapshot_holds_the_contract(finished):
             assert attributes["name"] == ("tube", "second")[index]
             assert attributes["length"] == pytest.approx(0.3)
             assert attributes["casing_density"] == STEEL.density
+            assert attributes["casing_yield"] == 2.0 * STEEL.shear_strength
             assert attributes["explosive_density"] == TNT.density
             assert attributes["detonation_velocity"] == TNT.detonation_velocity
             assert attributes["gurney_velocity"] == pytest.approx(2518.0, abs=1.0)

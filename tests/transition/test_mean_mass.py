@@ -12,6 +12,7 @@ from transition import BreakUp, BreakUpSettings, InputError
 from transition.mean_mass import ASPECT_RATIO, gurney_sarmousakis, mott_1947, mott_linfoot, ruptured, thinned
 from transition.mean_mass_data import FACTOR, FACTOR_SOURCE, equivalent_cylinder, outside_data
 
+STEEL, TNT = (7850.0, 448e6), ("tnt", 1630.0)
 KG, M, S = 1e3, 1e3, 1e6  # grams, millimetres, microseconds in one kg, m, s
 
 LAWS = {
@@ -92,14 +93,16 @@ def test_equivalent_cylinder_has_diameter_and_charge_ratio():
 @pytest.mark.parametrize(
     ("casing", "texts"),
     [
-        ((0.155, 0.2, 7850.0, "tnt", 1630.0), []),
-        ((0.155, 0.2, 7850.0, "Composition B", 1710.0), []),
-        ((0.155, 0.2, 7850.0, "comp_b", 1710.0), []),
-        ((0.060, 0.2, 7850.0, "tnt", 1630.0), ["outer diameter 60 mm (data: 63.5 to 240 mm)"]),
-        ((0.155, 2.0, 7850.0, "tnt", 1630.0), ["wall over inner diameter 0.0"]),
-        ((0.155, 0.2, 8960.0, "tnt", 1630.0), ["casing of 8960 kg/m3 (data: steel)"]),
-        ((0.155, 0.2, 7850.0, "ANFO", 900.0), ["explosive 'ANFO' (data: TNT, Composition B, "]),
-        ((0.3, 0.2, 2700.0, "ANFO", 900.0), ["outer diameter 300 mm", "casing of 2700", "explosive 'ANFO'"]),
+        ((0.155, 0.2, STEEL, TNT), []),
+        ((0.155, 0.2, (7850.0, None), TNT), []),
+        ((0.155, 0.2, STEEL, ("Composition B", 1710.0)), []),
+        ((0.155, 0.2, STEEL, ("comp_b", 1710.0)), []),
+        ((0.060, 0.2, STEEL, TNT), ["outer diameter 60 mm (data: 63.5 to 240 mm)"]),
+        ((0.155, 2.0, STEEL, TNT), ["wall over inner diameter 0.0"]),
+        ((0.155, 0.2, (8960.0, 300e6), TNT), ["casing of 8960 kg/m3 (data: steel)"]),
+        ((0.155, 0.2, (7800.0, 1600e6), TNT), ["yield strength 1600 MPa (data: steels of about 400 to 800 MPa)"]),
+        ((0.155, 0.2, STEEL, ("ANFO", 900.0)), ["explosive 'ANFO' (data: TNT, Composition B, "]),
+        ((0.3, 0.2, (2700.0, None), ("ANFO", 900.0)), ["outer diameter 300 mm", "casing of 2700", "explosive 'ANFO'"]),
     ],
 )
 def test_where_no_data_are_near_is_said(casing, texts):

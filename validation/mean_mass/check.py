@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from transition import BreakUp, BreakUpSettings
 from transition.mean_mass_data import FACTOR
-from validation.mean_mass.data import REFERENCE, above_a_cut, fit_shells, measured
+from validation.mean_mass.data import REFERENCE, above_a_cut, fit_shells, measured, metal_shares
 from validation.mean_mass.scatter import LAWS, computed, correlation, scatter
 from validation.rows import Row, compare, within
 
@@ -37,6 +37,10 @@ def check_laws() -> list[Row]:
     rms, source = max(fit.rms for fit in fit_shells().values()), REFERENCE["sources"]["ordnance_1944"]["title"]
     label = "rms of ln N about the fitted law, worst table"
     rows = [within(NAME, label, rms, 0.0, REFERENCE["allowed"]["fit"], source)]
+    for name, share in metal_shares().items():
+        rows.append(
+            Row(NAME, f"mass of the fitted law over that of the metal, {name}", share, None, None, None, None, source)
+        )
     for casing in casings:
         ours, source = computed("mott", casing), REFERENCE["sources"][casing.source]["title"]
         rows.append(compare(NAME, f"mott: {casing.name}", 1e3 * ours, 1e3 * casing.mean, None, source, "g"))

@@ -16,7 +16,17 @@ from transition.mean_mass_data import equivalent_cylinder
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["REFERENCE", "Casing", "Fit", "above_a_cut", "fit_numbers", "fit_shells", "from_recovery", "measured"]
+__all__ = [
+    "REFERENCE",
+    "Casing",
+    "Fit",
+    "above_a_cut",
+    "fit_numbers",
+    "fit_shells",
+    "from_recovery",
+    "measured",
+    "metal_shares",
+]
 
 REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
 _OUNCE, _POUND, _GRAIN, _FOOT = 28.349523125e-3, 0.45359237, 64.79891e-6, 0.3048
@@ -110,6 +120,16 @@ def measured() -> list[Casing]:
 def fit_shells() -> dict[str, Fit]:
     """Mott's law through the points of every shell's tables, by the shell's name."""
     return {table["name"]: _points(table) for table in REFERENCE["shell"]}
+
+
+def metal_shares() -> dict[str, float]:
+    """Mass of the fitted law over that of the metal parts, of the shells whose masses are known."""
+    fits = fit_shells()
+    return {
+        table["name"]: fits[table["name"]].number * fits[table["name"]].mean / (_POUND * table["masses_lb"]["casing"])
+        for table in REFERENCE["shell"]
+        if "masses_lb" in table
+    }
 
 
 def _points(table: Mapping[str, Any]) -> Fit:
