@@ -219,7 +219,6 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
 
     if not isinstance(case.break_up.mean_mass, str):
         return
-    factor = case.break_up.mean_mass_factor
     for index, number in Counter(_first_alike(case)).items():
         entry, found = rounds[index], described[index]
         casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
@@ -229,8 +228,8 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
             others = f" and {number - 1} alike" if number > 1 else ""
             yield (
                 f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are near: "
-                f"{'; '.join(texts)}. break_up.mean_mass_factor = {factor:g} does not cover it: measure the mean mass, "
-                "or vary it and compare the distances"
+                f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
+                "the distances"
             )
 
 

@@ -9,13 +9,19 @@ from itertools import pairwise
 from typing import Literal
 
 from transition.errors import InputError, nearest
-from transition.mean_mass_data import FACTOR
+from transition.mean_mass_data import FACTOR_SOURCE, FACTORS
 
 __all__ = ["BreakUpSettings", "Stations"]
 
 Stations = tuple[float, ...]
 
 _DIMENSIONS = (2, 3, "mixed")
+_COMPARED = {
+    "mott": ("prefactor", "fracture_energy", "critical_strain"),
+    "mott_1947": ("fracture_stress", "fracture_gamma", "critical_strain"),
+    "gurney_sarmousakis": ("explosive_constant",),
+}
+"""Inputs at whose defaults each law was compared with published data."""
 _CHOICES: dict[str, tuple[str, ...]] = {
     "rupture": ("critical_strain", "burst"),
     "strain_rate": ("speed", "burst"),
@@ -37,9 +43,9 @@ class BreakUpSettings:
         Part of the mass, 0 to 1, that breaks in three dimensions when `dimension` is "mixed".
     mean_mass : "mott", "mott_1947", "gurney_sarmousakis" or float
         Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass (kg).
-    mean_mass_factor : float
+    mean_mass_factor : float or None
         Geometric standard deviation of the mean fragment mass about the truth, 1 or above; it is stated in the summary
-        and the report and changes no fragment. The default is that of the default law over published data.
+        and the report and changes no fragment. None: see `factor`.
     prefactor : float or "paper"
         C of Eq. 21 without dimension; measured shells need 2 to 6. "paper" reads the printed 381.5 as grams.
     fracture_energy : float
@@ -79,7 +85,7 @@ class BreakUpSettings:
     dimension: Literal[2, 3, "mixed"] = 2
     mixed_fraction: float = 0.5
     mean_mass: Literal["mott", "mott_1947", "gurney_sarmousakis"] | float = "mott"
-    mean_mass_factor: float = FACTOR
+    mean_mass_factor: float | None = None
     prefactor: float | Literal["paper"] = 4.0
     fracture_energy: float = 14.7e4
     rupture: Literal["critical_strain", "burst"] = "critical_strain"
@@ -144,6 +150,26 @@ class BreakUpSettings:
         elif self.segments is not None:
             _rising("break_up.segments", self.segments)
 
+    @property
+    def factor(self) -> tuple[float | None, str]:
+        """Factor by which the mean mass is uncertain either way, and where that comes from.
+
+        As given; else that of the law over published data, as long as the inputs are those it was compared with; else
+        None, with the reason.
+        """
+        if self.mean_mass_factor is not None:
+            return self.mean_mass_factor, "input"
+        if not isinstance(self.mean_mass, str):
+            return None, "the mean mass is given"
+        changed = [name for name in _COMPARED[self.mean_mass] if getattr(self, name) != _default(name)]
+        if changed:
+            return None, f"not compared with published data at this {' and '.join(changed)}"
+        return FACTORS[self.mean_mass], FACTOR_SOURCE
+
+
+def _default(name: str) -> object:
+    return BreakUpSettings.__dataclass_fields__[name].default
+
 
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
@@ -158,6 +184,8 @@ def _positive(name: str, value: object, unit: str) -> None:
 
 
 def _check_factor(value: object) -> None:
+    if value is None:
+        return
     factor = _number("mean_mass_factor", value)
     if not 1.0 <= factor < math.inf:
         raise InputError(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from transition.mean_mass_data import FACTOR, FACTOR_SOURCE
-
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -47,6 +45,7 @@ def summarised(
     outside : mapping from a round's name
         In which respects no published data on mean masses are near it.
     """
+    factor, source = settings.factor
     return {
         "fragments": int(patches.mass.size),
         "mass": handed_over.mass,
@@ -61,8 +60,8 @@ def summarised(
         "velocity": settings.velocity,
         "mean_mass": {
             "law": settings.mean_mass if isinstance(settings.mean_mass, str) else "given",
-            "factor": settings.mean_mass_factor,
-            "factor_source": FACTOR_SOURCE if settings.mean_mass_factor == FACTOR else "input",
+            "factor": factor,
+            "factor_source": source,
             "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
         },
         "rounds": [

@@ -25,8 +25,8 @@ class BreakUpTable(Table):
         float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"))
     ] = "mott"
     """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), or the mean itself."""
-    mean_mass_factor: float = Field(default=1.6, ge=1.0)
-    """Geometric standard deviation of the mean mass about the truth, for the report; 1 where it was measured."""
+    mean_mass_factor: float | None = Field(default=None, ge=1.0)
+    """Factor by which the mean mass is uncertain, for the report; left out: that of the law over published data."""
     prefactor: Annotated[float | str, NumberOrWord(("paper",), 4.0)] = 4.0
     """Factor C of Eq. 21 in SI; "paper" reads the printed 381.5 in grams."""
     fracture_energy: EnergyPerArea = 14.7e4

@@ -265,25 +265,25 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
     """How well the mean fragment mass is known, and where no data are near; nothing for runs of earlier versions."""
     if part is None:
         return []
-    factor = number(float(part["factor"]), 3)
-    source = f"; {part['factor_source']}" if part["factor_source"] != "input" else ", as given in the case"
     law = "is given" if part["law"] == "given" else f"follows the law “{part['law']}”"
-    found = [
-        Finding(
-            "note",
-            f"The mean fragment mass {law}. It is uncertain by a factor of {factor} either way (one geometric standard "
-            f"deviation{source}): repeat the break-up with it multiplied and divided by this factor, and compare the "
-            "distances.",
+    if part["factor"] is None:
+        stated = f"No factor of its uncertainty is stated: {part['factor_source']}. Set `break_up.mean_mass_factor`."
+    else:
+        source = "as given in the case" if part["factor_source"] == "input" else part["factor_source"]
+        stated = (
+            f"It is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric standard "
+            f"deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and compare the "
+            "distances."
         )
-    ]
+    found = [Finding("note", f"The mean fragment mass {law}. {stated}")]
     by_round: dict[str, list[str]] = {}
     for one in part["outside_data"]:
         by_round.setdefault(str(one["round"]), []).append(str(one["text"]))
     found += [
         Finding(
             "warning",
-            f"No published mean masses of fragments are near round “{name}”: {'; '.join(texts)}. The stated factor "
-            "does not cover it.",
+            f"No published mean masses of fragments are near round “{name}”: {'; '.join(texts)}. No stated factor "
+            "covers it.",
         )
         for name, texts in by_round.items()
     ]

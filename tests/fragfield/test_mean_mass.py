@@ -20,7 +20,7 @@ CYLINDER = CASES.parent / "validation" / "copper_cylinder" / "case.toml"
 PART = {"law": "mott", "factor": 1.6, "factor_source": "validation/mean_mass", "outside_data": []}
 
 
-def told(**changes) -> list[tuple[str, str]]:
+def stated(**changes) -> list[tuple[str, str]]:
     run = RunFiles(Path("x"), case={}, summary={"break_up": {"mean_mass": {**PART, **changes}}})
     return [(item.weight, item.text) for item in findings(run) if "mean" in item.text]
 
@@ -63,7 +63,7 @@ def test_check_warns_where_no_data_are_near():
     assert warning.startswith(
         "round[1] (cylinder): no published mean masses of fragments are near: outer diameter 30.6 mm"
     )
-    assert "casing of 8960 kg/m3 (data: steel). break_up.mean_mass_factor = 1.6 does not cover it" in warning
+    assert "casing of 8960 kg/m3 (data: steel). No published scatter covers it: measure the mean mass" in warning
 
 
 def test_check_does_not_warn_where_the_mean_mass_is_given():
@@ -77,7 +77,12 @@ def test_check_does_not_warn_where_the_mean_mass_is_given():
         ({}, "note", "follows the law “mott”. It is uncertain by a factor of 1.60 either way"),
         ({}, "note", "(one geometric standard deviation; validation/mean_mass)"),
         ({"factor_source": "input", "factor": 1.25}, "note", "a factor of 1.25 either way"),
-        ({"factor_source": "input"}, "note", "(one geometric standard deviation, as given in the case)"),
+        ({"factor_source": "input"}, "note", "(one geometric standard deviation; as given in the case)"),
+        (
+            {"factor": None, "factor_source": "why"},
+            "note",
+            "No factor of its uncertainty is stated: why. Set `break_up.",
+        ),
         ({"law": "given"}, "note", "The mean fragment mass is given."),
         (
             {"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]},
@@ -87,7 +92,7 @@ def test_check_does_not_warn_where_the_mean_mass_is_given():
     ],
 )
 def test_report_states_the_factor_and_what_is_outside(changes, weight, words):
-    found = told(**changes)
+    found = stated(**changes)
     assert any(one == weight and words in text for one, text in found), found
     assert len(found) == (2 if changes.get("outside_data") else 1)
 

@@ -10,7 +10,7 @@ import pytest
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings, InputError
 from transition.mean_mass import ASPECT_RATIO, gurney_sarmousakis, mott_1947, mott_linfoot, ruptured, thinned
-from transition.mean_mass_data import FACTOR, FACTOR_SOURCE, equivalent_cylinder, outside_data
+from transition.mean_mass_data import FACTOR_SOURCE, FACTORS, equivalent_cylinder, outside_data
 
 STEEL, TNT = (7850.0, 448e6), ("tnt", 1630.0)
 KG, M, S = 1e3, 1e3, 1e6  # grams, millimetres, microseconds in one kg, m, s
@@ -114,11 +114,27 @@ def test_where_no_data_are_near_is_said(casing, texts):
 def test_summary_states_law_factor_and_what_is_outside(tmp_path):
     snapshot = Tube(radial_cells=1, around=8, axial=10, explosive="ANFO").read(tmp_path / "s.h5")
     told = BreakUp(snapshot, BreakUpSettings()).realisation(1).summary["mean_mass"]
-    assert (told["law"], told["factor"], told["factor_source"]) == ("mott", FACTOR, FACTOR_SOURCE)
+    assert (told["law"], told["factor"], told["factor_source"]) == ("mott", FACTORS["mott"], FACTOR_SOURCE)
     assert [one["round"] for one in told["outside_data"]] == ["round 0"]
     assert told["outside_data"][0]["text"].startswith("explosive 'ANFO'")
     told = BreakUp(snapshot, BreakUpSettings(mean_mass=0.01, mean_mass_factor=1.1)).realisation(1).summary["mean_mass"]
     assert told == {"law": "given", "factor": 1.1, "factor_source": "input", "outside_data": []}
+
+
+@pytest.mark.parametrize(
+    ("values", "factor", "source"),
+    [
+        ({"mean_mass": "mott_1947"}, FACTORS["mott_1947"], FACTOR_SOURCE),
+        ({"mean_mass": "gurney_sarmousakis", "prefactor": 2.0}, FACTORS["gurney_sarmousakis"], FACTOR_SOURCE),
+        ({"prefactor": "paper"}, None, "not compared with published data at this prefactor"),
+        ({"prefactor": 3.0, "critical_strain": 0.5}, None,
+         "not compared with published data at this prefactor and critical_strain"),
+        ({"prefactor": 3.0, "mean_mass_factor": 1.2}, 1.2, "input"),
+        ({"mean_mass": 0.01}, None, "the mean mass is given"),
+    ],
+)  # fmt: skip
+def test_factor_is_stated_only_for_inputs_that_were_compared(values, factor, source):
+    assert BreakUpSettings(**values).factor == (factor, source)
 
 
 def test_factor_changes_no_fragment(tmp_path):

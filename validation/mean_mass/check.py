@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from transition import BreakUp, BreakUpSettings
-from transition.mean_mass_data import FACTOR
+from transition.mean_mass_data import FACTORS
 from validation.mean_mass.data import REFERENCE, above_a_cut, fit_shells, measured, metal_shares
 from validation.mean_mass.scatter import LAWS, computed, correlation, scatter
 from validation.rows import Row, compare, within
@@ -59,8 +59,9 @@ def check_laws() -> list[Row]:
         if law != _DEFAULT:
             share = default.deviation / one.deviation
             rows.append(within(NAME, f"{_DEFAULT}: scatter over that of {law}", share, 0.0, _SAME, _DATA))
-    label = f"{_DEFAULT}: factor, bias included, within the stated one"
-    rows.append(within(NAME, label, default.factor, FACTOR / _SAME, FACTOR, _DATA))
+    for law, one in found.items():
+        label = f"{law}: factor, bias included, within the stated one"
+        rows.append(within(NAME, label, one.factor, FACTORS[law] / _SAME, FACTORS[law], _DATA))
     return rows + _brisance({law: _ratio(law, casings) for law in LAWS})
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.report.drawing import GREY, INK
-from transition.mean_mass_data import FACTOR
+from transition.mean_mass_data import FACTORS
 from validation.figures import picture
 from validation.mean_mass.scatter import LAWS, computed
 
@@ -33,7 +33,7 @@ def draw(casings: Sequence[Casing], path: Path) -> Path:
                 own = [casing for casing in casings if casing.source == source]
                 walls = [1e3 * casing.wall for casing in own]
                 axis.plot(walls, [computed(law, c) / c.mean for c in own], marker, color=INK, markersize=4, label=label)
-            for level in (1.0, FACTOR, 1.0 / FACTOR):
+            for level in (1.0, FACTORS[law], 1.0 / FACTORS[law]):
                 axis.axhline(level, color=GREY, linewidth=0.9, linestyle="-" if level == 1.0 else ":")
             axis.set(title=law, xlabel="Wall (mm)", xscale="log", yscale="log", ylim=(0.4, 4.0))
             axis.set_xticks([5.0, 10.0, 20.0, 40.0], ["5", "10", "20", "40"])
