@@ -8,7 +8,7 @@ import numpy as np
 
 from burst_fenicsx.materials.products import LandauProducts
 from burst_fenicsx.problem import Part
-from burst_fenicsx.snapshot import RoundRecord, SegmentRecord
+from burst_fenicsx.snapshot import ExpansionRecord, RoundRecord, SegmentRecord
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,6 +71,7 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
                 name=item.name,
                 length=mesh.lengths[index],
                 casing_density=item.casing.density,
+                casing_yield=2.0 * item.casing.shear_strength,  # Tresca
                 casing_mass=totals[Part.CASING] * item.casing.density,
                 charge_mass=totals[Part.CHARGE] * explosive.density,
                 fuze_mass=totals[Part.FUZE] * run.fuze_density[index],
@@ -81,6 +82,7 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
                 position=tuple(item.position),
                 axis=tuple(item.axis),
                 segments=tuple(segments),
+                expansion=_expansion(run, index),
             )
         )
     return records
@@ -108,3 +110,12 @@ def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[
     when = float(ruptured.mean())
     radius = float(np.interp(when, times, outer))
     return radius, radius - float(np.interp(when, times, inner))
+
+
+def _expansion(run: Simulation, index: int) -> ExpansionRecord:
+    """Outer radius of a round's casing by station bin over the whole burst."""
+    bins = run.surfaces.bin_round == index
+    station = run.surfaces.bin_station[bins]
+    time = np.array([entry[0] for entry in run.radii])
+    outer = np.array([radii[bins] for _, radii, _ in run.radii]).reshape(len(time), len(station))
+    return ExpansionRecord(time, station, outer)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.measures import RoundMeasures
     from burst_fenicsx.problem import RigidPlane
 
-__all__ = ["FORMAT", "RoundRecord", "SegmentRecord", "write_snapshot"]
+__all__ = ["FORMAT", "ExpansionRecord", "RoundRecord", "SegmentRecord", "write_snapshot"]
 
 FORMAT = "fragfield burst snapshot"
 
@@ -72,6 +72,22 @@ class SegmentRecord:
     rupture_wall: float
 
 
+@dataclass(frozen=True, eq=False)
+class ExpansionRecord:
+    """How a round's casing expands: what radius and rate at any hoop strain are read from.
+
+    Attributes
+    ----------
+    time : (n,) s, rising.
+    station : (bins,) centres of the station bins (m from the nose end).
+    outer_radius : (n, bins) azimuthal mean of the casing's outer radius (m); NaN where a bin has no node.
+    """
+
+    time: np.ndarray
+    station: np.ndarray
+    outer_radius: np.ndarray
+
+
 @dataclass(frozen=True)
 class RoundRecord:
     """A round: what the break-up needs of it, in SI units."""
@@ -79,6 +95,7 @@ class RoundRecord:
     name: str
     length: float
     casing_density: float
+    casing_yield: float
     casing_mass: float
     charge_mass: float
     fuze_mass: float
@@ -89,6 +106,7 @@ class RoundRecord:
     position: tuple[float, ...]
     axis: tuple[float, ...]
     segments: tuple[SegmentRecord, ...]
+    expansion: ExpansionRecord
 
 
 def write_snapshot(
@@ -141,6 +159,7 @@ def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures)
         "name",
         "length",
         "casing_density",
+        "casing_yield",
         "casing_mass",
         "charge_mass",
         "fuze_mass",
@@ -161,3 +180,5 @@ def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures)
     for name in _ALONG.names or ():
         along[name] = getattr(measure, name)
     group["along"] = along
+    for name in ("time", "station", "outer_radius"):
+        group[f"expansion/{name}"] = getattr(record.expansion, name)

@@ -71,7 +71,7 @@ def check_report(case: Case) -> dict[str, Any]:
             "min_edge": min(one.min_edge for one in qualities.values()),
         },
         "expected": expected,
-        "warnings": list(_warnings(case, settings, described, expected)),
+        "warnings": [*_warnings(case, settings, described, expected), *_mean_mass_warnings(case, rounds, described)],
     }
 
 
@@ -211,6 +211,26 @@ def _warnings(
         reach += max(found["outer_diameter"] for found in described)
         if surface.radius < 2.0 * reach:
             yield f"witness[{number}].radius = {surface.radius:g} m: so near, casings may reach it before break-up"
+
+
+def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Rounds near which no published mean masses are; a mean mass that is given needs none."""
+    from transition.mean_mass_data import outside_data
+
+    if not isinstance(case.break_up.mean_mass, str):
+        return
+    for index, number in Counter(_first_alike(case)).items():
+        entry, found = rounds[index], described[index]
+        casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
+        filling = entry.explosive.name, entry.explosive.density
+        texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
+        if texts:
+            others = f" and {number - 1} alike" if number > 1 else ""
+            yield (
+                f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are near: "
+                f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
+                "the distances"
+            )
 
 
 def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:

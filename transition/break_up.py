@@ -14,7 +14,7 @@ import numpy as np
 from transition.adjacency import face_neighbours
 from transition.directions import Directions, Shares, cell_shares, compare_directions
 from transition.errors import InputError
-from transition.laws import SegmentLaw, segment_law
+from transition.laws import SegmentLaw, outside_of, segment_law
 from transition.ledger import CasingSums, Ledger, casing_sums, ledger
 from transition.mirroring import Image, images
 from transition.placing import Patches, cell_middles, cell_sides, join, patch_means, place, point_positions
@@ -139,6 +139,7 @@ class BreakUp:
             segment_law(s, float(self._mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
             for s in self.segments
         )
+        self._outside = outside_of(self.snapshot.rounds, self.settings)
         self._sides = cell_sides(self._corners)
         self._neighbours = self._local_neighbours()
         self._images = images(self.snapshot.planes, self.snapshot.source)
@@ -247,7 +248,9 @@ class BreakUp:
         numbers = sorted({result.round for result in results})
         ledgers = {number: self._ledger(number, fragments) for number in numbers}
         directions = {number: self._directions(number, fragments) for number in numbers}
-        summary = summarised(self.rounds, results, ledgers, directions, handed_over, patches, self.settings)
+        summary = summarised(
+            self.rounds, results, ledgers, directions, handed_over, patches, self.settings, self._outside
+        )
         return BreakUpResult(
             fragments, results, patches, tuple(directions.items()), handed_over, tuple(ledgers.items()), summary
         )

@@ -13,16 +13,18 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from transition import mean_mass
+from transition import mean_mass, mean_mass_data
 from transition.errors import InputError
 from transition.mott import MottLaw
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from transition.segments import CasingSegment
     from transition.settings import BreakUpSettings
     from transition.snapshot import RoundData
 
-__all__ = ["SegmentLaw", "segment_law"]
+__all__ = ["SegmentLaw", "outside_of", "segment_law"]
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,11 @@ class SegmentLaw:
         Where these come from: "critical_strain", "burst", or "unstretched" (an end piece, or a segment that the
         burst stage did not carry to its leakage radius and that `rupture = "burst"` therefore leaves to Eq. 22
         reads "critical_strain").
+    rate : float
+        Rate of hoop strain at rupture (1/s).
+    rate_source : str
+        "burst", or "speed" for v0 over the radius: by choice, for end pieces, and where the burst stage ended before
+        the casing had the strain of rupture.
     """
 
     law: MottLaw
@@ -54,6 +61,17 @@ class SegmentLaw:
     radius: float
     wall: float
     rupture: str
+    rate: float
+    rate_source: str
+
+
+@dataclass(frozen=True)
+class _Rupture:
+    radius: float
+    wall: float
+    source: str
+    rate: float
+    rate_source: str
 
 
 def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> SegmentLaw:
@@ -66,11 +84,26 @@ def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: 
     """
     where = f"round {data.name!r}, segment {segment.data.name!r}"
     speed = _speed(segment, mass, data, settings, where)
-    radius, wall, rupture = _at_rupture(segment, settings, where)
-    mean = _mean_mass(segment, data, settings, speed, radius, wall)
-    mean = min(mean, mass)
+    radius, wall, source = _at_rupture(segment, settings, where)
+    at = _Rupture(radius, wall, source, speed / radius, "speed")
+    if settings.strain_rate == "burst":
+        at = _from_burst(segment, data, at, where)
+    mean = min(_mean_mass(segment, data, settings, at), mass)
     law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
-    return SegmentLaw(law, mass, mass / mean, speed, radius, wall, rupture)
+    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
+
+
+def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[str, list[str]]:
+    """By a round's name: in which respects no published data on mean masses are near it; empty for a given mean."""
+    if not isinstance(settings.mean_mass, str):
+        return {}
+    found = {}
+    for data in rounds:
+        casing, charge = (sum(getattr(s, name) for s in data.segments) for name in ("casing_mass", "charge_mass"))
+        diameter = 2.0 * max(segment.outer_radius for segment in data.segments)
+        metal, filling = (data.casing_density, data.casing_yield), (data.explosive, data.explosive_density)
+        found[data.name] = list(mean_mass_data.outside_data(diameter, charge / casing, metal, filling))
+    return found
 
 
 def _speed(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings, where: str) -> float:
@@ -96,12 +129,36 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
     return *mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain), "critical_strain"
 
 
-def _mean_mass(
-    segment: CasingSegment, data: RoundData, settings: BreakUpSettings, speed: float, radius: float, wall: float
-) -> float:
+def _from_burst(segment: CasingSegment, data: RoundData, by_speed: _Rupture, where: str) -> _Rupture:
+    """Rate of the burst when the segment had the strain of rupture, and the wall then; `by_speed` where it had not.
+
+    The wall is that of plane strain at the outer radius. That of the burst, the casing's outer radius less the
+    charge's, has no meaning where the charge ends (boat-tail of the M107: not thinned at all).
+    """
+    if data.expansion is None:
+        raise InputError(
+            f"{where}: the snapshot holds no radii over time, which break_up.strain_rate = 'burst' needs; an earlier "
+            "version of the program wrote it: compute the burst again, or take strain_rate = 'speed'"
+        )
+    if segment.is_end:
+        return by_speed
+    before = segment.data
+    strain = by_speed.radius / before.outer_radius - 1.0
+    found = data.expansion.at_strain(before.start, before.end, strain)
+    if found is None:
+        return by_speed
+    wall = mean_mass.thinned(before.outer_radius, before.wall_thickness, by_speed.radius)
+    return _Rupture(by_speed.radius, wall, by_speed.source, found.rate, "burst")
+
+
+def _mean_mass(segment: CasingSegment, data: RoundData, settings: BreakUpSettings, at: _Rupture) -> float:
     if settings.mean_mass == "mott":
         return mean_mass.mott_linfoot(
-            settings.prefactor, data.casing_density, radius, settings.fracture_energy, wall, speed
+            settings.prefactor, data.casing_density, at.radius, settings.fracture_energy, at.wall, at.rate * at.radius
+        )
+    if settings.mean_mass == "mott_1947":
+        return mean_mass.mott_1947(
+            data.casing_density, settings.fracture_stress, settings.fracture_gamma, at.wall, at.rate
         )
     if settings.mean_mass == "gurney_sarmousakis":
         constant = mean_mass.explosive_constant(data.explosive, settings.explosive_constant)

@@ -9,17 +9,21 @@ from typing import Literal
 from transition.errors import InputError, nearest
 
 __all__ = [
+    "ASPECT_RATIO",
     "EXPLOSIVE_CONSTANTS",
     "PAPER_PREFACTOR",
     "explosive_constant",
     "gurney_coefficient",
     "gurney_sarmousakis",
     "gurney_speed",
+    "mott_1947",
     "mott_linfoot",
     "ruptured",
+    "thinned",
 ]
 
 PAPER_PREFACTOR = 0.3815  # the printed 381.5 of Eq. 21, read as grams
+ASPECT_RATIO = 1.6  # length over breadth of a piece: mean over three sets of recovered fragments (Felix et al. 2022)
 EXPLOSIVE_CONSTANTS = {"TNT": 3.81, "Composition B": 2.71}  # B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6))
 
 
@@ -55,6 +59,32 @@ def mott_linfoot(
     return factor * density ** (1 / 3) * (radius / speed) ** (4 / 3) * fracture_energy ** (2 / 3) * thickness
 
 
+def mott_1947(density: float, fracture_stress: float, gamma: float, thickness: float, rate: float) -> float:
+    """Mean fragment mass rho (1.5 x0)^2 A delta (kg), with x0 = sqrt(2 P_F / (rho gamma)) / rate.
+
+    Mott (1947): cracks start at random where the strain at fracture scatters, and relieve what is around them; the
+    mean breadth of the pieces of a ring is 1.5 x0. The theory gives no length: it is A = 1.6 times the breadth
+    (`ASPECT_RATIO`). At rest it is infinite.
+
+    Parameters
+    ----------
+    density : float
+        rho of the casing (kg/m3).
+    fracture_stress : float
+        P_F, true stress at fracture (Pa).
+    gamma : float
+        Sharpness of the scatter of the strain at fracture: its standard deviation is 1.28/gamma.
+    thickness : float
+        Wall delta at rupture (m).
+    rate : float
+        Rate of hoop strain at rupture, v/r (1/s).
+    """
+    if rate <= 0.0:
+        return math.inf
+    spacing = math.sqrt(2.0 * fracture_stress / (density * gamma)) / rate
+    return density * (1.5 * spacing) ** 2 * ASPECT_RATIO * thickness
+
+
 def gurney_sarmousakis(constant: float, thickness: float, inner_diameter: float) -> float:
     """Mean fragment mass 2 M_A^2 (kg), with M_A = B t^(5/6) d^(1/3) (1 + t/d).
 
@@ -85,6 +115,12 @@ def explosive_constant(explosive: str, given: float | None) -> float:
 def ruptured(radius: float, thickness: float, critical_strain: float) -> tuple[float, float]:
     """Outer radius and wall (m) at the hoop strain of rupture, (1 + e) a0 and delta0/(1 + e), Eq. 22."""
     return (1.0 + critical_strain) * radius, thickness / (1.0 + critical_strain)
+
+
+def thinned(outer_radius: float, thickness: float, radius: float) -> float:
+    """Wall (m) when the outer radius (m) has grown to `radius` (m): the section's area stays (plane strain)."""
+    area = outer_radius**2 - (outer_radius - thickness) ** 2
+    return radius - math.sqrt(radius**2 - area)
 
 
 def gurney_coefficient(detonation_velocity: float) -> float:

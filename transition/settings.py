@@ -9,14 +9,22 @@ from itertools import pairwise
 from typing import Literal
 
 from transition.errors import InputError, nearest
+from transition.mean_mass_data import FACTOR_SOURCE, FACTORS
 
 __all__ = ["BreakUpSettings", "Stations"]
 
 Stations = tuple[float, ...]
 
 _DIMENSIONS = (2, 3, "mixed")
+_COMPARED = {
+    "mott": ("prefactor", "fracture_energy", "critical_strain"),
+    "mott_1947": ("fracture_stress", "fracture_gamma", "critical_strain"),
+    "gurney_sarmousakis": ("explosive_constant",),
+}
+"""Inputs at whose defaults each law was compared with published data."""
 _CHOICES: dict[str, tuple[str, ...]] = {
     "rupture": ("critical_strain", "burst"),
+    "strain_rate": ("speed", "burst"),
     "velocity_source": ("burst", "gurney"),
     "sampler": ("quantile", "graded"),
     "velocity": ("patch", "interpolation"),
@@ -33,8 +41,11 @@ class BreakUpSettings:
         Break-up of a thin wall (exponent 1/2), of a thick one (1/3), or a mixture of both by mass.
     mixed_fraction : float
         Part of the mass, 0 to 1, that breaks in three dimensions when `dimension` is "mixed".
-    mean_mass : "mott", "gurney_sarmousakis" or float
-        Law of the mean fragment mass: Eq. 21, that of Gurney and Sarmousakis, or a given mass (kg).
+    mean_mass : "mott", "mott_1947", "gurney_sarmousakis" or float
+        Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass (kg).
+    mean_mass_factor : float or None
+        Geometric standard deviation of the mean fragment mass about the truth, 1 or above; it is stated in the summary
+        and the report and changes no fragment. None: see `factor`.
     prefactor : float or "paper"
         C of Eq. 21 without dimension; measured shells need 2 to 6. "paper" reads the printed 381.5 as grams.
     fracture_energy : float
@@ -43,6 +54,11 @@ class BreakUpSettings:
         Radius and wall at rupture from Eq. 22, or those of the burst stage when it reached its leakage radius.
     critical_strain : float
         Hoop strain of Eq. 22, 0.5 to 1.0 for steel.
+    strain_rate : "speed" or "burst"
+        Rate of hoop strain at rupture of both of Mott's laws: v0 over the radius at rupture, or that of the burst stage
+        when the casing had the strain of `rupture`, with the wall of plane strain at that radius.
+    fracture_stress, fracture_gamma : float
+        P_F (Pa) and gamma of Mott's law of 1947; the defaults are his values for a steel with 0.45 % of carbon.
     velocity_source : "burst" or "gurney"
         v0 of Eq. 21: mass-weighted speed of the segment, or Eqs. 23 and 24.
     sampler : "quantile" or "graded"
@@ -68,11 +84,15 @@ class BreakUpSettings:
 
     dimension: Literal[2, 3, "mixed"] = 2
     mixed_fraction: float = 0.5
-    mean_mass: Literal["mott", "gurney_sarmousakis"] | float = "mott"
+    mean_mass: Literal["mott", "mott_1947", "gurney_sarmousakis"] | float = "mott"
+    mean_mass_factor: float | None = None
     prefactor: float | Literal["paper"] = 4.0
     fracture_energy: float = 14.7e4
     rupture: Literal["critical_strain", "burst"] = "critical_strain"
     critical_strain: float = 0.75
+    strain_rate: Literal["speed", "burst"] = "speed"
+    fracture_stress: float = 804e6
+    fracture_gamma: float = 67.0
     velocity_source: Literal["burst", "gurney"] = "burst"
     sampler: Literal["quantile", "graded"] = "quantile"
     graded_m0: float = 0.0
@@ -90,7 +110,7 @@ class BreakUpSettings:
             found = getattr(self, name)
             if found not in allowed:
                 raise InputError(f"break_up.{name}: found {found!r}{nearest(found, allowed)}")
-        laws = ("mott", "gurney_sarmousakis")
+        laws = ("mott", "mott_1947", "gurney_sarmousakis")
         if isinstance(self.mean_mass, str):
             if self.mean_mass not in laws:
                 raise InputError(
@@ -104,6 +124,14 @@ class BreakUpSettings:
         else:
             _positive("prefactor", self.prefactor, "no dimension")
         _positive("fracture_energy", self.fracture_energy, "J/m2")
+        _positive("fracture_stress", self.fracture_stress, "Pa")
+        _positive("fracture_gamma", self.fracture_gamma, "no dimension")
+        _check_factor(self.mean_mass_factor)
+        if self.strain_rate == "burst" and self.velocity_source == "gurney":
+            raise InputError(
+                "break_up.strain_rate: found 'burst' together with velocity_source = 'gurney', which contradict each "
+                "other; allowed: 'burst' with velocity_source = 'burst', or 'speed'"
+            )
         _positive("graded_dm", self.graded_dm, "kg")
         _positive("shape_factor", self.shape_factor, "kg/m3")
         if self.explosive_constant is not None:
@@ -122,6 +150,26 @@ class BreakUpSettings:
         elif self.segments is not None:
             _rising("break_up.segments", self.segments)
 
+    @property
+    def factor(self) -> tuple[float | None, str]:
+        """Factor by which the mean mass is uncertain either way, and where that comes from.
+
+        As given; else that of the law over published data, as long as the inputs are those it was compared with; else
+        None, with the reason.
+        """
+        if self.mean_mass_factor is not None:
+            return self.mean_mass_factor, "input"
+        if not isinstance(self.mean_mass, str):
+            return None, "the mean mass is given"
+        changed = [name for name in _COMPARED[self.mean_mass] if getattr(self, name) != _default(name)]
+        if changed:
+            return None, f"not compared with published data at this {' and '.join(changed)}"
+        return FACTORS[self.mean_mass], FACTOR_SOURCE
+
+
+def _default(name: str) -> object:
+    return BreakUpSettings.__dataclass_fields__[name].default
+
 
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
@@ -133,6 +181,17 @@ def _positive(name: str, value: object, unit: str) -> None:
     number = _number(name, value)
     if number <= 0.0 or math.isinf(number):
         raise InputError(f"break_up.{name}: found {number:g}; a number above zero is needed ({unit})")
+
+
+def _check_factor(value: object) -> None:
+    if value is None:
+        return
+    factor = _number("mean_mass_factor", value)
+    if not 1.0 <= factor < math.inf:
+        raise InputError(
+            f"break_up.mean_mass_factor: found {factor:g}; a factor of 1 or above is needed: the geometric standard "
+            "deviation of the mean fragment mass, 1 where it was measured"
+        )
 
 
 def _rising(name: str, stations: Stations) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.errors import InputError
+from transition.expansion import Expansion
 from transition.mirroring import SymmetryPlane
 
 if TYPE_CHECKING:
@@ -49,7 +50,10 @@ class SegmentData:
 
 @dataclass(frozen=True)
 class RoundData:
-    """A round as the burst stage describes it. SI units; `position` is the centre of the base plane."""
+    """A round as the burst stage describes it. SI units; `position` is the centre of the base plane.
+
+    `casing_yield` (yield strength, Pa) and `expansion` are None in snapshots of versions that did not write them.
+    """
 
     name: str
     length: float
@@ -60,6 +64,8 @@ class RoundData:
     position: tuple[float, float, float]
     axis: tuple[float, float, float]
     segments: tuple[SegmentData, ...]
+    expansion: Expansion | None = None
+    casing_yield: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +197,18 @@ def _round(group: h5py.Group, where: str) -> RoundData:
         position=_vector(group, "position", where),
         axis=_vector(group, "axis", where),
         segments=tuple(segments),
+        expansion=_expansion(group, where) if "expansion" in group else None,
+        casing_yield=_number(group, "casing_yield", where) if "casing_yield" in group.attrs else None,
         **numbers,
     )
+
+
+def _expansion(group: h5py.Group, where: str) -> Expansion:
+    names = ("time", "station", "outer_radius")
+    try:
+        return Expansion(*(_reals(group, f"expansion/{name}", where) for name in names))
+    except InputError as error:
+        raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from None
 
 
 def _plane(group: h5py.Group, where: str) -> SymmetryPlane:

@@ -24,6 +24,7 @@ def summarised(
     handed_over: Ledger,
     patches: Patches,
     settings: BreakUpSettings,
+    outside: Mapping[str, Sequence[str]],
 ) -> dict[str, Any]:
     """Numbers of one realisation.
 
@@ -41,7 +42,10 @@ def summarised(
         What the fragments cover.
     settings : BreakUpSettings
         Choices of the break-up.
+    outside : mapping from a round's name
+        In which respects no published data on mean masses are near it.
     """
+    factor, source = settings.factor
     return {
         "fragments": int(patches.mass.size),
         "mass": handed_over.mass,
@@ -54,6 +58,12 @@ def summarised(
         "contiguous_mass_fraction": float(patches.mass[patches.contiguous].sum() / patches.mass.sum()),
         "sampler": settings.sampler,
         "velocity": settings.velocity,
+        "mean_mass": {
+            "law": settings.mean_mass if isinstance(settings.mean_mass, str) else "given",
+            "factor": factor,
+            "factor_source": source,
+            "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
+        },
         "rounds": [
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
             for number, found in directions.items()
@@ -107,6 +117,8 @@ def _segment_summary(result: SegmentResult) -> dict[str, Any]:
         "rupture": law.rupture,
         "rupture_radius": law.radius,
         "rupture_wall": law.wall,
+        "strain_rate": law.rate,
+        "strain_rate_source": law.rate_source,
         "method": result.draw.method,
         "closure": result.draw.closure,
         "contiguous": result.contiguous,

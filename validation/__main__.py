@@ -14,6 +14,8 @@ from fragfield.errors import EXIT_INPUT, nearest
 from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
 from validation.m107_1944 import study as m107_1944
+from validation.m107_convergence import study as m107_convergence
+from validation.mean_mass import study as mean_mass
 from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
@@ -37,9 +39,11 @@ CASES = {
     "copper_cylinder": copper_cylinder.study,
     "steel_tubes": steel_tubes.study,
     "colliding_tubes": colliding_tubes.study,
+    "mean_mass": mean_mass.study,
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,
+    "m107_convergence": m107_convergence.study,
     "sensitivities": sensitivities.study,
 }
 """The ladder, from theory to tests."""

@@ -21,10 +21,12 @@ class BreakUpTable(Table):
     """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
     mixed_fraction: float = Field(default=0.5, ge=0.0, le=1.0)
     """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
-    mean_mass: Annotated[float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "gurney_sarmousakis"))] = (
-        "mott"
-    )
-    """Law of the mean fragment mass (Eq. 21, or Gurney and Sarmousakis), or the mean itself."""
+    mean_mass: Annotated[
+        float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"))
+    ] = "mott"
+    """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), or the mean itself."""
+    mean_mass_factor: float | None = Field(default=None, ge=1.0)
+    """Factor by which the mean mass is uncertain, for the report; left out: that of the law over published data."""
     prefactor: Annotated[float | str, NumberOrWord(("paper",), 4.0)] = 4.0
     """Factor C of Eq. 21 in SI; "paper" reads the printed 381.5 in grams."""
     fracture_energy: EnergyPerArea = 14.7e4
@@ -33,6 +35,12 @@ class BreakUpTable(Table):
     """Radius and wall at rupture from the critical strain (Eq. 22) or from the burst."""
     critical_strain: float = Field(default=0.75, gt=0.0)
     """Strain at rupture; 0.5 to 1.0 for steel."""
+    strain_rate: Literal["speed", "burst"] = "speed"
+    """Rate of hoop strain at rupture in Mott's laws: final speed over radius, or the burst's own at that strain."""
+    fracture_stress: Annotated[float, Quantity("Pa", "804 MPa", above=0.0)] = 804e6
+    """True stress at fracture P_F, for mean_mass = "mott_1947"."""
+    fracture_gamma: float = Field(default=67.0, gt=0.0)
+    """Sharpness gamma of the scatter of the strain at fracture, for mean_mass = "mott_1947"."""
     velocity_source: Literal["burst", "gurney"] = "burst"
     """Speed in Eq. 21: from the burst, or Eqs. 23-24."""
     sampler: Literal["quantile", "graded"] = "quantile"

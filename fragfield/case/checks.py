@@ -15,6 +15,7 @@ from fragfield.case.stack import check_stack
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from fragfield.case.break_up_table import BreakUpTable
     from fragfield.case.burst_table import BurstTable
     from fragfield.case.flight_table import FlightTable, WitnessTable
     from fragfield.case.ground_table import GroundTable
@@ -52,7 +53,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += _together(case)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
-    faults += _rising("break_up.segments", case.break_up.segments or [])
+    faults += _break_up(case.break_up)
     return faults
 
 
@@ -118,6 +119,15 @@ def _round(key: str, entry: RoundTable) -> Iterator[str]:
             'for example ignition = [{ station = "nose" }], or leave the key out for that one; or '
             'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock'
         )
+
+
+def _break_up(break_up: BreakUpTable) -> Iterator[str]:
+    if break_up.strain_rate == "burst" and break_up.velocity_source == "gurney":
+        yield (
+            'break_up.strain_rate: found "burst" together with velocity_source = "gurney", which contradict each '
+            'other; allowed: "burst" with velocity_source = "burst", or "speed"'
+        )
+    yield from _rising("break_up.segments", break_up.segments or [])
 
 
 def _flight(flight: FlightTable) -> Iterator[str]:

@@ -281,14 +281,35 @@ def _break_up(run: RunFiles) -> list[Finding]:
             found.append(
                 Finding("note", f"Fragments carry {what} that differs by {100 * abs(value):.2g} % from the burst.")
             )
-    if part:
-        found.append(
-            Finding(
-                "note",
-                "The mean fragment mass rests on calibrated inputs (prefactor, fracture energy); "
-                "without tests of this round it is uncertain by a factor of about 2.",
-            )
+    return [*found, *_mean_mass(part.get("mean_mass"))]
+
+
+def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
+    """How well the mean fragment mass is known, and where no data are near; nothing for runs of earlier versions."""
+    if part is None:
+        return []
+    law = "is given" if part["law"] == "given" else f"follows the law “{part['law']}”"
+    if part["factor"] is None:
+        stated = f"No factor of its uncertainty is stated: {part['factor_source']}. Set `break_up.mean_mass_factor`."
+    else:
+        source = "as given in the case" if part["factor_source"] == "input" else part["factor_source"]
+        stated = (
+            f"It is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric standard "
+            f"deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and compare the "
+            "distances."
         )
+    found = [Finding("note", f"The mean fragment mass {law}. {stated}")]
+    by_round: dict[str, list[str]] = {}
+    for one in part["outside_data"]:
+        by_round.setdefault(str(one["round"]), []).append(str(one["text"]))
+    found += [
+        Finding(
+            "warning",
+            f"No published mean masses of fragments are near round “{name}”: {'; '.join(texts)}. No stated factor "
+            "covers it.",
+        )
+        for name, texts in by_round.items()
+    ]
     return found
 
 

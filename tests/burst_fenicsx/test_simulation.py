@@ -76,6 +76,7 @@ def test_snapshot_holds_the_contract(finished):
             assert attributes["name"] == ("tube", "second")[index]
             assert attributes["length"] == pytest.approx(0.3)
             assert attributes["casing_density"] == STEEL.density
+            assert attributes["casing_yield"] == 2.0 * STEEL.shear_strength
             assert attributes["explosive_density"] == TNT.density
             assert attributes["detonation_velocity"] == TNT.detonation_velocity
             assert attributes["gurney_velocity"] == pytest.approx(2518.0, abs=1.0)
@@ -100,6 +101,13 @@ def test_snapshot_holds_the_contract(finished):
             assert broken.any()
             assert (rows["rupture_radius"][broken] > 77.5e-3).all()
             assert (rows["rupture_wall"][broken] < 22.5e-3).all()
+            expansion = {name: group[f"expansion/{name}"][()] for name in ("time", "station", "outer_radius")}
+            np.testing.assert_array_equal(expansion["time"], file["history/time"][()])
+            np.testing.assert_array_equal(expansion["station"], along["station"])
+            # The last radii are those of the last diameters, the first those before the burst.
+            np.testing.assert_allclose(2.0 * expansion["outer_radius"][-1], along["outer_diameter"], rtol=1e-12)
+            away = file["nodes/reference"][()][np.unique(cells[own])] - attributes["position"]
+            np.testing.assert_allclose(expansion["outer_radius"][0], np.hypot(*away[:, :2].T).max(), rtol=1e-12)
 
 
 def test_history_tells_the_ledger(finished):

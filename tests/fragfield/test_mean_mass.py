@@ -1,0 +1,102 @@
+"""How well the mean fragment mass is known: what the case says of it, `check`, and the report's findings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fragfield.case import load_case, load_changed_case
+from fragfield.case.break_up_table import BreakUpTable
+from fragfield.case.convert import break_up_settings
+from fragfield.check import check_report
+from fragfield.errors import InputError
+from fragfield.report.findings import findings
+from fragfield.report.run_files import RunFiles
+from transition import BreakUpSettings
+
+CASES = Path(__file__).parents[2] / "cases"
+CYLINDER = CASES.parent / "validation" / "copper_cylinder" / "case.toml"
+PART = {"law": "mott", "factor": 1.6, "factor_source": "validation/mean_mass", "outside_data": []}
+
+
+def stated(**changes) -> list[tuple[str, str]]:
+    run = RunFiles(Path("x"), case={}, summary={"break_up": {"mean_mass": {**PART, **changes}}})
+    return [(item.weight, item.text) for item in findings(run) if "mean" in item.text]
+
+
+def test_defaults_of_the_case_are_those_of_the_break_up():
+    table, settings = BreakUpTable(), BreakUpSettings()
+    for name in ("mean_mass", "mean_mass_factor", "strain_rate", "fracture_stress", "fracture_gamma"):
+        assert getattr(table, name) == getattr(settings, name), name
+
+
+def test_the_case_reaches_the_law_of_1947():
+    changes = {"break_up.mean_mass": "mott_1947", "break_up.strain_rate": "burst", "break_up.mean_mass_factor": 1.3,
+               "break_up.fracture_stress": "700 MPa", "break_up.fracture_gamma": 50.0}  # fmt: skip
+    settings = break_up_settings(load_changed_case(CASES / "m107_tnt.toml", changes))
+    assert (settings.mean_mass, settings.strain_rate, settings.mean_mass_factor) == ("mott_1947", "burst", 1.3)
+    assert (settings.fracture_stress, settings.fracture_gamma) == (700e6, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"break_up.strain_rate": "burst", "break_up.velocity_source": "gurney"},
+            'break_up.strain_rate: found "burst"',
+        ),
+        ({"break_up.mean_mass_factor": 0.5}, "break_up.mean_mass_factor: found 0.5"),
+        ({"break_up.fracture_stress": "0 MPa"}, "break_up.fracture_stress: found"),
+    ],
+)
+def test_what_contradicts_or_has_no_meaning_is_refused(changes, message):
+    with pytest.raises(InputError) as caught:
+        load_changed_case(CASES / "m107_tnt.toml", changes)
+    assert message in str(caught.value)
+
+
+def test_check_warns_where_no_data_are_near():
+    near = check_report(load_case(CASES / "m107_tnt.toml"))["warnings"]
+    assert not any("published mean masses" in line for line in near)
+    (warning,) = (line for line in check_report(load_case(CYLINDER))["warnings"] if "published mean masses" in line)
+    assert warning.startswith(
+        "round[1] (cylinder): no published mean masses of fragments are near: outer diameter 30.6 mm"
+    )
+    assert "casing of 8960 kg/m3 (data: steel). No published scatter covers it: measure the mean mass" in warning
+
+
+def test_check_does_not_warn_where_the_mean_mass_is_given():
+    case = load_changed_case(CYLINDER, {"break_up.mean_mass": "3 g"})
+    assert not any("published mean masses" in line for line in check_report(case)["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "weight", "words"),
+    [
+        ({}, "note", "follows the law “mott”. It is uncertain by a factor of 1.60 either way"),
+        ({}, "note", "(one geometric standard deviation; validation/mean_mass)"),
+        ({"factor_source": "input", "factor": 1.25}, "note", "a factor of 1.25 either way"),
+        ({"factor_source": "input"}, "note", "(one geometric standard deviation; as given in the case)"),
+        (
+            {"factor": None, "factor_source": "why"},
+            "note",
+            "No factor of its uncertainty is stated: why. Set `break_up.",
+        ),
+        ({"law": "given"}, "note", "The mean fragment mass is given."),
+        (
+            {"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]},
+            "warning",
+            "No published mean masses of fragments are near round “a”: x; y.",
+        ),
+    ],
+)
+def test_report_states_the_factor_and_what_is_outside(changes, weight, words):
+    found = stated(**changes)
+    assert any(one == weight and words in text for one, text in found), found
+    assert len(found) == (2 if changes.get("outside_data") else 1)
+
+
+def test_runs_of_earlier_versions_state_nothing():
+    run = RunFiles(Path("x"), case={}, summary={"break_up": {"mass_error": 0.0}})
+    assert not any("mean" in item.text for item in findings(run))
