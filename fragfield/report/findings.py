@@ -160,8 +160,8 @@ def _burst(run: RunFiles) -> list[Finding]:
 
 # Overlaps in contact: key of the summary, what overlaps, and the aim in parts of a cell.
 _OVERLAPS = (
-    ("max_bond_penetration_at_front", "Charge and casing overlap while a front passes", 0.05),
-    ("max_bond_penetration", "Charge and casing overlap after the front has passed", 0.01),
+    ("max_interface_penetration_at_front", "Charge and casing overlap while a front passes", 0.05),
+    ("max_interface_penetration", "Charge and casing overlap after the front has passed", 0.01),
     ("max_collision_penetration", "Colliding surfaces overlap", 0.05),
     ("max_plane_penetration", "Casings reach through a plane", 0.05),
 )

@@ -30,12 +30,13 @@ MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""
 PLACE_KEYS = ("name", "position", "axis", "ignition", "initiation")
 """What tells rounds of one kind apart."""
+_COUNTS = ("bonded", "touching", "off_surface")
 _CONTACT = {
-    "bonded_pairs": ("Nodes at which charge and casing are bonded", ""),
-    "broken_pairs": ("– bond broken, face to face", ""),
-    "released_pairs": ("– bond broken, parted", ""),
-    "max_bond_penetration_at_front": ("Largest overlap of charge and casing, while a front passes", "m"),
-    "max_bond_penetration": ("– afterwards", "m"),
+    "bonded": ("Contacts of charge and casing that are bonded", ""),
+    "touching": ("– that press and slide", ""),
+    "off_surface": ("– that have left their surface over an edge", ""),
+    "max_interface_penetration_at_front": ("Largest overlap of charge and casing, while a front passes", "m"),
+    "max_interface_penetration": ("– afterwards", "m"),
     "max_collision_penetration": ("Largest overlap of colliding surfaces", "m"),
     "max_plane_penetration": ("Largest overlap with a plane", "m"),
     "max_interior_collision_penetration": ("Deepest interior node of a casing behind another round's surface", "m"),
@@ -176,8 +177,8 @@ def contact_rows(run: RunFiles) -> Iterator[Rows]:
 
 
 def _worth(key: str, value: object) -> bool:
-    """Nought of what cannot be told from what was not there is left out; nought bonds are told."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and (value != 0 or key.endswith("_pairs"))
+    """Whether a value is shown: zeros are left out, but for the counts of the interface."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and (value != 0 or key in _COUNTS)
 
 
 def _contact_row(key: str, value: float, size: float) -> Row:

@@ -19,8 +19,8 @@ from fragfield.show import print_summary
 from tests.fragfield.synthetic_run import write_run
 
 CONTACT = {
-    "bonded_pairs": 0, "broken_pairs": 812, "released_pairs": 5120, "max_bond_penetration_at_front": 4.2e-4,
-    "max_bond_penetration": 2.4e-5, "max_collision_penetration": 3.6e-4, "max_plane_penetration": 0.0,
+    "bonded": 0, "touching": 812, "off_surface": 5120, "max_interface_penetration_at_front": 4.2e-4,
+    "max_interface_penetration": 2.4e-5, "max_collision_penetration": 3.6e-4, "max_plane_penetration": 0.0,
     "spring_energy": 12.5, "friction_heat": 8.4e4, "max_penetration": 4.2e-4, "searches": 17, "unknown_thing": 3,
 }  # fmt: skip
 
@@ -146,8 +146,8 @@ def test_contact_is_told_with_its_overlaps_in_millimetres_and_cells(pallet):
     front = rows["Largest overlap of charge and casing, while a front passes"]
     assert plain(front.value) == "420.0 µm"
     assert plain(front.note) == "3.5 % of a cell"
-    assert rows["Nodes at which charge and casing are bonded"].value == "0"
-    assert rows["– bond broken, parted"].value == "5,120"
+    assert rows["Contacts of charge and casing that are bonded"].value == "0"
+    assert rows["– that have left their surface over an edge"].value == "5,120"
     assert plain(rows["Heat of friction"].value) == "84 kJ"
     assert rows["Unknown thing"].value == "3"
     assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
@@ -199,9 +199,13 @@ def told(case=None, log="", **burst):
 @pytest.mark.parametrize(
     ("contact", "weight", "words"),
     [
-        ({"max_bond_penetration_at_front": 6e-4}, "warning", "while a front passes by up to 6.0 % of a cell; 5 % is"),
-        ({"max_bond_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
-        ({"max_bond_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
+        (
+            {"max_interface_penetration_at_front": 6e-4},
+            "warning",
+            "while a front passes by up to 6.0 % of a cell; 5 % is",
+        ),
+        ({"max_interface_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
+        ({"max_interface_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
         ({"max_collision_penetration": 7e-4}, "warning", "Colliding surfaces overlap by up to 7.0 %"),
         ({"max_plane_penetration": 7e-4}, "warning", "Casings reach through a plane by up to 7.0 %"),
     ],
