@@ -77,7 +77,9 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     face_body = np.concatenate([face_body, of_layers])
     at = mesh.nodes[node][numbered]
     area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
-    return ContactSurfaces(node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node], len(all_faces))
+    return ContactSurfaces(
+        node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node], len(all_faces)
+    )
 
 
 def outward_sides(mesh: HexahedralMesh) -> np.ndarray:

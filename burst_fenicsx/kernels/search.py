@@ -235,7 +235,9 @@ def _look_up(
             last = face
             if face_round[face] == own_round:
                 if face_body[face] != body:
-                    if not let_go or face_body[face] == WITHIN:  # charge and casing of one round: only where their bond has let go
+                    if (
+                        not let_go or face_body[face] == WITHIN
+                    ):  # charge and casing of one round: only where their bond has let go
                         continue
                 else:
                     ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]
