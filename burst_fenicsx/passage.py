@@ -60,9 +60,9 @@ class PassedThrough:
 class Passage:
     """Finds casing nodes behind planes and within cells of other rounds.
 
-    A cell of another round holds a node where the inverse trilinear mapping says so; cells of casing, fuze and charge
-    count alike unless they are folded, so that metal which has passed right through a wall is found as well. Sums are taken in the order of
-    the nodes: they are the same on any number of ranks.
+    A cell of another round holds a node where the inverse trilinear mapping says so. Cells of casing, fuze and charge
+    count alike, so that metal which has passed right through a wall is found as well; folded ones do not count, their
+    mapping is not unique. Sums are taken in the order of the nodes: they are the same on any number of ranks.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ class Passage:
         return np.bincount(self._node_round[numbers], weights=self._node_mass[numbers], minlength=self._count)
 
     def _inside_others(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Casing nodes of all ranks in cells of other rounds: numbers, ascending, and places; `position` of own ones."""
+        """Casing nodes of all ranks in cells of other rounds: numbers, ascending, and places; `position` of own."""
         nothing = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         if not self._among_rounds:
             return nothing

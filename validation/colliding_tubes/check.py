@@ -93,7 +93,9 @@ def check(label: str, metal: Metal, burst: Mapping[str, Any]) -> list[Row]:
     """
     source, allowed = REFERENCE["source"], REFERENCE["allowed"]
     passed = burst["passed_through"]["beyond_planes"] / burst["casing_mass"]
-    rows = [within(NAME, f"{label}: mass behind the plane at the end", passed, 0.0, allowed["passed_through"], "own bound")]
+    rows = [
+        within(NAME, f"{label}: mass behind the plane at the end", passed, 0.0, allowed["passed_through"], "own bound")
+    ]
     if not rows[0].passed:
         return rows
     wanted = reference_shares(burst["cell_size"])
@@ -109,7 +111,11 @@ def check_pair(label: str, pair: list[Metal], mirrored: Metal, burst: Mapping[st
     """Compare two whole tubes with the one before its plane, at the same cell size."""
     allowed = REFERENCE["allowed"]
     passed = burst["passed_through"]["in_other_rounds"] / burst["casing_mass"]
-    rows = [within(NAME, f"{label}: mass within the neighbour at the end", passed, 0.0, allowed["passed_through"], "own bound")]
+    rows = [
+        within(
+            NAME, f"{label}: mass within the neighbour at the end", passed, 0.0, allowed["passed_through"], "own bound"
+        )
+    ]
     source = "the tube before the plane of symmetry"
     both = Metal(*(np.concatenate(values) for values in zip(*((one.mass, one.velocity) for one in pair), strict=True)))
     for angle, tolerance in zip(REFERENCE["angles"], allowed["pair"], strict=True):
