@@ -104,7 +104,7 @@ class Passage:
         self._node_round = np.full(len(mesh.nodes), -1, dtype=np.int32)
         for corner in range(8):
             nodes = mesh.cells[casing, corner]
-            self._node_mass += np.bincount(nodes, weights=cell_mass[casing] / 8.0, minlength=len(mesh.nodes))
+            np.add.at(self._node_mass, nodes, cell_mass[casing] / 8.0)
             self._node_round[nodes] = mesh.round[casing]
         self.casing_mass = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
         rounds_of_own = self._node_round[own.node[: own.owned_nodes]]

@@ -19,7 +19,7 @@ __all__ = ["ContactSurfaces", "contact_surfaces", "outward_sides"]
 
 @dataclass(frozen=True)
 class ContactSurfaces:
-    """Faces and nodes of all bodies; a body is the casing with its fuze of one round, and its charge if they share nodes.
+    """Faces and nodes of all bodies: each round's casing with its fuze, and with its charge where they share nodes.
 
     Where there are several rounds, the interior nodes
     of the casings are among the nodes: they overtake a surface layer that folds, and then meet other rounds' faces.
