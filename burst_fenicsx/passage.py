@@ -106,7 +106,7 @@ class Passage:
             nodes = mesh.cells[casing, corner]
             np.add.at(self._node_mass, nodes, cell_mass[casing] / 8.0)
             self._node_round[nodes] = mesh.round[casing]
-        self.casing_mass = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
+        self.casing_mass[:] = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
         rounds_of_own = self._node_round[own.node[: own.owned_nodes]]
         self._local = np.flatnonzero(rounds_of_own >= 0)  # this rank's own nodes of casings
         self._number = own.node[self._local]
