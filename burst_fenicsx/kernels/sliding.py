@@ -36,6 +36,8 @@ pressure and by changes of stiffness, m."""
 
 _NEWTON, _WALKS = 8, 10
 _CLOSE = 1e-10  # change of a face's coordinates below which a point is found
+_ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
+_TOUCHING = 1e-6  # ... and this share of the distance below
 _OFF_EDGE = 0.5  # of the face's size: a node farther beyond the edge of its smooth surface has left it
 
 
@@ -210,12 +212,6 @@ def _slide(
             face, xi, eta = best, 0.0, 0.0
         tolerance *= 6.0
     contacts.face[c], contacts.point[c, 0], contacts.point[c, 1] = face, xi, eta
-    # A node that has left over an edge may lie behind the surface when it comes back beside it: only one in front of
-    # it is met again.
-    reach, was_off = _OFF_EDGE * np.sqrt(0.25 * size), contacts.off[c] != 0
-    off = beyond > reach or gap < -reach or (was_off and gap < 0.0)
-    contacts.off[c] = off
-
     inverse_mass = contacts.share[c] / charge_mass[node]
     vx, vy, vz = charge_velocity[node, 0], charge_velocity[node, 1], charge_velocity[node, 2]
     for k in range(4):
@@ -226,11 +222,18 @@ def _slide(
         vx -= weight * velocity[other, 0]
         vy -= weight * velocity[other, 1]
         vz -= weight * velocity[other, 2]
+    # A node that has left over an edge may lie behind the surface when it comes back beside it: only one that comes
+    # from the front is met again, no deeper than it can have come in this step.
+    reach, old = _OFF_EDGE * np.sqrt(0.25 * size), contacts.stiffness[c]
+    opening = law.step * (vx * nx + vy * ny + vz * nz)
+    beside = old == 0.0 and gap < min(_ENTRY * opening, 0.0) - _TOUCHING * reach
+    off = beyond > reach or gap < -reach or beside or (contacts.off[c] != 0 and gap < 0.0)
+    contacts.off[c] = off
     stiffness = law.budget / inverse_mass
     unreacted = 1.0 - burnt
     area = 0.25 * abs(contacts.area[c, 0] * nx + contacts.area[c, 1] * ny + contacts.area[c, 2] * nz)
     whole = contacts.bonded[c] != 0 and unreacted > 0.0
-    was_bonded, old, old_gap = contacts.bonded[c] != 0, contacts.stiffness[c], gap if was_off else contacts.gap[c]
+    was_bonded, old_gap = contacts.bonded[c] != 0, contacts.gap[c]
     press = burnt * max(pressure, 0.0) * area - stiffness * gap
     apart = off or press <= (-law.tensile_strength * unreacted * area if whole else 0.0)
     if apart:
@@ -259,8 +262,8 @@ def _slide(
             whole = False
             shrink = held / length
             sx, sy, sz = shrink * sx, shrink * sy, shrink * sz
-    # What contact took: the normal force times the closing of the gap, and the tangential spring.
-    taken = -0.5 * (contacts.press[c] + press) * (gap - old_gap)
+    # What contact took: the work of the normal force on the motion of node against face, and the tangential spring.
+    taken = -0.5 * (contacts.press[c] + press) * opening
     before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
     stored = 0.5 * stiffness * (gap * gap + held * held)
     tangential = heat + 0.5 * (old * old_slip + stiffness * held) * (held - old_slip) if not apart else 0.0
