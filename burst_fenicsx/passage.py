@@ -106,7 +106,8 @@ class Passage:
             nodes = mesh.cells[casing, corner]
             self._node_mass += np.bincount(nodes, weights=cell_mass[casing] / 8.0, minlength=len(mesh.nodes))
             self._node_round[nodes] = mesh.round[casing]
-        self.casing_mass = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
+        of_round = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
+        self.casing_mass = np.asarray(of_round, dtype=float)
         rounds_of_own = self._node_round[own.node[: own.owned_nodes]]
         self._local = np.flatnonzero(rounds_of_own >= 0)  # this rank's own nodes of casings
         self._number = own.node[self._local]
