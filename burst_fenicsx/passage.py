@@ -17,7 +17,7 @@ from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from burst_fenicsx.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
@@ -106,7 +106,8 @@ class Passage:
             nodes = mesh.cells[casing, corner]
             np.add.at(self._node_mass, nodes, cell_mass[casing] / 8.0)
             self._node_round[nodes] = mesh.round[casing]
-        self.casing_mass[:] = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
+        of_round = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
+        self.casing_mass = np.asarray(of_round, dtype=float)
         rounds_of_own = self._node_round[own.node[: own.owned_nodes]]
         self._local = np.flatnonzero(rounds_of_own >= 0)  # this rank's own nodes of casings
         self._number = own.node[self._local]
@@ -269,6 +270,21 @@ class Passage:
             f"{mass:.3g} of {whole:.4g} kg ({100 * mass / whole:.2g} %) of the casing of round '{self._names[index]}' "
             f"have passed through: {found.beyond_planes[index]:.3g} kg behind a plane{behind}, "
             f"{found.in_rounds[index]:.3g} kg within other rounds, around ({where}) mm"
+        )
+
+    def log_result(self, contact: Mapping[str, Any], folded: float) -> None:
+        """Log what has passed through, with the deepest interior nodes by `contact`'s summary; `folded` mass in kg."""
+        if not self.needed or self._comm.rank != 0:
+            return
+        planes, rounds = self.largest[:2]
+        depths = [1e3 * contact[f"max_interior_{kind}_penetration"] for kind in ("plane", "collision")]
+        _log.info(
+            "casings: at most %.3g kg beyond planes and %.3g kg within other rounds; interior nodes up to %.3g mm "
+            "behind planes and %.3g mm behind other rounds' faces; %.3g kg folded at the end",
+            planes,
+            rounds,
+            *depths,
+            folded,
         )
 
     def summary(self) -> dict[str, Any]:

@@ -345,6 +345,7 @@ class Simulation:
         nodes, cells = snapshot_fields(self.fields)
         history = self.ledger.columns()
         summary = burst_summary(self, along, [record.charge_mass for record in records])
+        self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
         if self.comm.rank == 0:
             whole = self.mesh
             write_snapshot(

@@ -225,9 +225,10 @@ class CollidingSurfaces(NodeContact):
         """
         on_surface, bodies = self.surfaces.on_surface, self._bodies
         wanted = np.ones(len(boxes), dtype=bool)
-        for index in self._interior:
+        within = bodies.face_round[on_surface:]
+        for index in np.unique(within):
             others = places[bodies.node_round[nodes] != index]
-            inner = on_surface + np.flatnonzero(bodies.face_round[on_surface:] == index)
+            inner = on_surface + np.flatnonzero(within == index)
             wanted[inner] = False
             if len(others):
                 wanted[inner[_meet(boxes[inner], others)]] = True

@@ -34,8 +34,8 @@ COLUMNS = ("stored", "friction", "work", "penetration")
 """Of `SlideContacts.tally`: J stored in springs, J of friction in this step, J given in this step by the products' own
 pressure and by changes of stiffness, m."""
 
-_NEWTON, _WALKS = 8, 10
-_CLOSE = 1e-10  # change of a face's coordinates below which a point is found
+_NEWTON, _WALKS = 12, 10
+_CLOSE = 1e-13  # change of a face's coordinates below which a point is found
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
 _TOUCHING = 1e-6  # ... and this share of the distance below
 _OFF_EDGE = 0.5  # of the face's size: a node farther beyond the edge of its smooth surface has left it
@@ -171,7 +171,7 @@ def _slide(
     px, py, pz = charge_position[node, 0], charge_position[node, 1], charge_position[node, 2]
     face, xi, eta = contacts.face[c], contacts.point[c, 0], contacts.point[c, 1]
     gap, nx, ny, nz, beyond, size = 0.0, 0.0, 0.0, 1.0, 0.0, 1.0
-    tolerance = 1e-8
+    tolerance = 1e-12  # by which a point may lie over an edge; larger with every face, so that the search ends
     done = False
     for walk in range(_WALKS):
         last = walk == _WALKS - 1
@@ -210,7 +210,7 @@ def _slide(
             xi, eta, done = min(max(xi, -1.0), 1.0), min(max(eta, -1.0), 1.0), True
         else:
             face, xi, eta = best, 0.0, 0.0
-        tolerance *= 6.0
+        tolerance *= 16.0
     contacts.face[c], contacts.point[c, 0], contacts.point[c, 1] = face, xi, eta
     inverse_mass = contacts.share[c] / charge_mass[node]
     vx, vy, vz = charge_velocity[node, 0], charge_velocity[node, 1], charge_velocity[node, 2]

@@ -11,6 +11,7 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
+from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.contact.surfaces import contact_surfaces, outward_sides
 from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.meshing import merge
@@ -60,16 +61,20 @@ def test_a_folding_wall_does_not_pass_a_plane():
     assert np.abs((momentum(solver) - start)[1:]).max() < 1e-12 * momentum_size(solver)
 
 
-def collide(order=(0, 1), *, speed=1000.0, until=50e-6, contacts=None, counts=(4, 16, 8)):
-    """A wall and its mirror image at 45 degrees, in plane strain, until a time or the first contact of interior nodes.
-
-    `contacts` counts the steps after that contact.
-    """
+def thrown(order=(0, 1), *, speed=1000.0, counts=(4, 16, 8), comm=MPI.COMM_SELF):
+    """A wall and its mirror image thrown at each other at 45 degrees, in plane strain."""
     one = wall(counts, 45.0)
     meshes = [(one, mirrored(one))[k] for k in order]
     speeds = [((-speed, 0.0, 0.0), (speed, 0.0, 0.0))[k] for k in order]
-    solver = bodies([moved(mesh, (0, 0, 0), k) for k, mesh in enumerate(meshes)], speeds, SETTINGS, casing=METAL)
+    placed = [moved(mesh, (0, 0, 0), k) for k, mesh in enumerate(meshes)]
+    solver = bodies(placed, speeds, SETTINGS, casing=METAL, comm=comm)
     solver.holds = (Hold(np.arange(len(solver.fields.mass)), (0.0, 0.0, 1.0)),)
+    return solver
+
+
+def collide(order=(0, 1), *, until=50e-6, contacts=None, **changes):
+    """`thrown` walls at a time (s), or so many steps after the first contact of interior nodes: `contacts`."""
+    solver = thrown(order, **changes)
     while solver.time < until:
         solver.step()
         if contacts is not None and solver.contact.penetrations.interior_collision > 0.0:
@@ -140,3 +145,49 @@ def test_a_lone_body_has_neither_interior_nodes_nor_layers():
     assert surfaces.on_surface == len(surfaces.faces) == 6 * 16
     solver = bodies([box((4, 4, 4), (0.04, 0.04, 0.04))], [(0.0, 0.0, 0.0)], QUIET, comm=MPI.COMM_SELF)
     assert solver.contact.touched.sum() == 5**3 - 3**3
+
+
+STATES = """
+import sys
+from pathlib import Path
+sys.path.insert(0, str(Path.cwd()))
+import hashlib
+from mpi4py import MPI
+from tests.burst_fenicsx.test_interior_contact import collide
+
+solver = collide(until=46e-6, comm=MPI.COMM_WORLD)
+fields = solver.fields
+found = [fields.mesh.gather_nodes(values) for values in (fields.nodes.position, solver.contact.force)]
+deepest = solver.contact.penetrations.over(MPI.COMM_WORLD)
+if MPI.COMM_WORLD.rank == 0:
+    digests = [hashlib.sha256((values + 0.0).tobytes()).hexdigest() for values in found]
+    print(*digests, deepest.interior_collision.hex())
+"""
+
+
+@pytest.mark.mpi
+def test_ranks_change_no_bit_of_interior_contact(tmp_path, mpirun):
+    """Places, contact forces and the deepest interior node on three ranks are those on one."""
+    script = tmp_path / "states.py"
+    script.write_text(STATES)
+    alone, together = (mpirun(ranks, script).stdout.strip().splitlines()[-1] for ranks in (1, 3))
+    assert float.fromhex(alone.split()[-1]) > 0.0
+    assert together == alone
+
+
+def test_a_checkpoint_keeps_interior_contact_to_the_last_bit(tmp_path):
+    """Written while interior nodes touch, read into a new solver: the same places 40 steps later, searches included."""
+    solver = collide(contacts=5)
+    surfaces, state = solver.contact.collisions.surfaces, solver.contact.collisions.state
+    assert (surfaces.interior & (state.touching != 0)).any()
+    write_checkpoint(tmp_path / "checkpoint.h5", solver, {}, "walls")
+    again = thrown()
+    read_checkpoint(tmp_path / "checkpoint.h5", again, "walls")
+    searches = solver.contact.collisions.searches
+    for going in (solver, again):
+        for _ in range(40):
+            going.step()
+    assert solver.contact.collisions.searches > searches
+    assert np.array_equal(again.fields.nodes.position, solver.fields.nodes.position)
+    assert np.array_equal(again.contact.force, solver.contact.force)
+    assert again.contact.penetrations == solver.contact.penetrations
