@@ -19,7 +19,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "rupture": ("critical_strain", "burst"),
     "velocity_source": ("burst", "gurney"),
     "sampler": ("quantile", "graded"),
-    "velocity": ("patch", "interpolation"),
+    "velocity": ("mean", "interpolation"),
 }
 
 
@@ -50,9 +50,13 @@ class BreakUpSettings:
         by "quantile" always: grades of fine steps hold none of their few fragments.
     graded_m0, graded_dm : float
         m_0 and the step of Eq. 26 (kg).
-    velocity : "patch" or "interpolation"
-        Mean of the velocity field over what the fragment covers, parts of cells included (keeps momentum), or shape
-        functions at the fragment's point (Eq. 30).
+    velocity : "mean" or "interpolation"
+        Mass-weighted mean of the velocity field over the fragment's material points, with their centre of mass as its
+        position (keeps momentum); or velocity and position of one of its points, drawn at random by mass, by the
+        shape functions (Eq. 30).
+    random_turn : bool
+        Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
+        that is axisymmetric until it breaks up: its burst on a mesh of few columns is then the same in all azimuths.
     shape_factor : float
         k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
     explosive_constant : float or None
@@ -77,7 +81,8 @@ class BreakUpSettings:
     sampler: Literal["quantile", "graded"] = "quantile"
     graded_m0: float = 0.0
     graded_dm: float = 1.0e-4
-    velocity: Literal["patch", "interpolation"] = "patch"
+    velocity: Literal["mean", "interpolation"] = "mean"
+    random_turn: bool = False
     shape_factor: float = 2600.0
     explosive_constant: float | None = None
     segments: Stations | Mapping[str, Stations] | None = None
@@ -86,6 +91,12 @@ class BreakUpSettings:
         """Refuse what has no meaning."""
         if isinstance(self.dimension, bool) or self.dimension not in _DIMENSIONS:
             raise InputError(f"break_up.dimension: found {self.dimension!r}; allowed: 2, 3, 'mixed'")
+        if self.velocity == "patch":
+            raise InputError(
+                "break_up.velocity: 'patch' is no more; 'mean' replaces it: the mean over a fragment's material points"
+            )
+        if not isinstance(self.random_turn, bool):
+            raise InputError(f"break_up.random_turn: found {self.random_turn!r}; true or false is needed")
         for name, allowed in _CHOICES.items():
             found = getattr(self, name)
             if found not in allowed:

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from transition.break_up import BrokenRound, SegmentResult
     from transition.directions import Directions
     from transition.ledger import Ledger
-    from transition.placing import Patches
     from transition.settings import BreakUpSettings
 
 __all__ = ["summarised"]
@@ -22,8 +21,8 @@ def summarised(
     ledgers: Mapping[int, Ledger],
     directions: Mapping[int, Directions],
     handed_over: Ledger,
-    patches: Patches,
     settings: BreakUpSettings,
+    turn: float | None,
 ) -> dict[str, Any]:
     """Numbers of one realisation.
 
@@ -37,23 +36,26 @@ def summarised(
         For the rounds that have fragments.
     handed_over : Ledger
         Of all rounds together.
-    patches : Patches
-        What the fragments cover.
     settings : BreakUpSettings
         Choices of the break-up.
+    turn : float or None
+        Angle by which all fragments were turned about the round's axis (rad).
     """
     return {
-        "fragments": int(patches.mass.size),
+        "fragments": sum(r.fragments for r in results),
+        "points": sum(r.points for r in results),
         "mass": handed_over.mass,
         "mass_error": handed_over.mass_error,
         "momentum_error": handed_over.momentum_error,
+        "angular_momentum_error": handed_over.angular_momentum_error,
+        "angular_momentum": handed_over.angular_momentum,
+        "spin_lost": handed_over.spin,
         "energy_error": handed_over.energy_error,
         "casing_energy": handed_over.casing_energy,
         "energy_lost": handed_over.casing_energy - handed_over.energy,
-        "contiguous_fraction": float(patches.contiguous.mean()),
-        "contiguous_mass_fraction": float(patches.mass[patches.contiguous].sum() / patches.mass.sum()),
         "sampler": settings.sampler,
         "velocity": settings.velocity,
+        "turn": turn,
         "rounds": [
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
             for number, found in directions.items()
@@ -71,6 +73,7 @@ def _round_summary(
         "mass": float(sum(r.draw.mass.sum() for r in results)),
         "mass_error": handed_over.mass_error,
         "momentum_error": handed_over.momentum_error,
+        "angular_momentum_error": handed_over.angular_momentum_error,
         "energy_error": handed_over.energy_error,
         "polar_difference": directions.polar_difference,
         "azimuth_difference": directions.azimuth_difference,
@@ -109,5 +112,6 @@ def _segment_summary(result: SegmentResult) -> dict[str, Any]:
         "rupture_wall": law.wall,
         "method": result.draw.method,
         "closure": result.draw.closure,
-        "contiguous": result.contiguous,
+        "points": result.points,
+        "resolved": result.resolved,
     }
