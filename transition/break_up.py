@@ -254,7 +254,8 @@ class BreakUp:
                     name = self.snapshot.rounds[segment.round].name
                     raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
                 points = source.draw(placing, local=self.settings.velocity == "interpolation")
-                clusters = place(draw.mass, points.position, points.mass, placing)
+                axis = self.snapshot.rounds[segment.round].axis
+                clusters = place(draw.mass, points.position, points.mass, placing, axis)
                 own = copy * len(self.snapshot.rounds) + segment.round
                 resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
                 result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)

@@ -86,6 +86,7 @@ def place(
     position: NDArray[np.float64],
     point_mass: NDArray[np.float64],
     generator: np.random.Generator,
+    axis: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Clusters:
     """Place the fragments of one segment on its points.
 
@@ -100,6 +101,8 @@ def place(
         Their masses (kg), above zero.
     generator : numpy.random.Generator
         Source of randomness.
+    axis : tuple of float
+        Direction of the round's axis: a ring about it is cut into arcs. Zero: there is none.
 
     Returns
     -------
@@ -129,7 +132,7 @@ def place(
     first, pieces = np.empty((2, number), dtype=np.int64)
     order = generator.permutation(number)
     normal, uniform = generator.standard_normal((number, 3)), generator.random((number, 2))
-    bisect(row, point, point_mass.size, fragment_mass, order, normal, uniform, first, pieces)
+    bisect(row, point, point_mass.size, fragment_mass, order, normal, uniform, np.asarray(axis, dtype=np.float64), first, pieces)
     offset = np.concatenate([[0], np.cumsum(pieces[:wanted])])
     mass, ident, piece = np.empty(wanted), np.empty(offset[-1], dtype=np.int64), np.empty(offset[-1])
     collect(first, offset, row, point, mass, ident, piece)

@@ -15,14 +15,22 @@ __all__ = ["bisect"]
 _SAMPLE = 64  # rows at least that settle the direction of a cut
 _PIVOTS = 33  # rows at most among which a pivot is chosen
 _SLICE = 0.25  # share of the mass below which a part is taken from around a place, not cut off by a plane
+_BINS = 48  # of the angle, in which the gap of an arc is looked for
+_HOLLOW = 0.1  # square of the least distance from the middle over the mean square, from which a region is hollow
 _DOMINANT = 0.5  # share of the mass from which a fragment is separated from all others at once
 _ROUND_OFF = 1e-12  # share of a point that is not worth a cut
 
 
 @njit(cache=True, nogil=True)
 def _key(row: NDArray[np.float64], i: int, q: NDArray[np.float64]) -> float:
+    """By what a cut orders the rows: a height, a distance, or an angle about an axis (`q[4]` is 1)."""
     x, y, z = row[i, 0], row[i, 1], row[i, 2]
-    return q[0] * x + q[1] * y + q[2] * z + q[3] * (x * x + y * y + z * z)
+    if q[4] == 0.0:
+        return q[0] * x + q[1] * y + q[2] * z + q[3] * (x * x + y * y + z * z)
+    along = q[0] * x + q[1] * y + q[2] * z + q[3]
+    across = q[5] * x + q[6] * y + q[7] * z + q[8]
+    part = across / (abs(along) + abs(across) + 1e-300)  # rises with the angle, as an arc tangent does
+    return (part if part >= 0.0 else 4.0 + part) if along >= 0.0 else 2.0 - part
 
 
 @njit(cache=True, nogil=True)
@@ -131,6 +139,50 @@ def _direction(
 
 
 @njit(cache=True, nogil=True)
+def _angular(
+    row: NDArray[np.float64],
+    begin: int,
+    end: int,
+    normal: NDArray[np.float64],
+    uniform: float,
+    centre: NDArray[np.float64],
+    axis: NDArray[np.float64],
+    q: NDArray[np.float64],
+) -> None:
+    """Order by the angle about the axis through `centre`, from the gap of an arc, or from anywhere in a ring."""
+    smallest = 0
+    for k in range(3):
+        if abs(axis[k]) < abs(axis[smallest]):
+            smallest = k
+    one = np.zeros(3)
+    one[smallest] = 1.0
+    one = one - axis * (axis @ one) / (axis @ axis)
+    one /= np.sqrt(one @ one)
+    two = np.array([axis[1] * one[2] - axis[2] * one[1], axis[2] * one[0] - axis[0] * one[2],
+                    axis[0] * one[1] - axis[1] * one[0]]) / np.sqrt(axis @ axis)  # fmt: skip
+    bins = np.zeros(_BINS, dtype=np.int64)
+    for i in range(begin, end, max(1, (end - begin) // (8 * _SAMPLE))):
+        x, y, z = row[i, 0] - centre[0], row[i, 1] - centre[1], row[i, 2] - centre[2]
+        angle = np.arctan2(x * two[0] + y * two[1] + z * two[2], x * one[0] + y * one[1] + z * one[2])
+        bins[int((angle / (2.0 * np.pi) + 0.5) * _BINS) % _BINS] += 1
+    longest, last, run = 0, 0, 0
+    for k in range(2 * _BINS):
+        run = run + 1 if bins[k % _BINS] == 0 else 0
+        if run > longest and run <= _BINS:
+            longest, last = run, k
+    share = (last + 1 - 0.5 * longest) / _BINS if longest > 1 else uniform
+    start = 2.0 * np.pi * (share - 0.5)
+    sense = 1.0 if normal[0] > 0.0 else -1.0
+    q[3] = q[8] = 0.0
+    for k in range(3):
+        q[k] = np.cos(start) * one[k] + np.sin(start) * two[k]
+        q[5 + k] = sense * (np.cos(start) * two[k] - np.sin(start) * one[k])
+        q[3] -= q[k] * centre[k]
+        q[8] -= q[5 + k] * centre[k]
+    q[4] = 1.0
+
+
+@njit(cache=True, nogil=True)
 def _cut(
     row: NDArray[np.float64],
     begin: int,
@@ -138,23 +190,37 @@ def _cut(
     share: float,
     normal: NDArray[np.float64],
     uniform: float,
+    centre: NDArray[np.float64],
+    axis: NDArray[np.float64],
     mean: NDArray[np.float64],
     q: NDArray[np.float64],
 ) -> None:
-    """Choose the surface of a cut that takes the given share of the mass: a plane, or a sphere about an end."""
+    """Choose the surface of a cut.
+
+    A plane across the longest extent; a sphere about an end for a part so light that a slice would be thin; a half
+    plane from the axis for a ring or a long arc, of which a plane would cut off two ends at once.
+    """
     a, b, c = _direction(row, begin, end, normal, mean)
-    q[0], q[1], q[2], q[3] = -a, -b, -c, 0.0
-    if share >= _SLICE:
-        return
+    step = max(1, (end - begin) // _SAMPLE)
+    nearest, spread, number = np.inf, 0.0, 0
     far = -np.inf
-    for i in range(begin, end, max(1, (end - begin) // _SAMPLE)):
-        far = max(far, a * row[i, 0] + b * row[i, 1] + c * row[i, 2])
-    i = begin + int(uniform * (end - begin))
-    out = max(far - (a * row[i, 0] + b * row[i, 1] + c * row[i, 2]), 0.0)
-    q[0] = -2.0 * (row[i, 0] + out * a)
-    q[1] = -2.0 * (row[i, 1] + out * b)
-    q[2] = -2.0 * (row[i, 2] + out * c)
-    q[3] = 1.0
+    for i in range(begin, end, step):
+        x, y, z = row[i, 0] - mean[0], row[i, 1] - mean[1], row[i, 2] - mean[2]
+        square = x * x + y * y + z * z
+        nearest, spread, number = min(nearest, square), spread + square, number + 1
+        far = max(far, a * x + b * y + c * z)
+    q[:] = 0.0
+    if nearest * number > _HOLLOW * spread and (axis[0] != 0.0 or axis[1] != 0.0 or axis[2] != 0.0):
+        _angular(row, begin, end, normal, uniform, centre, axis, q)
+    elif share < _SLICE:
+        i = begin + int(uniform * (end - begin))
+        out = max(far - (a * (row[i, 0] - mean[0]) + b * (row[i, 1] - mean[1]) + c * (row[i, 2] - mean[2])), 0.0)
+        q[0] = -2.0 * (row[i, 0] + out * a)
+        q[1] = -2.0 * (row[i, 1] + out * b)
+        q[2] = -2.0 * (row[i, 2] + out * c)
+        q[3] = 1.0
+    else:
+        q[0], q[1], q[2] = -a, -b, -c
 
 
 @njit(cache=True, nogil=True)
@@ -190,6 +256,7 @@ def bisect(
     order: NDArray[np.int64],
     normal: NDArray[np.float64],
     uniform: NDArray[np.float64],
+    axis: NDArray[np.float64],
     first: NDArray[np.int64],
     number: NDArray[np.int64],
 ) -> None:
@@ -216,11 +283,17 @@ def bisect(
         Standard normal random numbers: one row for each cut.
     uniform : (n, 2) float64
         Uniform random numbers in [0, 1).
+    axis : (3,) float64
+        Direction of the axis about which the points may form a ring; zero for none.
     first, number : (n,) int64
         Written: pieces `first[f]` to `first[f] + number[f]` are those of fragment f; unused rows lie between them.
     """
     fragments = mass.size
-    keys, mean, q = np.empty((_PIVOTS, 2)), np.empty(3), np.empty(4)
+    keys, mean, q = np.empty((_PIVOTS, 2)), np.empty(3), np.empty(9)
+    centre = np.zeros(3)
+    for i in range(points):
+        for k in range(3):
+            centre[k] += row[i, k] / points
     waiting = np.empty((fragments + 1, 4), dtype=np.int64)  # first row, rows, first and last fragment
     waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, points, 0, fragments
     open_parts, cut = 1, 0
@@ -240,7 +313,7 @@ def bisect(
         low_is_light = one <= two
         need = min(one, two)
         end = begin + rows
-        _cut(row, begin, end, need / (one + two), normal[cut], uniform[cut, 1], mean, q)
+        _cut(row, begin, end, need / (one + two), normal[cut], uniform[cut, 1], centre, axis, mean, q)
         cut += 1
         at, part = _select(row, ident, begin, end, q, need, one + two, keys)
         whole = row[at, 3]
