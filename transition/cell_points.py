@@ -1,11 +1,12 @@
 """Material points from hexahedral cells: jittered places in every cell, new in each realisation.
 
 A cell's mass is spread evenly over its reference coordinates, as the lumped masses of the burst stage have it. The
-points of a cell share its mass equally. They come as reflections of random places (`kernels.cell_sampling`), so their
-mean position and mean velocity are those of the cell's nodes to round-off, whatever the place: mass, momentum and
-centre of mass agree with the finite-element field cell by cell. The second moments that the angular momentum needs
-agree only on average over the places; what remains in a segment is removed by turning its points as one rigid body,
-at a rate that changes no velocity by more than about 1e-3 of its own.
+points of a cell share its mass equally. They come in pairs of random places and their reflections through the cell's
+centre, and what this leaves of the bilinear modes is taken from all points of a cell alike (`kernels.cell_sampling`).
+So their mean position and mean velocity are those of the cell's nodes to round-off, whatever the places: mass,
+momentum and centre of mass agree with the finite-element field cell by cell. The second moments that the angular
+momentum needs agree only on average over the places; what remains in a segment is removed by turning its points as one
+rigid body, which changes velocities by about 1e-5 of their own.
 
 The number of points follows the law of the segment: the lightest fragment that matters spans `POINTS_PER_FRAGMENT`.
 That is the fragment above which fragments carry the share `MASS_THAT_MATTERS` of the mass. With Mott's law in two
@@ -38,7 +39,7 @@ __all__ = ["MASS_THAT_MATTERS", "MOST_POINTS", "POINTS_PER_FRAGMENT", "CellPoint
 POINTS_PER_FRAGMENT = 8
 MASS_THAT_MATTERS = 0.99
 MOST_POINTS = 2_000_000  # of a casing: 200 MB
-_ALL_REFLECTIONS = 400_000  # points of a casing; fine meshes have small cells, whose bilinear modes are small too
+_EIGHT_UP_TO = 400_000  # points of a casing up to which every cell has eight at least; otherwise a pair
 
 
 def lightest_that_matters(law: MottLaw) -> float:
@@ -53,7 +54,7 @@ def lightest_that_matters(law: MottLaw) -> float:
 def numbers(
     cell_mass: Sequence[NDArray[np.float64]], lightest: Sequence[float], most: int = MOST_POINTS
 ) -> list[NDArray[np.int64]]:
-    """Points of every cell of several segments: 2, 4 or a multiple of 8.
+    """Points of every cell of several segments, an even number.
 
     Parameters
     ----------
@@ -65,20 +66,15 @@ def numbers(
         Where all segments together would need more points, every segment has fewer in proportion, down to two a cell.
     """
     cells = sum(mass.size for mass in cell_mass)
-    fewest = 8 if 8 * cells <= _ALL_REFLECTIONS else 2
+    fewest = 8 if 8 * cells <= _EIGHT_UP_TO else 2
     coarser = 1.0
     while True:
         needed = [POINTS_PER_FRAGMENT * mass / (m * coarser) for mass, m in zip(cell_mass, lightest, strict=True)]
-        found = [_rounded(number, fewest) for number in needed]
+        found = [np.maximum(2 * np.ceil(0.5 * number).astype(np.int64), fewest) for number in needed]
         total = sum(int(number.sum()) for number in found)
         if total <= most or total == fewest * cells:
             return found
         coarser *= max(1.05, 0.9 * total / most)
-
-
-def _rounded(needed: NDArray[np.float64], fewest: int) -> NDArray[np.int64]:
-    allowed = np.where(needed <= 2.0, 2, np.where(needed <= 4.0, 4, 8 * np.ceil(needed / 8.0)))
-    return np.maximum(allowed, fewest).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,7 +82,8 @@ def test_the_turn_that_gives_the_angular_momentum_is_tiny(tmp_path):
     made = CellPoints.of_segment((0, 0), np.arange(len(mass)), mass, corners, velocity, np.full(len(mass), 16))
     points = made.draw(np.random.default_rng(3), local=True)
     field = trilinear(velocity[points.cell], points.local)
-    np.testing.assert_allclose(trilinear(corners[points.cell], points.local), points.position, atol=1e-14)
+    apart = np.abs(trilinear(corners[points.cell], points.local) - points.position)  # bilinear modes of the cells
+    assert apart.max() < 2e-4
     change = np.linalg.norm(points.velocity - field, axis=1)
     assert 0.0 < change.max() < 1e-4 * np.linalg.norm(field, axis=1).min()
 
@@ -121,14 +122,15 @@ def test_numbers_follow_the_lightest_fragment_and_the_cap():
     found = numbers(masses, [1e-3, 2e-2])
     for number, mass, lightest in zip(found, masses, (1e-3, 2e-2), strict=True):
         assert (mass / number <= lightest / POINTS_PER_FRAGMENT * (1.0 + 1e-12)).all()
-        assert (number % 8 == 0).all()
+        assert (number % 2 == 0).all()
+        assert number.min() >= 8
     assert (found[1] == 8).all()
     capped = numbers(masses, [1e-3, 2e-2], most=12_000)
     assert sum(int(number.sum()) for number in capped) <= 12_000
     assert (numbers(masses, [1e-9, 1e-9], most=1)[0] == 8).all()
     fine = numbers([np.full(60_000, 1e-4), np.array([1e-4, 2.5e-4, 6e-4])], [8e-4, 8e-4])
     assert (fine[0] == 2).all()
-    assert fine[1].tolist() == [2, 4, 8]
+    assert fine[1].tolist() == [2, 4, 6]
 
 
 def test_points_of_parts_stand_one_after_the_other():

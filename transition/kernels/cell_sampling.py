@@ -14,15 +14,6 @@ __all__ = ["moments", "sample_cells", "turn_rigidly"]
 
 _STEP = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # 1/g, 1/g2, 1/g3 with g^4 = g + 1
 _FUNCTIONS = 6
-# Reflections by how many points share one place: a pair, the even sign changes, or all eight.
-_SIGNS = np.array(
-    [
-        [[1, 1, 1], [-1, -1, -1], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]],
-        [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]],
-        [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [-1, -1, -1], [-1, 1, 1], [1, -1, 1], [1, 1, -1]],
-    ],
-    dtype=np.float64,
-)
 
 
 @njit(cache=True, nogil=True)
@@ -39,17 +30,17 @@ def sample_cells(
 ) -> None:
     """Values of trilinear functions at random points of every cell, with each cell's mean kept.
 
-    Points come as reflections of one random place: two (through the centre), four (even sign changes) or eight (all
-    sign changes). Further places of a cell follow the additive recurrence of R. Roberts (2018), which fills the cell
-    evenly. Eight reflections give every mode its mean of zero; with two or four a part of the bilinear and trilinear
-    modes remains, and is taken from all points of the cell alike.
+    Points come in pairs, one the reflection of the other through the cell's centre, so that the linear modes have
+    the mean of zero. That of the bilinear modes is taken from all points of the cell alike. (Eight reflections at the
+    middle planes would leave nothing to take, but they put pairs of neighbours on these planes, and fragments of few
+    points show them.) The pairs of a cell follow the additive recurrence of R. Roberts (2018), which fills it evenly.
 
     Parameters
     ----------
     modes : (m, 8, 6) float64
         Coefficients of six functions: position and velocity (`shape_functions.modes`).
     offset : (m + 1,) int64
-        Points `offset[c]` to `offset[c + 1]` lie in cell c: 2, 4, or a multiple of 8.
+        Points `offset[c]` to `offset[c + 1]` lie in cell c: an even number.
     cell_mass : (m,) float64
         Masses of the cells (kg).
     label : (m,) int64
@@ -63,51 +54,30 @@ def sample_cells(
     local : (p, 3) float64
         Written: coordinates 0 to 1 of the points in their cells; an array without rows is left alone.
     """
-    term = np.empty((8, _FUNCTIONS))
-    mean = np.empty(_FUNCTIONS)
+    odd, even, mean = np.empty(_FUNCTIONS), np.empty(_FUNCTIONS), np.empty(_FUNCTIONS)
     for cell in range(offset.size - 1):
         begin, number = offset[cell], offset[cell + 1] - offset[cell]
-        kind, group = (2, 8) if number >= 8 else (1, 4) if number == 4 else (0, 2)
         share = cell_mass[cell] / number
-        for first in range(0, number, group):
-            index = first // group
-            u = (shift[cell, 0] + index * _STEP[0]) % 1.0
-            v = (shift[cell, 1] + index * _STEP[1]) % 1.0
-            w = (shift[cell, 2] + index * _STEP[2]) % 1.0
-            if group < 8:  # the reflections do not reach every octant: the place itself must
-                u, v, w = 2.0 * u - 1.0, 2.0 * v - 1.0, 2.0 * w - 1.0
-            for j in range(_FUNCTIONS):
-                term[0, j] = modes[cell, 0, j]
-                term[1, j] = modes[cell, 1, j] * u
-                term[2, j] = modes[cell, 2, j] * v
-                term[3, j] = modes[cell, 3, j] * w
-                term[4, j] = modes[cell, 4, j] * u * v
-                term[5, j] = modes[cell, 5, j] * u * w
-                term[6, j] = modes[cell, 6, j] * v * w
-                term[7, j] = modes[cell, 7, j] * u * v * w
-            for image in range(group):
-                x, y, z = _SIGNS[kind, image, 0], _SIGNS[kind, image, 1], _SIGNS[kind, image, 2]
-                point = begin + first + image
-                mass[point], owner[point] = share, label[cell]
-                for j in range(_FUNCTIONS):
-                    values[point, j] = (
-                        term[0, j]
-                        + x * (term[1, j] + y * (term[4, j] + z * term[7, j]) + z * term[5, j])
-                        + y * (term[2, j] + z * term[6, j])
-                        + z * term[3, j]
-                    )
-                if local.shape[0] > 0:
-                    local[point, 0] = 0.5 + 0.5 * x * u
-                    local[point, 1] = 0.5 + 0.5 * y * v
-                    local[point, 2] = 0.5 + 0.5 * z * w
-        if group == 8:
-            continue
         mean[:] = 0.0
-        for point in range(begin, begin + number):
+        for pair in range(number // 2):
+            u = 2.0 * ((shift[cell, 0] + pair * _STEP[0]) % 1.0) - 1.0
+            v = 2.0 * ((shift[cell, 1] + pair * _STEP[1]) % 1.0) - 1.0
+            w = 2.0 * ((shift[cell, 2] + pair * _STEP[2]) % 1.0) - 1.0
+            one = begin + 2 * pair
             for j in range(_FUNCTIONS):
-                mean[j] += values[point, j]
+                odd[j] = modes[cell, 1, j] * u + modes[cell, 2, j] * v + modes[cell, 3, j] * w
+                odd[j] += modes[cell, 7, j] * (u * v * w)
+                even[j] = modes[cell, 4, j] * (u * v) + modes[cell, 5, j] * (u * w) + modes[cell, 6, j] * (v * w)
+                values[one, j] = modes[cell, 0, j] + even[j] + odd[j]
+                values[one + 1, j] = modes[cell, 0, j] + even[j] - odd[j]
+                mean[j] += even[j]
+            mass[one], mass[one + 1] = share, share
+            owner[one], owner[one + 1] = label[cell], label[cell]
+            if local.shape[0] > 0:
+                local[one, 0], local[one, 1], local[one, 2] = 0.5 + 0.5 * u, 0.5 + 0.5 * v, 0.5 + 0.5 * w
+                local[one + 1, 0], local[one + 1, 1], local[one + 1, 2] = 0.5 - 0.5 * u, 0.5 - 0.5 * v, 0.5 - 0.5 * w
         for j in range(_FUNCTIONS):
-            mean[j] = mean[j] / number - modes[cell, 0, j]
+            mean[j] *= 2.0 / number
         for point in range(begin, begin + number):
             for j in range(_FUNCTIONS):
                 values[point, j] -= mean[j]
