@@ -132,7 +132,18 @@ def place(
     first, pieces = np.empty((2, number), dtype=np.int64)
     order = generator.permutation(number)
     normal, uniform = generator.standard_normal((number, 3)), generator.random((number, 2))
-    bisect(row, point, point_mass.size, fragment_mass, order, normal, uniform, np.asarray(axis, dtype=np.float64), first, pieces)
+    bisect(
+        row,
+        point,
+        point_mass.size,
+        fragment_mass,
+        order,
+        normal,
+        uniform,
+        np.asarray(axis, dtype=np.float64),
+        first,
+        pieces,
+    )
     offset = np.concatenate([[0], np.cumsum(pieces[:wanted])])
     mass, ident, piece = np.empty(wanted), np.empty(offset[-1], dtype=np.int64), np.empty(offset[-1])
     collect(first, offset, row, point, mass, ident, piece)

@@ -15,12 +15,14 @@ __all__ = ["BreakUpSettings", "Stations"]
 Stations = tuple[float, ...]
 
 _DIMENSIONS = (2, 3, "mixed")
-_CHOICES: dict[str, tuple[str, ...]] = {
+_CHOICES: dict[str, tuple[str | bool, ...]] = {
     "rupture": ("critical_strain", "burst"),
     "velocity_source": ("burst", "gurney"),
     "sampler": ("quantile", "graded"),
     "velocity": ("mean", "interpolation"),
+    "random_turn": (True, False),
 }
+_FORMER = {("velocity", "patch"): "'patch' is now called 'mean': the mean over the fragment's material points"}
 
 
 @dataclass(frozen=True)
@@ -91,16 +93,8 @@ class BreakUpSettings:
         """Refuse what has no meaning."""
         if isinstance(self.dimension, bool) or self.dimension not in _DIMENSIONS:
             raise InputError(f"break_up.dimension: found {self.dimension!r}; allowed: 2, 3, 'mixed'")
-        if self.velocity == "patch":
-            raise InputError(
-                "break_up.velocity: 'patch' is no more; 'mean' replaces it: the mean over a fragment's material points"
-            )
-        if not isinstance(self.random_turn, bool):
-            raise InputError(f"break_up.random_turn: found {self.random_turn!r}; true or false is needed")
         for name, allowed in _CHOICES.items():
-            found = getattr(self, name)
-            if found not in allowed:
-                raise InputError(f"break_up.{name}: found {found!r}{nearest(found, allowed)}")
+            _one_of(name, getattr(self, name), allowed)
         laws = ("mott", "gurney_sarmousakis")
         if isinstance(self.mean_mass, str):
             if self.mean_mass not in laws:
@@ -132,6 +126,13 @@ class BreakUpSettings:
                 _rising(f"break_up.segments.{name}", stations)
         elif self.segments is not None:
             _rising("break_up.segments", self.segments)
+
+
+def _one_of(name: str, found: object, allowed: tuple[str | bool, ...]) -> None:
+    if (name, found) in _FORMER:
+        raise InputError(f"break_up.{name}: {_FORMER[name, str(found)]}")
+    if found not in allowed or type(found) is not type(allowed[0]):
+        raise InputError(f"break_up.{name}: found {found!r}{nearest(found, [str(choice) for choice in allowed])}")
 
 
 def _number(name: str, value: object) -> float:

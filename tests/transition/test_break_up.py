@@ -118,7 +118,7 @@ def test_fragments_above_the_lightest_that_matters_span_eight_points(snapshot):
 
 def test_a_turn_moves_all_fragments_together_about_the_rounds_axis(tmp_path):
     tilt = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
-    made = Tube(around=24, axial=20, rotation=tilt, velocity=lambda x: radial(x) + [0.0, 90.0, 0.0]).read(
+    made = Tube(around=24, axial=20, rotation=tilt, velocity=lambda x: radial(x) + np.array([0.0, 90.0, 0.0])).read(
         tmp_path / "s.h5"
     )
     data = replace(made.rounds[0], axis=tuple(tilt[:, 2]), position=(0.0, 0.0, 0.0))

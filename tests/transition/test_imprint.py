@@ -10,6 +10,8 @@ realisations' deviations, or turns of each realisation about the axis. No realis
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,7 +74,9 @@ def sector_test(azimuths, generator):
 def phase_test(azimuths, columns):
     """Rayleigh's statistic of the phase within a column, and its chance when every realisation is turned at random."""
     sums = np.array([np.exp(1j * columns * np.radians(a)).sum() for a in azimuths])
-    return abs(sums.sum()) / sum(a.size for a in azimuths), float(np.exp(-(abs(sums.sum()) ** 2) / (abs(sums) ** 2).sum()))
+    return abs(sums.sum()) / sum(a.size for a in azimuths), float(
+        np.exp(-(abs(sums.sum()) ** 2) / (abs(sums) ** 2).sum())
+    )
 
 
 def imprints(found, columns):
@@ -110,14 +114,14 @@ def test_velocities_of_whole_cells_would_be_found(tmp_path):
         level = np.hypot(v[:, 0], v[:, 1])
         coarse.append((mass, np.column_stack([level * np.cos(angle), level * np.sin(angle), up])))
     chances = imprints(coarse, MESHES[8]["around"])
-    assert all(chance <= LEVEL for name, (_, chance) in chances.items() if "phase" in name or "sectors" in name), chances
+    assert all(chance <= LEVEL for name, (_, chance) in chances.items() if "phase" in name or "sectors" in name), (
+        chances
+    )
 
 
 def test_order_of_the_cells_plays_no_part(tmp_path):
     """The same casing with its cells reversed: other fragments, the same numbers by direction and compactness."""
     tube = Tube(**MESHES[8], velocity=linear, ends=(), kinds=("wall",)).read(tmp_path / "s.h5")
-    from dataclasses import replace
-
     order = np.arange(len(tube.cells))[::-1]
     names = ("cells", "part", "round", "segment", "station", "mass")
     other = replace(tube, **{name: np.ascontiguousarray(getattr(tube, name)[order]) for name in names})

@@ -49,12 +49,15 @@ def test_every_points_mass_is_given_once(seed):
 def test_momenta_are_those_of_the_points():
     generator = np.random.default_rng(4)
     position, velocity = generator.normal(size=(5000, 3)), generator.normal(scale=1000.0, size=(5000, 3))
-    points = points_of(position + [3.0, 0.0, 5.0], generator.lognormal(size=5000), velocity)
+    points = points_of(position + np.array([3.0, 0.0, 5.0]), generator.lognormal(size=5000), velocity)
     clusters = place(partition(points.mass.sum(), 300, generator), points.position, points.mass, generator)
     centre, mean = clusters.means(points)
     scale = points.mass @ np.linalg.norm(velocity, axis=1)
     assert np.linalg.norm(clusters.mass @ mean - points.mass @ velocity) < 1e-13 * scale
-    assert np.abs(clusters.mass @ centre / points.mass.sum() - points.mass @ points.position / points.mass.sum()).max() < 1e-13
+    assert (
+        np.abs(clusters.mass @ centre / points.mass.sum() - points.mass @ points.position / points.mass.sum()).max()
+        < 1e-13
+    )
     orbital, spin = clusters.mass @ np.cross(centre, mean), clusters.spin(points).sum(axis=0)
     whole = points.mass @ np.cross(points.position, velocity)
     assert np.linalg.norm(orbital + spin - whole) < 1e-13 * scale * 6.0
