@@ -172,11 +172,7 @@ class BreakUp:
         self._sources = self._point_sources()
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
-        if self.settings.random_turn and len(self.rounds) != 1:
-            raise InputError(
-                f"break_up.random_turn: {self.snapshot.source} has {len(self.rounds)} rounds, images included; only a "
-                "single round can be turned about its own axis"
-            )
+        self._turned = self.settings.random_turn and len(self.rounds) == 1
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
         self._field: VelocityField | None = None
@@ -228,7 +224,7 @@ class BreakUp:
 
     def _angle(self, seed: int, number: int) -> float | None:
         """By how much this realisation is turned (rad)."""
-        if not self.settings.random_turn:
+        if not self._turned:
             return None
         stream = np.random.SeedSequence(_whole("seed", seed), spawn_key=(_whole("realisation", number),))
         return float(2.0 * np.pi * np.random.default_rng(stream).random())

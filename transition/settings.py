@@ -58,7 +58,8 @@ class BreakUpSettings:
         shape functions (Eq. 30).
     random_turn : bool
         Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
-        that is axisymmetric until it breaks up: its burst on a mesh of few columns is then the same in all azimuths.
+        that is axisymmetric until it breaks up: on average over the realisations no azimuth then differs from another,
+        whatever the mesh. Several rounds, and rounds with images, are never turned.
     shape_factor : float
         k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
     explosive_constant : float or None

@@ -95,8 +95,7 @@ def break_up_settings(case: Case) -> BreakUpSettings:
     values = case.break_up.model_dump(exclude={"realisations"})
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
-    turned = is_axisymmetric(case) and not any(plane.kind == "symmetry" for plane in case.plane)
-    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_turn=turned)
+    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_turn=is_axisymmetric(case))
 
 
 def flight_arguments(case: Case) -> dict[str, Any]:

@@ -151,9 +151,10 @@ def test_a_turn_moves_all_fragments_together_about_the_rounds_axis(tmp_path):
     assert np.abs(after.azimuth_cells - before.azimuth_cells).max() > 1e-3
 
 
-def test_only_a_single_round_can_be_turned(pair):
-    with pytest.raises(InputError, match=r"break_up.random_turn: .*pair.h5 has 2 rounds, images included"):
-        BreakUp(pair, BreakUpSettings(random_turn=True))
+def test_several_rounds_are_never_turned(pair):
+    asked, plain = BreakUp(pair, BreakUpSettings(random_turn=True)).realisation(2), BreakUp(pair).realisation(2)
+    assert asked.turn is None
+    np.testing.assert_array_equal(asked.fragments.velocity, plain.fragments.velocity)
 
 
 def test_threads_give_the_same_fragments_bit_by_bit(snapshot):
