@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from operator import index
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from transition.cell_points import POINTS_PER_FRAGMENT, CellPoints, lightest_tha
 from transition.directions import Directions, Shares, cell_shares, compare_directions
 from transition.errors import InputError
 from transition.isometry import Isometry, rotation
-from transition.laws import SegmentLaw, segment_law
-from transition.ledger import CasingSums, Ledger, casing_sums, ledger
+from transition.laws import segment_law
+from transition.ledger import CasingSums, casing_sums, ledger
 from transition.mirroring import Image, images
 from transition.placing import Clusters, place
 from transition.points import MaterialPoints
-from transition.samplers import Draw, Graded, Quantile, Sampler
+from transition.results import BreakUpResult, BrokenRound, SegmentResult
+from transition.samplers import Graded, Quantile, Sampler
 from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
 from transition.shape_functions import trilinear
@@ -39,99 +40,12 @@ __all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up
 
 
 @dataclass(frozen=True, eq=False)
-class BrokenRound:
-    """A round whose casing breaks up: one of those computed, or an image of one behind planes of symmetry.
-
-    Attributes
-    ----------
-    name : str
-        Its own, or that of the image.
-    computed : int
-        Number of the computed round.
-    image : Image or None
-        Where it is mirrored; None for a computed round.
-    mirror_of : str or None
-        Name of the computed round that it is an image of; None for a computed round.
-    axis : tuple of float
-        Direction from the base to the nose.
-    """
-
-    name: str
-    computed: int
-    image: Image | None
-    mirror_of: str | None
-    axis: tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentResult:
-    """A segment, its law, and the fragments drawn from it.
-
-    Attributes
-    ----------
-    round : int
-        Of `BreakUp.rounds`: another than the segment's own where that is mirrored.
-    segment, law, draw : CasingSegment, SegmentLaw, Draw
-        The segment, how it breaks, and the masses drawn.
-    fragments, points : int
-        Number of fragments, and of the material points that they share.
-    resolved : float
-        Mass (kg) from which on every fragment spans eight points or more.
-    """
-
-    round: int
-    segment: CasingSegment
-    law: SegmentLaw
-    draw: Draw
-    fragments: int
-    points: int
-    resolved: float
-
-
-@dataclass(frozen=True, eq=False)
 class _Part:
     """What one realisation makes of one segment, or of its image."""
 
     result: SegmentResult
     points: MaterialPoints
     clusters: Clusters
-
-
-@dataclass(frozen=True, eq=False)
-class BreakUpResult:
-    """One realisation of the break-up.
-
-    Attributes
-    ----------
-    fragments : flight.fragments.Fragments
-        By round, segment and falling mass; computed rounds first, then their images.
-    segments : tuple of SegmentResult
-        Law and draw of every segment, of computed rounds and images.
-    points : MaterialPoints
-        Of every segment and every image, where the computed casing has them: neither mirrored nor turned.
-    clusters : Clusters
-        Which of them each fragment has.
-    turn : float or None
-        Angle by which all fragments were turned about the round's axis (rad); None where they were not.
-    directions : tuple of (int, Directions)
-        Directions by mass of each round that has fragments.
-    ledger : Ledger
-        Mass, momentum, angular momentum and energy handed over.
-    ledgers : tuple of (int, Ledger)
-        The same of each round that has fragments.
-    summary : dict
-        The "break_up" part of summary.json; SI units.
-    """
-
-    fragments: Fragments
-    segments: tuple[SegmentResult, ...]
-    points: MaterialPoints
-    clusters: Clusters
-    turn: float | None
-    directions: tuple[tuple[int, Directions], ...]
-    ledger: Ledger
-    ledgers: tuple[tuple[int, Ledger], ...]
-    summary: dict[str, Any]
 
 
 class BreakUp:

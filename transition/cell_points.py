@@ -38,7 +38,7 @@ __all__ = ["MASS_THAT_MATTERS", "MOST_POINTS", "POINTS_PER_FRAGMENT", "CellPoint
 
 POINTS_PER_FRAGMENT = 8
 MASS_THAT_MATTERS = 0.99
-MOST_POINTS = 2_000_000  # of a casing: 200 MB
+MOST_POINTS = 1_000_000  # of a casing: 100 MB
 _EIGHT_UP_TO = 400_000  # points of a casing up to which every cell has eight at least; otherwise a pair
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from transition.break_up import BrokenRound, SegmentResult
     from transition.directions import Directions
     from transition.ledger import Ledger
+    from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 
 __all__ = ["summarised"]
