@@ -10,7 +10,7 @@ rigid body, which changes velocities by about 1e-5 of their own.
 
 The number of points follows the law of the segment: the lightest fragment that matters spans `POINTS_PER_FRAGMENT`.
 That is the fragment above which fragments carry the share `MASS_THAT_MATTERS` of the mass. With Mott's law in two
-dimensions it weighs 0.095 mean masses: about 1 g for a 155 mm shell, whose hazard distance is set by fragments of
+dimensions it weighs 0.16 mean masses: about 1.8 g for a 155 mm shell, whose hazard distance is set by fragments of
 10 g and more.
 """
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["MASS_THAT_MATTERS", "MOST_POINTS", "POINTS_PER_FRAGMENT", "CellPoints", "lightest_that_matters", "numbers"]
 
 POINTS_PER_FRAGMENT = 8
-MASS_THAT_MATTERS = 0.99
+MASS_THAT_MATTERS = 0.98
 MOST_POINTS = 1_000_000  # of a casing: 100 MB
 _EIGHT_UP_TO = 400_000  # points of a casing up to which every cell has eight at least; otherwise a pair
 

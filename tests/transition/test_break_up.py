@@ -110,10 +110,10 @@ def test_fragments_above_the_lightest_that_matters_span_eight_points(snapshot):
     pieces = np.diff(result.clusters.offset)
     for number, (segment, law) in enumerate(zip(result.segments, BreakUp(snapshot).laws, strict=True)):
         mine = result.fragments.segment == number
-        assert float(law.law.mass_fraction_above(segment.resolved)) > 0.989
+        assert float(law.law.mass_fraction_above(segment.resolved)) > 0.979
         matter = mine & (result.fragments.mass >= segment.resolved)
         assert pieces[matter].min() >= 8
-        assert result.fragments.mass[matter].sum() > 0.97 * result.fragments.mass[mine].sum()
+        assert result.fragments.mass[matter].sum() > 0.96 * result.fragments.mass[mine].sum()
 
 
 def test_a_turn_moves_all_fragments_together_about_the_rounds_axis(tmp_path):

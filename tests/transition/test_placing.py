@@ -172,3 +172,19 @@ def test_clusters_of_segments_stand_one_after_the_other():
 def test_masses_that_cannot_be_placed_are_refused(asked, message):
     with pytest.raises(ValueError, match=message):
         place(np.array(asked), np.zeros((1, 3)), np.ones(1), np.random.default_rng(0))
+
+
+def test_light_fragments_come_at_all_depths_of_a_wall(tmp_path):
+    """Numbers by fifths of the wall's volume: what is cut off at the surfaces alone would be 35 % off."""
+    tube = Tube(around=96, axial=60, radial_cells=4, stretch=1.5, ends=(), kinds=("wall",))
+    prepared = BreakUp(tube.read(tmp_path / "s.h5"))
+    counts = []
+    for number in range(30):
+        fragments = prepared.fragments(1, number)
+        light = (fragments.mass < 1e-3) & (fragments.mass > 1e-4)
+        radius = np.hypot(fragments.position[light, 0], fragments.position[light, 1]) / 1.5
+        counts.append(np.histogram((radius**2 - 0.0595**2) / (0.0775**2 - 0.0595**2), np.linspace(0.0, 1.0, 6))[0])
+    counts = np.array(counts)
+    error = counts.std(axis=0, ddof=1) / np.sqrt(30.0) / counts.mean()
+    assert error.max() < 0.05
+    assert (np.abs(counts.mean(axis=0) / counts.mean() - 1.0) < 0.15 + 3.0 * error).all()
