@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from transition.break_up import BreakUp, BreakUpResult, SegmentResult, break_up, realisations
+from transition.break_up import BreakUp, break_up, realisations
 from transition.errors import InputError
 from transition.mott import MottLaw
+from transition.points import MaterialPoints
+from transition.results import BreakUpResult, SegmentResult
 from transition.samplers import Graded, Quantile, Sampler
 from transition.settings import BreakUpSettings
 from transition.snapshot import RoundData, SegmentData, Snapshot
@@ -15,6 +17,7 @@ __all__ = [
     "BreakUpSettings",
     "Graded",
     "InputError",
+    "MaterialPoints",
     "MottLaw",
     "Quantile",
     "RoundData",

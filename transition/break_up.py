@@ -7,20 +7,24 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from operator import index
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.adjacency import face_neighbours
+from transition.cell_points import POINTS_PER_FRAGMENT, CellPoints, lightest_that_matters, numbers
 from transition.directions import Directions, Shares, cell_shares, compare_directions
 from transition.errors import InputError
-from transition.laws import SegmentLaw, outside_of, segment_law
-from transition.ledger import CasingSums, Ledger, casing_sums, ledger
+from transition.isometry import Isometry, rotation
+from transition.laws import outside_of, segment_law
+from transition.ledger import CasingSums, casing_sums, ledger
 from transition.mirroring import Image, images
-from transition.placing import Patches, cell_middles, cell_sides, join, patch_means, place, point_positions
-from transition.samplers import Draw, Graded, Quantile, Sampler
+from transition.placing import Clusters, place
+from transition.points import MaterialPoints
+from transition.results import BreakUpResult, BrokenRound, SegmentResult
+from transition.samplers import Graded, Quantile, Sampler
 from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
+from transition.shape_functions import trilinear
 from transition.snapshot import Snapshot
 from transition.summary import summarised
 
@@ -36,77 +40,18 @@ __all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up
 
 
 @dataclass(frozen=True, eq=False)
-class BrokenRound:
-    """A round whose casing breaks up: one of those computed, or an image of one behind planes of symmetry.
+class _Part:
+    """What one realisation makes of one segment, or of its image."""
 
-    Attributes
-    ----------
-    name : str
-        Its own, or that of the image.
-    computed : int
-        Number of the computed round.
-    image : Image or None
-        Where it is mirrored; None for a computed round.
-    mirror_of : str or None
-        Name of the computed round that it is an image of; None for a computed round.
-    axis : tuple of float
-        Direction from the base to the nose.
-    """
-
-    name: str
-    computed: int
-    image: Image | None
-    mirror_of: str | None
-    axis: tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentResult:
-    """A segment, its law, and the fragments drawn from it."""
-
-    round: int  # of `BreakUp.rounds`: another than the segment's own where that is mirrored
-    segment: CasingSegment
-    law: SegmentLaw
-    draw: Draw
-    fragments: int  # placed
-    contiguous: int  # fragments whose patch hangs together
-
-
-@dataclass(frozen=True, eq=False)
-class BreakUpResult:
-    """One realisation of the break-up.
-
-    Attributes
-    ----------
-    fragments : flight.fragments.Fragments
-        By round, segment and order of placing; computed rounds first, then their images.
-    segments : tuple of SegmentResult
-        Law and draw of every segment, of computed rounds and images.
-    patches : Patches
-        Which casing cells (places in `Snapshot.casing`) each fragment covers; images cover them once more.
-    directions : tuple of (int, Directions)
-        Directions by mass of each round that has fragments.
-    ledger : Ledger
-        Mass, momentum and energy handed over.
-    ledgers : tuple of (int, Ledger)
-        The same of each round that has fragments.
-    summary : dict
-        The "break_up" part of summary.json; SI units.
-    """
-
-    fragments: Fragments
-    segments: tuple[SegmentResult, ...]
-    patches: Patches
-    directions: tuple[tuple[int, Directions], ...]
-    ledger: Ledger
-    ledgers: tuple[tuple[int, Ledger], ...]
-    summary: dict[str, Any]
+    result: SegmentResult
+    points: MaterialPoints
+    clusters: Clusters
 
 
 class BreakUp:
     """A burst casing made ready to be broken up any number of times.
 
-    Reading, cutting, neighbours and laws do not depend on chance and are done once.
+    Reading, cutting and laws are the same for all realisations and are done once.
 
     Parameters
     ----------
@@ -131,39 +76,38 @@ class BreakUp:
         self.settings = settings if settings is not None else BreakUpSettings()
         self.segments = casing_segments(self.snapshot, self.settings.segments)
         casing = self.snapshot.casing
-        self._cells = self.snapshot.cells[casing]
         self._mass = self.snapshot.mass[casing]
-        self._corners = self.snapshot.position[self._cells]
-        self._node_velocity = self.snapshot.velocity[self._cells]
+        self._corners = self.snapshot.position[self.snapshot.cells[casing]]
+        self._node_velocity = self.snapshot.velocity[self.snapshot.cells[casing]]
         self.laws = tuple(
             segment_law(s, float(self._mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
             for s in self.segments
         )
         self._outside = outside_of(self.snapshot.rounds, self.settings)
-        self._sides = cell_sides(self._corners)
-        self._neighbours = self._local_neighbours()
+        self._sources = self._point_sources()
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
+        self._turned = self.settings.random_turn and len(self.rounds) == 1
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
-        self._middles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # of velocity and place
         self._field: VelocityField | None = None
 
-    def _local_neighbours(self) -> list[NDArray[np.int64]]:
-        """Face neighbours within each segment, in the numbers of its own cells."""
-        group, local = np.empty((2, len(self._cells)), dtype=np.int64)
-        group[:], local[:] = -1, -1
-        for number, segment in enumerate(self.segments):
-            group[segment.cells] = number
-            local[segment.cells] = np.arange(segment.cells.size)
-        neighbours = face_neighbours(self._cells, group)
-        return [np.where(neighbours[s.cells] >= 0, local[neighbours[s.cells]], -1) for s in self.segments]
+    def _point_sources(self) -> tuple[CellPoints, ...]:
+        """Where the material points of each segment come from."""
+        masses = [self._mass[segment.cells] for segment in self.segments]
+        number = numbers(masses, [lightest_that_matters(law.law) for law in self.laws])
+        return tuple(
+            CellPoints.of_segment(
+                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._node_velocity[s.cells], count
+            )
+            for s, mass, count in zip(self.segments, masses, number, strict=True)
+        )
 
     def realisation(self, seed: int, number: int = 0) -> BreakUpResult:
         """Break the casing up once.
 
-        Every (realisation, round, segment) has a stream of chance of its own, so that the result of one does not
-        depend on which others are computed, in which order, or on which rank; so has every image.
+        Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
+        on which others are computed, in which order, or on which rank; so has every image, and the turn.
 
         Parameters
         ----------
@@ -172,12 +116,19 @@ class BreakUp:
         number : int
             Which realisation of the ensemble.
         """
-        results, patches = self._drawn(seed, number)
-        return self._result(results, patches, self._handed_over(results, patches))
+        parts = list(self._parts(seed, number))
+        angle = self._angle(seed, number)
+        placed = [self._placed(part) for part in parts]
+        fragments = self._fragments([part.result for part in parts], placed, angle)
+        return self._result(parts, fragments, angle)
 
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
-        return self._handed_over(*self._drawn(seed, number))
+        results, placed = [], []
+        for part in self._parts(seed, number):
+            results.append(part.result)
+            placed.append(self._placed(part))
+        return self._fragments(results, placed, self._angle(seed, number))
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
         """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
@@ -186,12 +137,25 @@ class BreakUp:
         with ThreadPoolExecutor(workers) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
-    def _drawn(self, seed: int, number: int) -> tuple[tuple[SegmentResult, ...], Patches]:
+    def _angle(self, seed: int, number: int) -> float | None:
+        """By how much this realisation is turned (rad)."""
+        if not self._turned:
+            return None
+        stream = np.random.SeedSequence(_whole("seed", seed), spawn_key=(_whole("realisation", number),))
+        return float(2.0 * np.pi * np.random.default_rng(stream).random())
+
+    def _motion(self, number: int, angle: float | None) -> Isometry | None:
+        """How the fragments of round `number` of `rounds` are moved from where the casing has them."""
+        broken = self.rounds[number]
+        if angle is None:
+            return broken.image
+        return rotation(broken.axis, self.snapshot.rounds[broken.computed].position, angle)
+
+    def _parts(self, seed: int, number: int) -> Iterator[_Part]:
         entropy, number = _whole("seed", seed), _whole("realisation", number)
-        results, parts = [], []
         # Children of a segment's stream end in 0 and 1; images count from 2 and so keep clear of them.
         for copy in range(len(self._images) + 1):
-            for segment, law, neighbours in zip(self.segments, self.laws, self._neighbours, strict=True):
+            for segment, law, source in zip(self.segments, self.laws, self._sources, strict=True):
                 key = (number, segment.round, segment.index, *((copy + 1,) if copy else ()))
                 stream = np.random.SeedSequence(entropy, spawn_key=key)
                 drawing, placing = (np.random.default_rng(child) for child in stream.spawn(2))
@@ -200,87 +164,94 @@ class BreakUp:
                 except InputError as error:
                     name = self.snapshot.rounds[segment.round].name
                     raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
-                cell_mass, sides = self._mass[segment.cells], self._sides[segment.cells]
-                take_all = draw.method != "graded"
-                patches = place(draw.mass, cell_mass, neighbours, placing, take_all=take_all, sides=sides)
-                parts.append((patches, segment.cells))
+                points = source.draw(placing, local=self.settings.velocity == "interpolation")
+                axis = self.snapshot.rounds[segment.round].axis
+                clusters = place(draw.mass, points.position, points.mass, placing, axis)
                 own = copy * len(self.snapshot.rounds) + segment.round
-                contiguous = int(patches.contiguous.sum())
-                results.append(SegmentResult(own, segment, law, draw, patches.mass.size, contiguous))
-        return tuple(results), join(parts)
+                resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
+                result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)
+                yield _Part(result, points, clusters)
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:
             return Graded(self.settings.graded_m0, self.settings.graded_dm)
         return Quantile()
 
-    def _handed_over(self, results: tuple[SegmentResult, ...], patches: Patches) -> Fragments:
+    def _placed(self, part: _Part) -> tuple[NDArray[np.float64], ...]:
+        """Masses (n,), positions and velocities (n, 3) of a segment's fragments, where the casing has them."""
+        points, clusters = part.points, part.clusters
+        if self.settings.velocity == "mean":
+            return clusters.mass, *clusters.means(points)
+        if self._field is None:
+            from transition.dolfinx_field import VelocityField
+
+            self._field = VelocityField(self.snapshot)
+        cell, local = points.cell[clusters.chosen], points.local[clusters.chosen]
+        return clusters.mass, trilinear(self._corners[cell], local), self._field.at(cell, local)
+
+    def _fragments(
+        self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], angle: float | None
+    ) -> Fragments:
+        """All fragments, mirrored and turned."""
         from flight.fragments import Fragments
 
-        if self.settings.velocity == "interpolation":
-            if self._field is None:
-                from transition.dolfinx_field import VelocityField
-
-                self._field = VelocityField(self.snapshot)
-            velocity = self._field.at(patches.seed, patches.point)
-            position = point_positions(patches, self._corners)
-        else:
-            if self._middles is None:
-                self._middles = cell_middles(self._node_velocity), cell_middles(self._corners)
-            velocity = patch_means(patches, self._node_velocity, self._middles[0])
-            position = patch_means(patches, self._corners, self._middles[1])
+        mass, position, velocity = (np.concatenate(arrays) for arrays in zip(*placed, strict=True))
         counts = [result.fragments for result in results]
         of_round = np.repeat([r.round for r in results], counts).astype(np.int32)
         of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)
-        computed = len(self.snapshot.rounds)
-        for copy, image in enumerate(self._images, start=1):
-            mine = of_round // computed == copy
-            position[mine], velocity[mine] = image.place(position[mine]), image.vector(velocity[mine])
-        shape = np.full(patches.mass.size, float(self.settings.shape_factor))
+        for number in range(len(self.rounds)):
+            motion = self._motion(number, angle)
+            if motion is not None:
+                mine = of_round == number
+                position[mine], velocity[mine] = motion.place(position[mine]), motion.vector(velocity[mine])
+        shape = np.full(mass.size, float(self.settings.shape_factor))
         names = tuple(broken.name for broken in self.rounds)
-        return Fragments(patches.mass, position, velocity, shape, of_round, of_segment, names)
+        return Fragments(mass, position, velocity, shape, of_round, of_segment, names)
 
-    def _result(self, results: tuple[SegmentResult, ...], patches: Patches, fragments: Fragments) -> BreakUpResult:
-        whole = self._casing_sums(None)
-        for image in self._images:
-            whole += self._casing_sums(None).mirrored(image)
-        handed_over = ledger(fragments.mass, fragments.velocity, whole)
-        numbers = sorted({result.round for result in results})
-        ledgers = {number: self._ledger(number, fragments) for number in numbers}
-        directions = {number: self._directions(number, fragments) for number in numbers}
-        summary = summarised(
-            self.rounds, results, ledgers, directions, handed_over, patches, self.settings, self._outside
-        )
+    def _result(self, parts: Sequence[_Part], fragments: Fragments, angle: float | None) -> BreakUpResult:
+        results = tuple(part.result for part in parts)
+        spin = np.concatenate([part.clusters.spin(part.points) for part in parts])
+        found = sorted({result.round for result in results})
+        sums, ledgers = {}, {}
+        for number in found:
+            motion, casing = self._motion(number, angle), self._casing_sums(self.rounds[number].computed)
+            mine = fragments.round == number
+            if motion is not None:
+                casing, spin[mine] = casing.moved(motion), motion.axial_vector(spin[mine])
+            sums[number] = casing
+            ledgers[number] = ledger(fragments.select(mine), spin[mine], casing)
+        whole = ledger(fragments, spin, sum((sums[number] for number in found[1:]), sums[found[0]]))
+        directions = {number: self._directions(number, fragments, angle) for number in found}
+        clusters = Clusters.concatenate([(part.clusters, len(part.points)) for part in parts])
         return BreakUpResult(
-            fragments, results, patches, tuple(directions.items()), handed_over, tuple(ledgers.items()), summary
+            fragments=fragments,
+            segments=results,
+            points=MaterialPoints.concatenate([part.points for part in parts]),
+            clusters=clusters,
+            turn=angle,
+            directions=tuple(directions.items()),
+            ledger=whole,
+            ledgers=tuple(ledgers.items()),
+            summary=summarised(self.rounds, results, ledgers, directions, whole, self.settings, self._outside, angle),
         )
 
-    def _casing_sums(self, computed: int | None) -> CasingSums:
-        """Sums over the casing of a computed round, or of all of them."""
-        key = -1 if computed is None else computed
-        if key not in self._sums:
-            own = slice(None) if computed is None else self.snapshot.round[self.snapshot.casing] == computed
-            self._sums[key] = casing_sums(self._mass[own], self._node_velocity[own])
-        return self._sums[key]
+    def _casing_sums(self, computed: int) -> CasingSums:
+        """Sums over the casing of a computed round."""
+        if computed not in self._sums:
+            own = self.snapshot.round[self.snapshot.casing] == computed
+            self._sums[computed] = casing_sums(self._mass[own], self._corners[own], self._node_velocity[own])
+        return self._sums[computed]
 
-    def _ledger(self, number: int, fragments: Fragments) -> Ledger:
-        broken = self.rounds[number]
-        sums = self._casing_sums(broken.computed)
-        mine = fragments.round == number
-        return ledger(
-            fragments.mass[mine], fragments.velocity[mine], sums.mirrored(broken.image) if broken.image else sums
-        )
-
-    def _directions(self, number: int, fragments: Fragments) -> Directions:
-        broken = self.rounds[number]
-        if number not in self._cell_shares:
+    def _directions(self, number: int, fragments: Fragments, angle: float | None) -> Directions:
+        broken, motion = self.rounds[number], self._motion(number, angle)
+        shares = self._cell_shares.get(number)
+        if shares is None:
             own = self.snapshot.round[self.snapshot.casing] == broken.computed
             velocity = self._node_velocity[own]
-            if broken.image:
-                velocity = broken.image.vector(velocity)
-            self._cell_shares[number] = cell_shares(self._mass[own], velocity, broken.axis)
+            shares = cell_shares(self._mass[own], motion.vector(velocity) if motion else velocity, broken.axis)
+            if angle is None:
+                self._cell_shares[number] = shares
         mine = fragments.round == number
-        shares = self._cell_shares[number]
         return compare_directions(fragments.mass[mine], fragments.velocity[mine], shares, broken.axis)
 
 

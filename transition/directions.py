@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.placing import trilinear
+from transition.shape_functions import trilinear
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

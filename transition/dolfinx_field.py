@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.errors import InputError
-from transition.placing import trilinear
+from transition.shape_functions import trilinear
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,7 +45,7 @@ class VelocityField:
             from burst_fenicsx import compat
         except ImportError as error:
             raise InputError(
-                f"break_up.velocity = 'interpolation' needs dolfinx ({error}); 'patch' works without it"
+                f"break_up.velocity = 'interpolation' needs dolfinx ({error}); 'mean' works without it"
             ) from None
 
         cells = snapshot.cells[snapshot.casing][:, _TENSOR_ORDER]

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transition.shape_functions import field_angular_momentum, modes
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from transition.mirroring import Image
+    from flight.fragments import Fragments
+    from transition.isometry import Isometry
 
 __all__ = ["CasingSums", "Ledger", "casing_sums", "ledger"]
 
@@ -23,7 +26,9 @@ class Ledger:
     """Mass, momentum and energy before and after. SI units.
 
     The casing's momentum and energy are those of its lumped nodal masses (an eighth of each cell's mass at each of
-    its nodes), as the burst stage steps them.
+    its nodes), as the burst stage steps them. Angular momentum is counted about the origin of coordinates; the
+    casing's is that of the finite-element field with each cell's mass spread evenly over its reference coordinates.
+    Fragments are handed over without spin: what they would have is counted here as lost.
 
     Attributes
     ----------
@@ -36,6 +41,11 @@ class Ledger:
     momentum_error : float
         Length of the difference over the casing's sum of mass times speed, since opposite sides cancel in the
         momentum itself.
+    angular_momentum, spin, casing_angular_momentum : tuple of float
+        Of the fragments' flight, of the fragments about their own centres of mass (lost), and of the casing
+        (kg m2/s).
+    angular_momentum_error : float
+        Length of the first two less the third, over the casing's sum of mass times distance times speed.
     energy, casing_energy : float
         Kinetic (J).
     energy_error : float
@@ -51,6 +61,10 @@ class Ledger:
     momentum: tuple[float, float, float]
     casing_momentum: tuple[float, float, float]
     momentum_error: float
+    angular_momentum: tuple[float, float, float]
+    spin: tuple[float, float, float]
+    casing_angular_momentum: tuple[float, float, float]
+    angular_momentum_error: float
     energy: float
     casing_energy: float
     energy_error: float
@@ -59,48 +73,79 @@ class Ledger:
 
 @dataclass(frozen=True)
 class CasingSums:
-    """Mass (kg), momentum (kg m/s), sum of mass times speed and energies (J) of a casing; see `Ledger`."""
+    """Sums over a casing: see `Ledger`.
+
+    Mass (kg), momentum (kg m/s), sum of mass times speed, angular momentum (kg m2/s), sum of mass times distance
+    times speed, and energies (J).
+    """
 
     mass: float
     momentum: NDArray[np.float64]
     scale: float
+    angular_momentum: NDArray[np.float64]
+    angular_scale: float
     energy: float
     cell_energy: float
 
-    def mirrored(self, image: Image) -> CasingSums:
-        """The sums of the casing's image behind planes of symmetry."""
-        return replace(self, momentum=image.vector(self.momentum))
+    def moved(self, motion: Isometry) -> CasingSums:
+        """The sums of the casing after a rotation or behind planes of symmetry; the scale is left as it is."""
+        momentum = motion.vector(self.momentum)
+        angular = motion.axial_vector(self.angular_momentum) + np.cross(motion.shift, momentum)
+        return replace(self, momentum=momentum, angular_momentum=angular)
 
     def __add__(self, other: CasingSums) -> CasingSums:
         return CasingSums(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
 
 
-def casing_sums(cell_mass: NDArray[np.float64], node_velocity: NDArray[np.float64]) -> CasingSums:
-    """Sums over casing cells, masses (m,) and velocities of their nodes (m, 8, 3), in kg and m/s."""
+def casing_sums(
+    cell_mass: NDArray[np.float64], corners: NDArray[np.float64], node_velocity: NDArray[np.float64]
+) -> CasingSums:
+    """Sums over casing cells: masses (m,), positions and velocities of their nodes (m, 8, 3), in kg, m and m/s."""
     cell_velocity = node_velocity.mean(axis=1)
     squares = np.einsum("ckj,ckj->ck", node_velocity, node_velocity)
+    speed = np.sqrt(squares)
+    together = modes(np.concatenate([corners, node_velocity], axis=2))
     return CasingSums(
         mass=float(cell_mass.sum()),
         momentum=cell_mass @ cell_velocity,
-        scale=float(cell_mass @ np.sqrt(squares).mean(axis=1)),
+        scale=float(cell_mass @ speed.mean(axis=1)),
+        angular_momentum=field_angular_momentum(cell_mass, together, np.zeros(3)),
+        angular_scale=float(cell_mass @ (np.linalg.norm(corners, axis=2) * speed).mean(axis=1)),
         energy=0.5 * float(cell_mass @ squares.mean(axis=1)),
         cell_energy=0.5 * float(cell_mass @ np.einsum("ij,ij->i", cell_velocity, cell_velocity)),
     )
 
 
-def ledger(fragment_mass: NDArray[np.float64], fragment_velocity: NDArray[np.float64], casing: CasingSums) -> Ledger:
-    """Compare fragments (n,), (n, 3), kg and m/s, with the sums of the casing that they were made from."""
-    mass = float(fragment_mass.sum())
-    momentum = fragment_mass @ fragment_velocity
-    energy = 0.5 * float(fragment_mass @ np.einsum("ij,ij->i", fragment_velocity, fragment_velocity))
+def ledger(fragments: Fragments, spin: NDArray[np.float64], casing: CasingSums) -> Ledger:
+    """Compare fragments with the sums of the casing that they were made from.
+
+    Parameters
+    ----------
+    fragments : flight.fragments.Fragments
+        As handed over.
+    spin : (n, 3) float64
+        Their angular momenta about their own centres of mass, which they lose (kg m2/s).
+    casing : CasingSums
+        Sums over the casing.
+    """
+    mass, position, velocity = fragments.mass, fragments.position, fragments.velocity
+    total = float(mass.sum())
+    momentum = mass @ velocity
+    orbital, own = mass @ np.cross(position, velocity), spin.sum(axis=0)
+    energy = 0.5 * float(mass @ np.einsum("ij,ij->i", velocity, velocity))
     difference = float(np.linalg.norm(momentum - casing.momentum))
+    turning = float(np.linalg.norm(orbital + own - casing.angular_momentum))
     return Ledger(
-        mass=mass,
+        mass=total,
         casing_mass=casing.mass,
-        mass_error=(mass - casing.mass) / casing.mass,
+        mass_error=(total - casing.mass) / casing.mass,
         momentum=_triple(momentum),
         casing_momentum=_triple(casing.momentum),
         momentum_error=difference / casing.scale if casing.scale > 0.0 else 0.0,
+        angular_momentum=_triple(orbital),
+        spin=_triple(own),
+        casing_angular_momentum=_triple(casing.angular_momentum),
+        angular_momentum_error=turning / casing.angular_scale if casing.angular_scale > 0.0 else 0.0,
         energy=energy,
         casing_energy=casing.energy,
         energy_error=(energy - casing.energy) / casing.energy if casing.energy > 0.0 else 0.0,

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.errors import InputError
+from transition.isometry import Isometry
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 __all__ = ["Image", "SymmetryPlane", "images"]
 
@@ -36,30 +35,16 @@ class SymmetryPlane:
 
 
 @dataclass(frozen=True, eq=False)
-class Image:
+class Image(Isometry):
     """One mirrored copy of everything computed.
 
     Attributes
     ----------
     planes : tuple of str
         Names of the planes that it is mirrored at, one after the other.
-    matrix : (3, 3) float64
-        Orthogonal; its determinant is -1 for an odd number of planes.
-    shift : (3,) float64
-        Place of the mirrored origin (m).
     """
 
     planes: tuple[str, ...]
-    matrix: NDArray[np.float64]
-    shift: NDArray[np.float64]
-
-    def place(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mirrored places (..., 3) in m."""
-        return np.asarray(positions @ self.matrix.T + self.shift)
-
-    def vector(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mirrored velocities, momenta, or axes (..., 3)."""
-        return np.asarray(vectors @ self.matrix.T)
 
     def name_of(self, name: str) -> str:
         """Name of the image of the round `name`."""
@@ -90,7 +75,7 @@ def images(planes: Sequence[SymmetryPlane], source: str = "planes") -> tuple[Ima
         _check_angle(first, second, source)
     mirrors = [_reflection(plane) for plane in planes]
     size = max((float(np.abs(mirror.shift).max()) for mirror in mirrors), default=0.0) or 1.0
-    found = [Image((), np.eye(3), np.zeros(3))]
+    found = [Image(np.eye(3), np.zeros(3), ())]
     newest = found
     while newest:
         following: list[Image] = []
@@ -124,12 +109,12 @@ def _check_angle(first: SymmetryPlane, second: SymmetryPlane, source: str) -> No
 def _reflection(plane: SymmetryPlane) -> Image:
     normal = np.asarray(plane.normal)
     matrix = np.eye(3) - 2.0 * np.outer(normal, normal)
-    return Image((plane.name,), matrix, 2.0 * float(normal @ plane.point) * normal)
+    return Image(matrix, 2.0 * float(normal @ plane.point) * normal, (plane.name,))
 
 
 def _after(image: Image, mirror: Image) -> Image:
     """First `image`, then `mirror`."""
-    return Image((*image.planes, *mirror.planes), mirror.matrix @ image.matrix, mirror.place(image.shift))
+    return Image(mirror.matrix @ image.matrix, mirror.place(image.shift), (*image.planes, *mirror.planes))
 
 
 def _same(one: Image, other: Image, size: float) -> bool:

@@ -22,13 +22,15 @@ _COMPARED = {
     "gurney_sarmousakis": ("explosive_constant",),
 }
 """Inputs at whose defaults each law was compared with published data."""
-_CHOICES: dict[str, tuple[str, ...]] = {
+_CHOICES: dict[str, tuple[str | bool, ...]] = {
     "rupture": ("critical_strain", "burst"),
     "strain_rate": ("speed", "burst"),
     "velocity_source": ("burst", "gurney"),
     "sampler": ("quantile", "graded"),
-    "velocity": ("patch", "interpolation"),
+    "velocity": ("mean", "interpolation"),
+    "random_turn": (True, False),
 }
+_FORMER = {("velocity", "patch"): "'patch' is now called 'mean': the mean over the fragment's material points"}
 
 
 @dataclass(frozen=True)
@@ -66,9 +68,14 @@ class BreakUpSettings:
         by "quantile" always: grades of fine steps hold none of their few fragments.
     graded_m0, graded_dm : float
         m_0 and the step of Eq. 26 (kg).
-    velocity : "patch" or "interpolation"
-        Mean of the velocity field over what the fragment covers, parts of cells included (keeps momentum), or shape
-        functions at the fragment's point (Eq. 30).
+    velocity : "mean" or "interpolation"
+        Mass-weighted mean of the velocity field over the fragment's material points, with their centre of mass as its
+        position (keeps momentum); or velocity and position of one of its points, drawn at random by mass, by the
+        shape functions (Eq. 30).
+    random_turn : bool
+        Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
+        that is axisymmetric until it breaks up: on average over the realisations no azimuth then differs from another,
+        whatever the mesh. Several rounds, and rounds with images, are never turned.
     shape_factor : float
         k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
     explosive_constant : float or None
@@ -97,7 +104,8 @@ class BreakUpSettings:
     sampler: Literal["quantile", "graded"] = "quantile"
     graded_m0: float = 0.0
     graded_dm: float = 1.0e-4
-    velocity: Literal["patch", "interpolation"] = "patch"
+    velocity: Literal["mean", "interpolation"] = "mean"
+    random_turn: bool = False
     shape_factor: float = 2600.0
     explosive_constant: float | None = None
     segments: Stations | Mapping[str, Stations] | None = None
@@ -107,9 +115,7 @@ class BreakUpSettings:
         if isinstance(self.dimension, bool) or self.dimension not in _DIMENSIONS:
             raise InputError(f"break_up.dimension: found {self.dimension!r}; allowed: 2, 3, 'mixed'")
         for name, allowed in _CHOICES.items():
-            found = getattr(self, name)
-            if found not in allowed:
-                raise InputError(f"break_up.{name}: found {found!r}{nearest(found, allowed)}")
+            _one_of(name, getattr(self, name), allowed)
         laws = ("mott", "mott_1947", "gurney_sarmousakis")
         if isinstance(self.mean_mass, str):
             if self.mean_mass not in laws:
@@ -169,6 +175,13 @@ class BreakUpSettings:
 
 def _default(name: str) -> object:
     return BreakUpSettings.__dataclass_fields__[name].default
+
+
+def _one_of(name: str, found: object, allowed: tuple[str | bool, ...]) -> None:
+    if (name, found) in _FORMER:
+        raise InputError(f"break_up.{name}: {_FORMER[name, str(found)]}")
+    if found not in allowed or type(found) is not type(allowed[0]):
+        raise InputError(f"break_up.{name}: found {found!r}{nearest(found, [str(choice) for choice in allowed])}")
 
 
 def _number(name: str, value: object) -> float:

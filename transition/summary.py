@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from transition.break_up import BrokenRound, SegmentResult
     from transition.directions import Directions
     from transition.ledger import Ledger
-    from transition.placing import Patches
+    from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 
 __all__ = ["summarised"]
@@ -22,9 +21,9 @@ def summarised(
     ledgers: Mapping[int, Ledger],
     directions: Mapping[int, Directions],
     handed_over: Ledger,
-    patches: Patches,
     settings: BreakUpSettings,
     outside: Mapping[str, Sequence[str]],
+    turn: float | None,
 ) -> dict[str, Any]:
     """Numbers of one realisation.
 
@@ -38,24 +37,26 @@ def summarised(
         For the rounds that have fragments.
     handed_over : Ledger
         Of all rounds together.
-    patches : Patches
-        What the fragments cover.
     settings : BreakUpSettings
         Choices of the break-up.
     outside : mapping from a round's name
         In which respects no published data on mean masses are near it.
+    turn : float or None
+        Angle by which all fragments were turned about the round's axis (rad).
     """
     factor, source = settings.factor
     return {
-        "fragments": int(patches.mass.size),
+        "fragments": sum(r.fragments for r in results),
+        "points": sum(r.points for r in results),
         "mass": handed_over.mass,
         "mass_error": handed_over.mass_error,
         "momentum_error": handed_over.momentum_error,
+        "angular_momentum_error": handed_over.angular_momentum_error,
+        "angular_momentum": handed_over.angular_momentum,
+        "spin_lost": handed_over.spin,
         "energy_error": handed_over.energy_error,
         "casing_energy": handed_over.casing_energy,
         "energy_lost": handed_over.casing_energy - handed_over.energy,
-        "contiguous_fraction": float(patches.contiguous.mean()),
-        "contiguous_mass_fraction": float(patches.mass[patches.contiguous].sum() / patches.mass.sum()),
         "sampler": settings.sampler,
         "velocity": settings.velocity,
         "mean_mass": {
@@ -64,6 +65,7 @@ def summarised(
             "factor_source": source,
             "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
         },
+        "turn": turn,
         "rounds": [
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
             for number, found in directions.items()
@@ -81,6 +83,7 @@ def _round_summary(
         "mass": float(sum(r.draw.mass.sum() for r in results)),
         "mass_error": handed_over.mass_error,
         "momentum_error": handed_over.momentum_error,
+        "angular_momentum_error": handed_over.angular_momentum_error,
         "energy_error": handed_over.energy_error,
         "polar_difference": directions.polar_difference,
         "azimuth_difference": directions.azimuth_difference,
@@ -121,5 +124,6 @@ def _segment_summary(result: SegmentResult) -> dict[str, Any]:
         "strain_rate_source": law.rate_source,
         "method": result.draw.method,
         "closure": result.draw.closure,
-        "contiguous": result.contiguous,
+        "points": result.points,
+        "resolved": result.resolved,
     }

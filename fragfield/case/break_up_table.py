@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from fragfield.case.quantities import EnergyPerArea, Length, Mass, NumberOrWord, Quantity
 from fragfield.case.table import Table
 
 __all__ = ["BreakUpTable"]
+
+
+def _renamed(value: object) -> object:
+    if value == "patch":
+        raise PydanticCustomError("renamed", 'Now called "mean": the mean over a fragment\'s material points')
+    return value
 
 
 class BreakUpTable(Table):
@@ -49,8 +56,8 @@ class BreakUpTable(Table):
     """Mass of grade 0, for sampler = "graded"."""
     graded_dm: Mass = 1e-4
     """Mass between two grades, for sampler = "graded"."""
-    velocity: Literal["patch", "interpolation"] = "patch"
-    """Mean over the cells that a fragment covers, or interpolation at its centre (Eq. 30)."""
+    velocity: Annotated[Literal["mean", "interpolation"], BeforeValidator(_renamed)] = "mean"
+    """Mean over the fragment's material points, or the field at a random one of them (Eq. 30)."""
     explosive_constant: float | None = Field(default=None, gt=0.0)
     """B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); left out: by the name of the explosive."""
     segments: list[Length] | None = None

@@ -88,13 +88,14 @@ def _degrees(angle: float) -> float:
 
 
 def break_up_settings(case: Case) -> BreakUpSettings:
-    """Settings of the break-up."""
+    """Settings of the break-up; a single axisymmetric round is turned about its axis in each realisation."""
+    from fragfield.case.symmetry import is_axisymmetric
     from transition import BreakUpSettings
 
     values = case.break_up.model_dump(exclude={"realisations"})
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
-    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor)
+    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_turn=is_axisymmetric(case))
 
 
 def flight_arguments(case: Case) -> dict[str, Any]:

@@ -64,6 +64,7 @@ from tests.fragfield.case_documents import CASE, a_round, changed, changed_burst
         (changed(flight={"drag": "sphre"}), ["flight.drag", "sphere"]),
         (changed(flight={"drag": [1]}), ["flight.drag: found [1]; allowed: a name, a file, or a number"]),
         (changed(break_up={"segments": ["2 cm", "1 cm"]}), ["break_up.segments", "rise"]),
+        (changed(break_up={"velocity": "patch"}), ['break_up.velocity: found "patch"; now called "mean"']),
         (changed(break_up={"dimension": 4}), ["break_up.dimension: found 4", '2, 3 or "mixed"']),
         (changed(seed=-1), ["seed: found -1; allowed: at least 0"]),
         (changed(burst={"cell_size": "9 mm", "products": "jwl"},

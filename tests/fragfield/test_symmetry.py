@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case, load_changed_case
+from fragfield.case.convert import break_up_settings
 from fragfield.case.symmetry import all_azimuths_alike, is_axisymmetric
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -33,3 +34,4 @@ def test_what_breaks_the_symmetry(changes: dict[str, object], axisymmetric: bool
     """A lying round keeps its own axis but not the azimuths; ignition beside the axis breaks both."""
     case = load_changed_case(CASES / "m107_tnt.toml", changes)
     assert (is_axisymmetric(case), all_azimuths_alike(case)) == (axisymmetric, alike)
+    assert break_up_settings(case).random_turn is axisymmetric

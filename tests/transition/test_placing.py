@@ -1,198 +1,190 @@
-"""Placing: every cell's mass is given out exactly once, whatever the mesh and the fragments."""
+"""Placing: every point is given out once, masses are exact, and fragments are compact wherever they lie."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from transition.adjacency import face_neighbours
-from transition.placing import cell_sides, patch_means, place, trilinear
-
-
-def block(nx, ny, nz):
-    """Hexahedra of a block of unit cells: nodes and cells in VTK order."""
-    x, y, z = np.meshgrid(range(nx + 1), range(ny + 1), range(nz + 1), indexing="ij")
-    nodes = np.column_stack([x.ravel(), y.ravel(), z.ravel()]).astype(float)
-
-    def number(i, j, k):
-        return (i * (ny + 1) + j) * (nz + 1) + k
-
-    i, j, k = (a.ravel() for a in np.meshgrid(range(nx), range(ny), range(nz), indexing="ij"))
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    return nodes, np.column_stack([number(i + a, j + b, k + c) for a, b, c in corners])
+from tests.transition.synthetic import Tube
+from transition import BreakUp, BreakUpSettings
+from transition.placing import Clusters, place
+from transition.points import MaterialPoints
 
 
 def partition(total, number, generator):
-    """Random masses with a heavy tail, falling, of a given sum."""
-    masses = np.sort(generator.exponential(size=number) ** 3)[::-1]
+    """Random masses with a heavy tail and a given sum."""
+    masses = generator.exponential(size=number) ** 3
     return masses * (total / masses.sum())
 
 
-def test_neighbours_of_a_block():
-    _, cells = block(3, 4, 5)
-    neighbours = face_neighbours(cells, np.zeros(60, dtype=np.int64))
-    place_of = np.array(np.unravel_index(np.arange(60), (3, 4, 5))).T
-    for cell in range(60):
-        near = {other for other in range(60) if np.abs(place_of[cell] - place_of[other]).sum() == 1}
-        assert set(neighbours[cell][neighbours[cell] >= 0]) == near
+def points_of(position, mass, velocity=None):
+    velocity = np.zeros_like(position) if velocity is None else velocity
+    whole = np.zeros(len(mass), dtype=np.int32)
+    return MaterialPoints(position, velocity, mass, whole, whole, np.zeros(len(mass), dtype=np.int64), np.empty((0, 3)))
 
 
-def test_groups_are_not_neighbours():
-    _, cells = block(4, 1, 1)
-    neighbours = face_neighbours(cells, np.array([0, 0, 1, 1]))
-    assert [set(row[row >= 0]) for row in neighbours] == [{1}, {0}, {3}, {2}]
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_every_cells_mass_is_given_once(seed):
-    """Random blocks with holes (often in several parts), random cell masses, fragments from crumbs to many cells."""
+@pytest.mark.parametrize("seed", range(60))
+def test_every_points_mass_is_given_once(seed):
+    """Clouds of any shape, points of any mass, fragments from crumbs of one point to most of the cloud."""
     generator = np.random.default_rng(seed)
-    _, cells = block(*generator.integers(1, 12, 3))
-    cells = cells[generator.random(len(cells)) < generator.uniform(0.4, 1.0)]
-    if not len(cells):
-        cells = block(1, 1, 1)[1]
-    mass = generator.lognormal(sigma=1.0, size=len(cells)) * 1e-3
-    number = int(np.exp(generator.uniform(0.0, np.log(4.0 * len(cells) + 2.0))))
+    count = int(np.exp(generator.uniform(0.0, np.log(3000.0))))
+    position = generator.normal(size=(count, 3)) * generator.choice([1e-6, 0.02, 1.0], 3)
+    mass = generator.lognormal(sigma=generator.choice([0.0, 1.0]), size=count) * 1e-3
+    number = int(np.exp(generator.uniform(0.0, np.log(3.0 * count + 2.0))))
     asked = partition(mass.sum(), number, generator)
-    neighbours = face_neighbours(cells, np.zeros(len(cells), dtype=np.int64))
-    patches = place(asked, mass, neighbours, generator, take_all=True)
-    np.testing.assert_allclose(np.bincount(patches.cell, patches.piece, minlength=len(mass)), mass, rtol=1e-12)
-    assert patches.mass.sum() == pytest.approx(mass.sum(), rel=1e-12)
-    assert patches.mass.size == number
-    np.testing.assert_allclose(np.sort(patches.mass)[::-1], asked, rtol=0.0, atol=1e-12 * mass.sum())
-    assert (patches.piece > 0.0).all()
-    assert (patches.cell[patches.offset[:-1]] == patches.seed).all()
+    axis = (0.0, 0.0, float(seed % 2))
+    clusters = place(asked, position, mass, generator, axis)
+    np.testing.assert_allclose(np.bincount(clusters.point, clusters.piece, minlength=count), mass, rtol=1e-12)
+    assert clusters.mass.size == number
+    np.testing.assert_allclose(clusters.mass, asked, rtol=1e-9, atol=1e-14 * mass.sum())
+    assert clusters.mass.sum() == pytest.approx(mass.sum(), rel=1e-13)
+    assert (clusters.piece > 0.0).all()
+    assert (np.diff(clusters.offset) > 0).all()
+    # A cut divides one point at most, and n fragments are separated by n - 1 cuts.
+    assert count <= clusters.point.size <= count + number - 1
+    for fragment in range(number):
+        assert clusters.chosen[fragment] in clusters.point[clusters.offset[fragment] : clusters.offset[fragment + 1]]
 
 
-def test_patches_said_to_hang_together_do():
-    generator = np.random.default_rng(3)
-    _, cells = block(10, 10, 10)
-    neighbours = face_neighbours(cells, np.zeros(1000, dtype=np.int64))
-    patches = place(partition(1000.0, 150, generator), np.ones(1000), neighbours, generator, take_all=True)
-    assert patches.contiguous.mean() > 0.75
-    for fragment in np.flatnonzero(patches.contiguous):
-        own = slice(patches.offset[fragment], patches.offset[fragment + 1])
-        covered = set(patches.cell[own][patches.piece[own] > 1e-9])  # the last one also takes round-off
-        reached, open_cells = {patches.seed[fragment]}, [patches.seed[fragment]]
-        while open_cells:
-            for other in neighbours[open_cells.pop()]:
-                if other in covered and other not in reached:
-                    reached.add(other)
-                    open_cells.append(other)
-        assert reached == covered
-
-
-def test_less_than_the_whole_mass_leaves_the_rest():
+def test_momenta_are_those_of_the_points():
     generator = np.random.default_rng(4)
-    _, cells = block(5, 5, 5)
-    neighbours = face_neighbours(cells, np.zeros(125, dtype=np.int64))
-    asked = np.full(30, 2.5)
-    patches = place(asked, np.ones(125), neighbours, generator, take_all=False)
-    np.testing.assert_allclose(patches.mass, asked, rtol=1e-14)
-    assert np.bincount(patches.cell, patches.piece, minlength=125).max() <= 1.0 + 1e-14
-
-
-def test_seeds_fall_on_cells_by_their_mass():
-    """One small fragment on cells of mass 1 to 5, four thousand times."""
-    _, cells = block(5, 1, 1)
-    neighbours = face_neighbours(cells, np.zeros(5, dtype=np.int64))
-    mass, generator = np.arange(1.0, 6.0), np.random.default_rng(2)
-    seeds = [place(np.array([0.01]), mass, neighbours, generator, take_all=False).seed[0] for _ in range(4000)]
-    share = mass / mass.sum()
-    assert (np.abs(np.bincount(seeds, minlength=5) - 4000 * share) < 4.0 * np.sqrt(4000 * share)).all()
-
-
-def test_centres_of_mass_keep_the_casings_first_moment_where_cells_are_covered_whole():
-    nodes, cells = block(6, 6, 6)
-    generator = np.random.default_rng(6)
-    neighbours = face_neighbours(cells, np.zeros(216, dtype=np.int64))
-    patches = place(np.array([100.0, 60.0, 40.0, 16.0]), np.ones(216), neighbours, generator, take_all=True)
-    places = patch_means(patches, nodes[cells])
-    np.testing.assert_allclose(patches.mass @ places, nodes[cells].mean(axis=1).sum(axis=0), rtol=1e-12)
-
-
-def test_fragments_smaller_than_a_cell_lie_apart_inside_it():
-    nodes, cells = block(1, 1, 1)
-    generator = np.random.default_rng(6)
-    neighbours = face_neighbours(cells, np.zeros(1, dtype=np.int64))
-    patches = place(np.full(50, 0.02), np.ones(1), neighbours, generator, take_all=True)
-    places = patch_means(patches, nodes[cells])
-    assert (places > 0.0).all()
-    assert (places < 1.0).all()
-    assert np.unique(places, axis=0).shape == (50, 3)
-
-
-def test_trilinear_is_exact_for_its_own_monomials():
-    generator = np.random.default_rng(8)
-    nodes, cells = block(1, 1, 1)
-    corners, points = np.repeat(nodes[cells], 20, axis=0), generator.random((20, 3))
-    np.testing.assert_allclose(trilinear(corners, points), points, atol=1e-15)
-    x, y, z = corners[..., 0], corners[..., 1], corners[..., 2]
-    values = np.stack([x * y * z, x * y - 2 * z, y * z + 3], axis=-1)
-    u, v, w = points.T
-    expected = np.column_stack([u * v * w, u * v - 2 * w, v * w + 3])
-    np.testing.assert_allclose(trilinear(values, points), expected, atol=1e-14)
-
-
-def test_patch_mean_of_a_constant_is_that_constant():
-    generator = np.random.default_rng(9)
-    _, cells = block(4, 4, 4)
-    neighbours = face_neighbours(cells, np.zeros(64, dtype=np.int64))
-    patches = place(partition(64.0, 20, generator), np.ones(64), neighbours, generator, take_all=True)
-    mean = patch_means(patches, np.tile([1.0, -2.0, 3.0], (64, 8, 1)))
-    np.testing.assert_allclose(mean, np.tile([1.0, -2.0, 3.0], (20, 1)), rtol=1e-13)
-
-
-@pytest.mark.parametrize("seed", range(20))
-@pytest.mark.parametrize("take_all", [True, False])
-def test_pieces_of_a_cell_have_its_mean_of_any_nodal_field(seed, take_all):
-    """Fields that differ wildly from node to node, crumbs and heavy fragments; also where mass is left over."""
-    generator = np.random.default_rng(seed)
-    _, cells = block(*generator.integers(1, 6, 3))
-    mass = generator.lognormal(sigma=1.0, size=len(cells))
-    asked = partition(
-        mass.sum() * (1.0 if take_all else 0.7), int(generator.integers(1, 8 * len(cells) + 2)), generator
+    position, velocity = generator.normal(size=(5000, 3)), generator.normal(scale=1000.0, size=(5000, 3))
+    points = points_of(position + np.array([3.0, 0.0, 5.0]), generator.lognormal(size=5000), velocity)
+    clusters = place(partition(points.mass.sum(), 300, generator), points.position, points.mass, generator)
+    centre, mean = clusters.means(points)
+    scale = points.mass @ np.linalg.norm(velocity, axis=1)
+    assert np.linalg.norm(clusters.mass @ mean - points.mass @ velocity) < 1e-13 * scale
+    assert (
+        np.abs(clusters.mass @ centre / points.mass.sum() - points.mass @ points.position / points.mass.sum()).max()
+        < 1e-13
     )
-    neighbours = face_neighbours(cells, np.zeros(len(cells), dtype=np.int64))
-    sides = generator.uniform(0.2, 3.0, (len(cells), 3))
-    patches = place(asked, mass, neighbours, generator, take_all=take_all, sides=sides)
-    field = generator.normal(scale=1000.0, size=(len(cells), 8, 3))
-    values = trilinear(field[patches.cell], patches.centre) * patches.piece[:, None]
-    given = np.bincount(patches.cell, patches.piece, minlength=len(cells))
-    found = np.column_stack([np.bincount(patches.cell, values[:, i], minlength=len(cells)) for i in range(3)])
-    scale = 1000.0 * mass.max()
-    np.testing.assert_allclose(found, given[:, None] * field.mean(axis=1), rtol=0.0, atol=1e-13 * scale)
-    total = patches.mass @ patch_means(patches, field)
-    np.testing.assert_allclose(total, given @ field.mean(axis=1), rtol=0.0, atol=1e-14 * 1000.0 * mass.sum())
+    orbital, spin = clusters.mass @ np.cross(centre, mean), clusters.spin(points).sum(axis=0)
+    whole = points.mass @ np.cross(points.position, velocity)
+    assert np.linalg.norm(orbital + spin - whole) < 1e-13 * scale * 6.0
+    assert np.linalg.norm(spin) > 1e-4 * np.linalg.norm(whole)
 
 
-def test_whole_cells_give_the_mean_of_their_nodes():
+def test_spin_of_two_points_by_hand():
+    points = points_of(
+        np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), np.array([1.0, 3.0]), np.array([[0.0, 0.0, 7.0], [0.0, 4.0, 7.0]])
+    )
+    clusters = place(np.array([4.0]), points.position, points.mass, np.random.default_rng(0))
+    centre, velocity = clusters.means(points)
+    np.testing.assert_allclose(centre, [[1.5, 0.0, 0.0]])
+    np.testing.assert_allclose(velocity, [[0.0, 3.0, 7.0]])
+    # reduced mass 3/4 kg, 2 m apart, 4 m/s across
+    np.testing.assert_allclose(clusters.spin(points), [[0.0, 0.0, 6.0]])
+
+
+def test_a_random_point_of_a_fragment_comes_by_its_mass():
+    """One fragment on points of mass 1 to 5, four thousand times."""
+    generator, mass = np.random.default_rng(2), np.arange(1.0, 6.0)
+    chosen = [place(mass.sum(keepdims=True), np.eye(5)[:, :3], mass, generator).chosen[0] for _ in range(4000)]
+    share = 4000.0 * mass / mass.sum()
+    assert (np.abs(np.bincount(chosen, minlength=5) - share) < 4.0 * np.sqrt(share)).all()
+
+
+def test_light_fragments_come_where_the_mass_is():
+    """A bar whose points grow heavier along it: numbers of light fragments by place go with the mass there."""
     generator = np.random.default_rng(5)
-    _, cells = block(4, 4, 4)
-    neighbours = face_neighbours(cells, np.zeros(64, dtype=np.int64))
-    patches = place(np.array([40.0, 16.0, 8.0]), np.ones(64), neighbours, generator, take_all=True)
-    field = generator.normal(size=(64, 8, 3))
-    np.testing.assert_array_equal(patches.centre, 0.5)
-    means = [field[patches.cell[patches.offset[f] : patches.offset[f + 1]]].mean(axis=(0, 1)) for f in range(3)]
-    np.testing.assert_allclose(patch_means(patches, field), means, rtol=0.0, atol=1e-14)
+    position = generator.random((4000, 3)) * [1.0, 0.1, 0.1]
+    mass = 1.0 + 3.0 * position[:, 0]
+    counts = []
+    for _ in range(100):
+        asked = np.concatenate([np.full(300, 0.0005), np.full(35, 0.85 / 35)]) * mass.sum()
+        clusters = place(asked, position, mass, generator)
+        centre, _ = clusters.means(points_of(position, mass))
+        counts.append(np.histogram(centre[:300, 0], np.linspace(0.0, 1.0, 9))[0])
+    counts = np.array(counts)
+    share = np.histogram(position[:, 0], np.linspace(0.0, 1.0, 9), weights=mass / mass.sum())[0]
+    error = counts.std(axis=0, ddof=1) / np.sqrt(100.0)
+    assert (np.abs(counts.mean(axis=0) - 300.0 * share) < 3.5 * error).all()
+    assert counts[:, -1].mean() > 2.5 * counts[:, 0].mean()
 
 
-def test_a_shared_cell_is_cut_across_its_longest_side():
-    _, cells = block(1, 1, 1)
-    neighbours = face_neighbours(cells, np.zeros(1, dtype=np.int64))
-    for axis in range(3):
-        sides = np.ones((1, 3))
-        sides[0, axis] = 3.0
-        generator = np.random.default_rng(axis)
-        patches = place(np.array([0.75, 0.25]), np.ones(1), neighbours, generator, take_all=True, sides=sides)
-        others = [i for i in range(3) if i != axis]
-        np.testing.assert_array_equal(patches.centre[:, others], 0.5)
-        along = patches.centre[:, axis]
-        assert sorted(np.abs(along - 0.5)) == pytest.approx([0.125, 0.375])
-        assert np.prod(along - 0.5) < 0.0
+@pytest.mark.parametrize("around", [24, 96])
+def test_fragments_are_compact_chips(tmp_path, around):
+    """Radius of gyration beside that of a cube, or of a square plate of the wall's thickness where that is thinner."""
+    tube = Tube(around=around, axial=30, stretch=1.5, ends=(), kinds=("wall",))
+    prepared = BreakUp(tube.read(tmp_path / "s.h5"), BreakUpSettings(mean_mass=12e-3))
+    ratios = []
+    for number in range(5):
+        result = prepared.realisation(3, number)
+        clusters, points = result.clusters, result.points
+        owner = np.repeat(np.arange(clusters.mass.size), np.diff(clusters.offset))
+        away = points.position[clusters.point] - clusters.means(points)[0][owner]
+        gyration = np.sqrt(np.bincount(owner, clusters.piece * (away**2).sum(axis=1)) / clusters.mass)
+        volume = clusters.mass / (7850.0 / 1.5**2)  # the tube is stretched without getting thinner
+        wall = 1.5 * 0.018
+        chip = np.where(volume < wall**3, 0.5 * np.cbrt(volume), np.sqrt((2.0 * volume / wall + wall**2) / 12.0))
+        matter = clusters.mass > result.segments[0].resolved
+        ratios.append((gyration / chip)[matter])
+    ratio = np.concatenate(ratios)
+    assert np.median(ratio) < 1.3
+    assert np.quantile(ratio, 0.95) < 1.8
+    assert (ratio > 3.0).mean() < 2e-3
 
 
-def test_sides_of_a_skewed_box():
-    nodes, cells = block(1, 1, 1)
-    skewed = nodes @ np.array([[2.0, 0.0, 0.0], [0.0, 3.0, 4.0], [0.0, 0.0, 7.0]])
-    np.testing.assert_allclose(cell_sides(skewed[cells]), [[2.0, 5.0, 7.0]])
+def test_a_ring_falls_into_arcs():
+    """Ten equal pieces of a thin ring: each one arc of 36 degrees, at another angle each time."""
+    generator = np.random.default_rng(6)
+    angle = np.linspace(0.0, 2.0 * np.pi, 20_000, endpoint=False)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0.01 * generator.random(angle.size)])
+    begins = []
+    for _ in range(20):
+        clusters = place(np.full(10, 0.1), ring, np.full(angle.size, 1.0 / angle.size), generator, (0.0, 0.0, 2.0))
+        for f in range(10):
+            own = np.sort(angle[clusters.point[clusters.offset[f] : clusters.offset[f + 1]]])
+            gap = np.diff(np.append(own, own[0] + 2.0 * np.pi)).max()
+            assert 2.0 * np.pi - gap < np.radians(36.0 + 8.0)
+        begins.append(np.degrees(own[0]) % 36.0)
+    assert np.ptp(begins) > 20.0
+
+
+def test_less_than_the_whole_mass_leaves_the_rest_everywhere():
+    generator = np.random.default_rng(4)
+    position = generator.random((4000, 3)) * [1.0, 0.1, 0.1]
+    asked = np.full(60, 1.0 / 100.0)
+    left = np.zeros(4)
+    for _ in range(40):
+        clusters = place(asked, position, np.full(4000, 1.0 / 4000.0), generator)
+        np.testing.assert_allclose(clusters.mass, asked, rtol=0.0, atol=1e-13)  # of 1 kg
+        given = np.bincount(clusters.point, clusters.piece, minlength=4000)
+        assert given.max() <= (1.0 + 1e-12) / 4000.0
+        left += np.histogram(position[:, 0], np.linspace(0.0, 1.0, 5), weights=1.0 / 4000.0 - given)[0]
+    assert left.sum() == pytest.approx(40 * 0.4, rel=1e-12)
+    assert (np.abs(left / 40.0 - 0.1) < 0.03).all()
+
+
+def test_clusters_of_segments_stand_one_after_the_other():
+    generator = np.random.default_rng(1)
+    parts = [(place(np.full(3, 1.0), generator.random((9, 3)), np.full(9, 1 / 3), generator), 9) for _ in range(2)]
+    both = Clusters.concatenate(parts)
+    assert both.offset[-1] == both.point.size
+    np.testing.assert_allclose(np.bincount(both.point, both.piece), 1.0 / 3.0)
+    assert (both.chosen[3:] >= 9).all()
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [([], "above zero"), ([0.0, 1.0], "above zero"), ([2.0], "fragments of 2 kg do not fit on points of 1 kg")],
+)
+def test_masses_that_cannot_be_placed_are_refused(asked, message):
+    with pytest.raises(ValueError, match=message):
+        place(np.array(asked), np.zeros((1, 3)), np.ones(1), np.random.default_rng(0))
+
+
+def test_light_fragments_come_at_all_depths_of_a_wall(tmp_path):
+    """Numbers by fifths of the wall's volume: what is cut off at the surfaces alone would be 35 % off."""
+    tube = Tube(around=96, axial=60, radial_cells=4, stretch=1.5, ends=(), kinds=("wall",))
+    prepared = BreakUp(tube.read(tmp_path / "s.h5"))
+    counts = []
+    for number in range(30):
+        fragments = prepared.fragments(1, number)
+        light = (fragments.mass < 1e-3) & (fragments.mass > 1e-4)
+        radius = np.hypot(fragments.position[light, 0], fragments.position[light, 1]) / 1.5
+        counts.append(np.histogram((radius**2 - 0.0595**2) / (0.0775**2 - 0.0595**2), np.linspace(0.0, 1.0, 6))[0])
+    counts = np.array(counts)
+    error = counts.std(axis=0, ddof=1) / np.sqrt(30.0) / counts.mean()
+    assert error.max() < 0.05
+    assert (np.abs(counts.mean(axis=0) / counts.mean() - 1.0) < 0.15 + 3.0 * error).all()

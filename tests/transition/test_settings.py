@@ -12,7 +12,9 @@ from transition import BreakUpSettings, InputError
     [
         ({"dimension": 4}, r"break_up.dimension: found 4; allowed: 2, 3, 'mixed'"),
         ({"sampler": "quantil"}, r"break_up.sampler: found 'quantil'; did you mean 'quantile'\? \(allowed: quantile,"),
-        ({"velocity": "pach"}, r"break_up.velocity: found 'pach'; did you mean 'patch'"),
+        ({"velocity": "maen"}, r"break_up.velocity: found 'maen'; did you mean 'mean'"),
+        ({"velocity": "patch"}, r"break_up.velocity: 'patch' is now called 'mean'"),
+        ({"random_turn": 1}, r"break_up.random_turn: found 1 \(allowed: True, False\)"),
         ({"rupture": "never"}, r"break_up.rupture: found 'never' \(allowed: critical_strain, burst\)"),
         ({"velocity_source": 3}, r"break_up.velocity_source: found 3 \(allowed: burst, gurney\)"),
         ({"mean_mass": "mot"}, r"break_up.mean_mass: found 'mot'; did you mean 'mott'.* or a mass in kg"),

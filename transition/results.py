@@ -1,0 +1,106 @@
+"""What the break-up hands back: rounds, segments, and one realisation of both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from flight.fragments import Fragments
+    from transition.directions import Directions
+    from transition.laws import SegmentLaw
+    from transition.ledger import Ledger
+    from transition.mirroring import Image
+    from transition.placing import Clusters
+    from transition.points import MaterialPoints
+    from transition.samplers import Draw
+    from transition.segments import CasingSegment
+
+__all__ = ["BreakUpResult", "BrokenRound", "SegmentResult"]
+
+
+@dataclass(frozen=True, eq=False)
+class BrokenRound:
+    """A round whose casing breaks up: one of those computed, or an image of one behind planes of symmetry.
+
+    Attributes
+    ----------
+    name : str
+        Its own, or that of the image.
+    computed : int
+        Number of the computed round.
+    image : Image or None
+        Where it is mirrored; None for a computed round.
+    mirror_of : str or None
+        Name of the computed round that it is an image of; None for a computed round.
+    axis : tuple of float
+        Direction from the base to the nose.
+    """
+
+    name: str
+    computed: int
+    image: Image | None
+    mirror_of: str | None
+    axis: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentResult:
+    """A segment, its law, and the fragments drawn from it.
+
+    Attributes
+    ----------
+    round : int
+        Of `BreakUp.rounds`: another than the segment's own where that is mirrored.
+    segment, law, draw : CasingSegment, SegmentLaw, Draw
+        The segment, how it breaks, and the masses drawn.
+    fragments, points : int
+        Number of fragments, and of the material points that they share.
+    resolved : float
+        Mass (kg) from which on every fragment spans eight points or more.
+    """
+
+    round: int
+    segment: CasingSegment
+    law: SegmentLaw
+    draw: Draw
+    fragments: int
+    points: int
+    resolved: float
+
+
+@dataclass(frozen=True, eq=False)
+class BreakUpResult:
+    """One realisation of the break-up.
+
+    Attributes
+    ----------
+    fragments : flight.fragments.Fragments
+        By round, segment and falling mass; computed rounds first, then their images.
+    segments : tuple of SegmentResult
+        Law and draw of every segment, of computed rounds and images.
+    points : MaterialPoints
+        Of every segment and every image, where the computed casing has them: neither mirrored nor turned.
+    clusters : Clusters
+        Which of them each fragment has.
+    turn : float or None
+        Angle by which all fragments were turned about the round's axis (rad); None where they were not.
+    directions : tuple of (int, Directions)
+        Directions by mass of each round that has fragments.
+    ledger : Ledger
+        Mass, momentum, angular momentum and energy handed over.
+    ledgers : tuple of (int, Ledger)
+        The same of each round that has fragments.
+    summary : dict
+        The "break_up" part of summary.json; SI units.
+    """
+
+    fragments: Fragments
+    segments: tuple[SegmentResult, ...]
+    points: MaterialPoints
+    clusters: Clusters
+    turn: float | None
+    directions: tuple[tuple[int, Directions], ...]
+    ledger: Ledger
+    ledgers: tuple[tuple[int, Ledger], ...]
+    summary: dict[str, Any]
