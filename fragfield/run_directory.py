@@ -172,7 +172,7 @@ class RunDirectory:
                     _differ(
                         self.path,
                         changed,
-                        "--resume continues the same case only: repeat its --set options, or use another --out",
+                        "--resume continues the same case only: repeat its --set, or use another --out",
                     )
                 )
             if not overwrite:

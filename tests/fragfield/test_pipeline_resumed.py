@@ -87,7 +87,7 @@ def test_a_run_with_settings_is_resumed_with_the_same_ones_or_from_its_directory
     (run_copy / "fragments.h5").unlink()
     refused = invoke("run", short_case, "--out", run_copy, "--resume")
     assert refused.exit_code == 2
-    assert "repeat its --set options" in refused.stderr
+    assert "repeat its --set" in refused.stderr
     done = invoke("run", short_case, *setting, "--out", run_copy, "--resume")
     assert done.exit_code == 0, done.stderr
     assert "seed = 5" in (run_copy / "case.toml").read_text()
