@@ -196,7 +196,7 @@ class DensityGroups:
 
     @property
     def sums(self) -> Array:
-        """Sums of the groups (g, 2, c, r), and"""
+        """Sums of the groups (g, 2, c, r)."""
         return np.stack(self._sums)
 
     @property
@@ -246,7 +246,7 @@ class ExpectedDistance:
         Bound of the bias of taking the worst direction.
     azimuth, by_direction, upper_by_direction : (k,) float64
         Directions all around (degrees), the distance in each, and its one-sided 95 % bound in that direction (NaN for
-        a single realisation). Over all azimuths one entry.
+        a single realisation), neither beyond the distance and the bound above. Over all azimuths one entry.
     radius : (j,) float64
         Places of the curves.
     density, density_low, density_high : (2, j) float64
@@ -393,18 +393,28 @@ class _Estimate:
             upper = middle * math.exp(bound * spread)
             for d, draws in drawn.items():
                 each[d] = math.exp(larger[d] + bound * _spread(draws) * factor)
+            if not middle > 0.0:
+                error, upper = self._where_none(drawn)
+            each[each > upper], each[worst] = upper, upper  # the headline bounds every direction
         mean = self._density(self._smoothed(number[:, worst], here), here)
         low, high = self._band(worst) if every_direction and self.several else (mean[:, :0], mean[:, :0])
         all_alike = self.directions.all_alike
+        reach = np.minimum(np.exp(larger), middle)
         of_every = np.zeros(1, dtype=np.int64) if all_alike else self.directions.of_every
         return ExpectedDistance(
             middle, upper, error, float(np.exp(found[0].max())), float(np.exp(found[1].max())), self.directions.basis,
             None if all_alike else float(self.directions.azimuth[worst]), self.count, len(self.sizes),
             None if all_alike else self.directions.kernel, self.directions.mirrors,
             0.5 * abs(math.exp(plain) - math.exp(crossed)),
-            self.directions.grid.width * np.arange(len(of_every)), np.exp(larger)[of_every], each[of_every],
+            self.directions.grid.width * np.arange(len(of_every)), reach[of_every], each[of_every],
             np.exp(self.radial.places[here]), mean, low, high,
         )  # fmt: skip
+
+    def _where_none(self, drawn: dict[int, Array]) -> tuple[float, float]:
+        """Standard error and bound where the mean density nowhere reaches the limit, but that of some draws may."""
+        highest = np.max(list(drawn.values()), axis=0)
+        reach = np.where(highest > self.radial.places[0], np.exp(highest), 0.0)
+        return float(reach.std(ddof=1)), float(np.quantile(reach, 0.95))
 
     def _drawn_densities(self, direction: int, kind: int, where: slice) -> Array:
         """Mean densities (b, j) of the bootstrap's draws in a direction."""

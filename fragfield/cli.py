@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, exit_code_of
 from fragfield.parallel import launched_rank
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def run(
         request = _request(case, out, cell_size, threads, resume, overwrite, quiet, settings=settings)
         from fragfield.pipeline import run_chain
 
-        _give_summary(run_chain(request), request, json=json)
+        _give_summary(run_chain(request), request, json=json, flown=True)
 
 
 @app.command()
@@ -321,15 +321,20 @@ def _limit_threads(number: int) -> None:
 def _run_stage(name: str, request: Request, *, json: bool) -> None:
     from fragfield.pipeline import run_stage
 
-    _give_summary(run_stage(request, name), request, json=json)
+    _give_summary(run_stage(request, name), request, json=json, flown=name == "fly")
 
 
-def _give_summary(summary: dict[str, Any], request: Request, *, json: bool) -> None:
+def _give_summary(summary: dict[str, Any], request: Request, *, json: bool, flown: bool) -> None:
+    """Print a summary; what was `flown` and has no hazard distance ends with the exit code for that."""
     from fragfield.show import print_summary
 
     if launched_rank() == 0:
+        from fragfield.certainty import is_determined
+
         summary = {"directory": str(request.directory.path), **summary}
         _give(summary, json=json, quiet=request.quiet, show=print_summary)
+        if flown and not is_determined(summary):
+            raise typer.Exit(EXIT_NUMERICAL)
 
 
 def _print_paths(found: dict[str, Any]) -> None:

@@ -93,7 +93,7 @@ STAGES: dict[str, Stage] = {
                 "contours.geojson",
                 "contours.kml",
             ),
-            ("flight", "witness", "obstacle"),
+            ("flight", "witness", "obstacle", "hazard"),
             ("flight", "witness", "hazard", "site", "obstacle"),
         ),
         Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),

@@ -152,6 +152,8 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
         realisations = one.part("flight").get("realisations") or 1
         if not one.flown:
             notes.append(f"{one.folder} has not been flown: only its casings are compared")
+        elif not one.part("hazard").get("determined", True):
+            notes.append(f"{one.folder}: the hazard distance is not determined: {one.part('hazard')['reason']}")
         elif one.hazard is None or realisations < 2:
             notes.append(f"{one.folder} has one realisation of the break-up: no standard errors")
     if run.hazard is not None and reference.hazard is not None and run.hazard.criteria != reference.hazard.criteria:
