@@ -356,9 +356,7 @@ def assess_ensemble(
         raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)
     criteria = criteria or Criteria()
-    return EnsembleHazard(
-        joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round
-    )
+    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round)
 
 
 def band_of(

@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -121,7 +121,6 @@ class Directions:
         spread[np.arange(self.grid.turns), cells] = 1.0 / size[cells]
         return np.asarray(share @ spread)
 
-
     @cached_property
     def radial(self) -> _Radial:
         """Smoothing over distance."""
@@ -210,7 +209,7 @@ class DensityGroups:
     def of(cls, directions: Directions, sums: Array, sizes: NDArray[np.int64] | None = None) -> DensityGroups:
         """Groups whose folded sums (g, 2, c, r) are known."""
         made = cls(directions)
-        made._sums = list(sums)  # noqa: SLF001 - its own
+        made._sums = list(sums)
         made.size = 1 if sizes is None else int(sizes[0])
         made.realisations = len(sums) if sizes is None else int(sizes.sum())
         return made

@@ -167,9 +167,7 @@ def _fly_in_contact(
         job.fragments, job.clock = legs.fragments, legs.clock
         lengths = job.path_lengths
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
-    result = FlightResult(
-        landing, hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths
-    )
+    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths)
     result.summary["contact"] = encounters.summary
     return result, extremes
 

@@ -108,7 +108,7 @@ def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.flo
         tracks[:, : counted.lengths.shape[1]] = counted.lengths / criteria.person_height
     else:
         steepness = np.sin(np.maximum(np.radians(rows["angle"]), SHALLOWEST))
-        tracks = np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
+        tracks += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
     held = np.flatnonzero(landings.any(axis=0) | tracks.any(axis=0))
     end = int(held[-1]) + 1 if held.size else 1
     return landings[:, :end], tracks[:, :end]

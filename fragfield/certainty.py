@@ -12,8 +12,8 @@ __all__ = ["NOT_DETERMINED", "WHICH_NUMBER", "basis_words", "certainty", "is_det
 
 NOT_DETERMINED = "not determined"
 WHICH_NUMBER = (
-    "Which number for what: where people are kept away by a distance, apply the upper bound of the hazard distance. The "
-    "distance itself, without its bound, serves to compare variants of a case. What single events may do, and the "
+    "Which number for what: where people are kept away by a distance, apply the upper bound of the hazard distance. "
+    "The distance itself, without its bound, serves to compare variants of a case. What single events may do, and the "
     "largest throw, are no hazard distances: they say how far single fragments may come down, for warnings, for the "
     "search for fragments and for insurance, and they grow with the number of events looked at."
 )

@@ -133,11 +133,11 @@ class _Found:
     def __init__(self, job: Job) -> None:
         from flight.balance import Balance
         from flight.expected import DensityGroups, Directions
-        from fragfield.case.convert import hazard_criteria, hazard_directions
+        from fragfield.case.convert import hazard_criteria, hazard_directions, kernel_degrees
 
         self.case, self.criteria = job.case, hazard_criteria(job.case)
         basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
-        grid, kernel = hazard_grid(job.case), math.degrees(job.case.hazard.kernel)
+        grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         self.groups = DensityGroups(Directions(grid, basis, kernel, used))
         self.all_round = DensityGroups(Directions(grid))
@@ -256,9 +256,10 @@ class _Flights:
 def hazard_grid(case: Case) -> PolarGrid:
     """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
     from flight.polar_grid import PolarGrid
+    from fragfield.case.convert import kernel_degrees
 
     hazard = case.hazard
-    return PolarGrid.of(hazard.sectors, math.degrees(hazard.kernel), hazard.distance_cell, _REACH)
+    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
 
 
 def above_ground(fragments: Fragments, ground: float | HeightMap, *, tell: bool = True) -> Fragments:

@@ -245,6 +245,8 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
         console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
         return
     table = Table(box=None, show_header=False, pad_edge=False)
+    for _ in range(3):
+        table.add_column(no_wrap=True)
     number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
     if hazard["upper"] is None:
         table.add_row("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")

@@ -169,6 +169,11 @@ def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tupl
     return basis, mirror_planes(case) if basis == "worst_direction" else ()
 
 
+def kernel_degrees(case: Case) -> float:
+    """Half-width of the azimuth kernel in degrees."""
+    return _degrees(case.hazard.kernel)
+
+
 def _wind(table: WindTable, ground: float) -> Wind | None:
     import flight
 

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from fragfield.compare.runs import ComparedRun
 
 _DISTANCES = (
-    ("upper", "hazard distance, upper bound (95 %)", None),
-    ("distance", "hazard distance, expected density", "standard_error"),
-    ("largest_throw", "largest throw (no hazard distance)", None),
+    ("upper", "hazard distance, upper bound", None),
+    ("distance", "hazard distance", "standard_error"),
+    ("largest_throw", "largest throw", None),
 )
 
 __all__ = ["DENSITIES", "compare_densities", "compare_distances"]

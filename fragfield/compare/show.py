@@ -83,9 +83,7 @@ def _distance_table(rows: Sequence[Mapping[str, Any]]) -> Table:
 def _metres(row: Mapping[str, Any], key: str) -> str:
     if row[key] is None:
         return "not determined"
-    basis = {"all_azimuths": ", all azimuths", "worst_direction": ", worst direction"}.get(row[f"{key}_basis"], "")
-    error = "" if row[f"{key}_error"] is None else f" ± {row[f'{key}_error']:.1f}"
-    return f"{row[key]:.0f}{error}{basis}"
+    return f"{row[key]:.0f}" if row[f"{key}_error"] is None else f"{row[key]:.0f} ± {row[f'{key}_error']:.1f}"
 
 
 def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:

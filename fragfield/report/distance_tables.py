@@ -31,7 +31,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         return
     error, where = hazard["standard_error"], basis_words(hazard)
     count = number(hazard["realisations"])
-    bias = f"; taking the worst direction biases it by ±{hazard['max_bias']:.2g}{SPACE}m at most"
+    bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
     lines = [
         ("Hazard distance, upper bound (95 %)", _rounded(hazard["upper"]), f"to be applied; {where}"),

@@ -272,9 +272,8 @@ def _break_up(run: RunFiles) -> list[Finding]:
 def _flight(run: RunFiles) -> list[Finding]:
     part = run.part("flight")
     found: list[Finding] = []
-    if not part:
-        return found
-    found += _certainty(run.part("hazard"))
+    if part or run.part("hazard"):
+        found += _certainty(run.part("hazard"))
     beyond, flown = _value(part, "above_drag_table"), _value(part, "fragments")
     if beyond and flown:
         found.append(
