@@ -75,7 +75,7 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
         angle = math.pi - angle
     if y < 0.0:
         angle = -angle
-    cell = int(math.floor((angle - near.start) / near.width))
+    cell = math.floor((angle - near.start) / near.width)
     return cell + cells if cell < 0 else (cell - cells if cell >= cells else cell)
 
 
@@ -83,7 +83,7 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
 def count_chord(
     q: Array, lane: int, high: float, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]
 ) -> int:
-    """Add a short step that lies below the height, over flat ground, as its chord, which most steps near the ground are.
+    """Add a short step below the height over flat ground as its chord; most steps near the ground are such.
 
     Returns 1 where it lies within the cells, 0 where it leaves them, and -1 where it needs `count_path`.
     """

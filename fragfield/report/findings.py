@@ -292,7 +292,9 @@ def _flight(run: RunFiles) -> list[Finding]:
 def _certainty(hazard: dict[str, Any]) -> list[Finding]:
     """Whether the hazard distance is determined, and whether there are enough realisations."""
     if not hazard:
-        text = "This flight was computed by an earlier version, which had no estimate of the hazard distance: fly it again."
+        text = (
+            "This flight was computed by an earlier version, which had no estimate of the hazard distance: fly again."
+        )
         return [Finding("stop", text)]
     words = certainty(hazard)
     if not hazard["determined"]:

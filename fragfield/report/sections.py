@@ -271,7 +271,7 @@ def _flight(run: RunFiles, draw: Draw) -> Section:
         *draw(
             "landing_map", "Landing points",
             "Where the fragments of the first realisation touch the ground; dark: hazardous. Seen from above, y "
-            "upwards. The line of hazard is the upper bound of the hazard distance by direction, from all realisations.",
+            "upwards. The line of hazard is the upper bound of the hazard distance by direction.",
             hazard_figures.landing_map,
         ),
     ]  # fmt: skip
@@ -292,14 +292,14 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         ),
         *draw(
             "hit_probability", "Probability of a hit on a person",
-            "Probability that a hazardous fragment hits a person who stands at that distance, at a random azimuth: mean "
-            "of the realisations and band of single events.",
+            "Probability that a hazardous fragment hits a person who stands at that distance, at a random azimuth: "
+            "mean of the realisations and band of single events.",
             hazard_figures.hit_probability,
         ),
         *draw(
             "distance_by_azimuth", "Distances by azimuth",
-            "Hazard distance by direction, as its upper bound and by the expected density; and, no hazard distance, the "
-            "farthest fragment of each sector: median and band of single events.", hazard_figures.distance_by_azimuth,
+            "Hazard distance by direction, as its upper bound and by the expected density; and, no hazard distance, "
+            "the farthest fragment of each sector: median and band of single events.", hazard_figures.distance_by_azimuth,
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))

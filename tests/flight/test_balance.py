@@ -70,7 +70,7 @@ def test_light_or_slow_fragments_do_not_matter_but_their_fall_does() -> None:
     assert slow.possible == 0.0
     assert slow.missing == 0.0
     high = cloud(speed=20.0)
-    position = high.position + [0.0, 0.0, 1000.0]
+    position = high.position + np.array([0.0, 0.0, 1000.0])
     falling = Fragments.from_arrays(high.mass, position, high.velocity)
     assert balance(falling, time_limit=0.01).missing == pytest.approx(2.0)
 

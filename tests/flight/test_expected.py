@@ -221,7 +221,7 @@ def test_one_realisation_has_no_bound_and_an_empty_field_no_distance() -> None:
 
 
 def test_a_bound_is_given_where_only_some_draws_reach_the_limit() -> None:
-    """Three fragments at 8 m in one realisation of eight: the mean does not reach the limit, draws with two of it do."""
+    """Fragments at 8 m in one realisation of eight: the mean stays below the limit, draws with two of it do not."""
     field = directions("all_azimuths")
     groups = DensityGroups(field)
     for number in range(8):

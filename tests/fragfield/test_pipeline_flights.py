@@ -77,6 +77,21 @@ def _fly(folder, rows, case, name="out"):
 SITE = '\n[site]\nlatitude = "52 deg"\nlongitude = "7.5 deg"\nbearing = "90 deg"\n'
 
 
+ARENA = """
+[flight]
+gravity = "0 m/s^2"
+[[witness]]
+name = "ring"
+radius = "3 m"
+[[obstacle]]
+name = "arena"
+kind = "wall"
+start = ["5 m", "-9 m"]
+end = ["5 m", "9 m"]
+height = "9 m"
+"""
+
+
 @pytest.mark.filterwarnings("ignore::flight.FlightWarning")
 @pytest.mark.parametrize(
     ("case", "rows", "words"),
@@ -84,9 +99,7 @@ SITE = '\n[site]\nlatitude = "52 deg"\nlongitude = "7.5 deg"\nbearing = "90 deg"
         ('[flight]\ntime_limit = "0.2 s"\n', ["0.05,900,0,100,1"], "has not landed (1 ran out of time)"),
         ("", ["0.05,1e200,0,0,1", "0.05,300,0,100,1"], "has not landed (1 have no path (NaN))"),
         (
-            '[flight]\ngravity = "0 m/s^2"\n[[witness]]\nname = "ring"\nradius = "3 m"\n'
-            '[[obstacle]]\nname = "arena"\nkind = "wall"\nstart = ["5 m", "-9 m"]\nend = ["5 m", "9 m"]\n'
-            'height = "9 m"\n',
+            ARENA,
             ["0.05,900,0,0,1"],
             "none of 1 fragments landed, obstacles stopped 1, 1 crossings of witness surfaces",
         ),

@@ -195,7 +195,7 @@ def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
     _, _, words = outline(folder)
-    assert "had no estimate of the hazard distance: fly it again" in words
+    assert "had no estimate of the hazard distance: fly again" in words
 
 
 def test_title_is_shown_as_text(html, page):

@@ -156,7 +156,7 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
     reason = "there are no fragments"
 
     def call(command):
-        code, printed = plain(command)
+        _, printed = plain(command)
         out = Path(command[command.index("--out") + 1])
         found = json.loads((out / "summary.json").read_text())
         found["hazard"] |= {"distance": None, "upper": None, "determined": False, "reason": reason}
