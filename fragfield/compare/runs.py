@@ -164,7 +164,7 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     bases = [one.part("hazard").get("basis") for one in (run, reference)]
     if None not in bases and bases[0] != bases[1]:
         words = {"all_azimuths": "over all azimuths", "worst_direction": "in the worst direction"}
-        notes.append(f"hazard distances hold {words[bases[0]]} and {words[bases[1]]}")
+        notes.append("hazard distances hold " + " and ".join(words[str(basis)] for basis in bases))
     versions = [one.summary.get("program_version") for one in (run, reference)]
     if versions[0] != versions[1]:
         notes.append(f"computed by different versions of the program, {versions[0]} and {versions[1]}")

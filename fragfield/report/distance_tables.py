@@ -71,8 +71,8 @@ def density_table(run: RunFiles) -> Iterator[Table]:
     head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Hit on a person")
     note = (
         f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
-        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; 5 to 95 % "
-        "are those of single events. Last: probability of a hit on a person at a random azimuth."
+        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; "
+        "5 to 95 % are those of single events. Last: probability of a hit on a person at a random azimuth."
     )
     yield Table("Density by distance", head, tuple(lines), note)
 

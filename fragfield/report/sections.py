@@ -299,7 +299,8 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         *draw(
             "distance_by_azimuth", "Distances by azimuth",
             "Hazard distance by direction, as its upper bound and by the expected density; and, no hazard distance, "
-            "the farthest fragment of each sector: median and band of single events.", hazard_figures.distance_by_azimuth,
+            "the farthest fragment of each sector: median and band of single events.",
+            hazard_figures.distance_by_azimuth,
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))

@@ -7,7 +7,7 @@ __all__ = ["LIMITS", "MAY_BE_USED_FOR", "MUST_NOT_BE_USED_FOR", "SUMMARY_TERMS"]
 SUMMARY_TERMS = (
     "The hazard distance is where the expected density of fragments of {energy:.3g} J or more falls below one per "
     "{area:.1f} m² for the last time: the mean over realisations of the random break-up, on the ground or normal to "
-    "the paths below a person's height, whichever reaches farther. Its upper bound lies beyond the true value of the model "
+    "the paths below a person's height, whichever reaches farther. Its upper bound lies beyond the model's true value "
     "with a confidence of 95 % (bootstrap over the realisations); it covers the randomness of the break-up, not the "
     "uncertainty of inputs and models. Distances count from the origin that the case gives."
 )
