@@ -16,7 +16,6 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from flight.distances import DISTANCES
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,12 +29,8 @@ __all__ = ["Contour", "Site", "contours_of", "write_geojson", "write_kml"]
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
-_STROKES = {"hazardous_fragment_distance": "#b3361e", "max_throw": "#16365c"}
-_STATISTICS = {
-    "median": "median of the realisations",
-    "high": "95 % of the realisations lie within",
-    "pooled": "of the mean density over all realisations",
-}
+_STROKES = {"hazard_distance": "#b3361e", "max_throw": "#16365c"}
+_STATISTICS = {"upper": "upper bound (95 %): the distance to apply", "expected": "of the expected density"}
 _LARGEST = "largest of all realisations"
 
 
@@ -102,35 +97,27 @@ class Contour:
 
 
 def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
-    """Contours of an ensemble.
+    """Contours of an ensemble: the hazard distance by direction, as its upper bound and itself, and the largest throw.
 
-    By sector: hazardous fragment distance (the larger of both densities) and maximum throw, each as the median, the
-    95 % quantile and the pooled one; and as a circle the hazardous fragment distance of the density over all
-    azimuths. What is zero everywhere has no contour.
+    Over all azimuths the hazard distance is a circle. What is zero everywhere, or not determined, has no contour.
     """
-    made = []
-    number = found.realisations
-    for name, key in (("hazardous_fragment_distance", "hazardous_fragment_distance"), ("max_throw", "max_range")):
-        curve = found.by_sector[name]
-        for statistic, words in _STATISTICS.items():
-            distance = getattr(curve, statistic)
-            label = DISTANCES[key].removesuffix(", worst sector")
-            if name == "max_throw" and statistic == "pooled":
-                words = _LARGEST
-            made += _contour(
-                site, distance, f"{label} by sector, {words}", name, statistic, number, not found.sectors_not_converged
-            )
-    key = "hazardous_fragment_distance_all_round"
-    band = found.bands[key]
-    for statistic, words in _STATISTICS.items():
-        distance = np.array([getattr(band, statistic)])
-        made += _contour(site, distance, f"{DISTANCES[key]}, {words}", key, statistic, number, band.converged)
-    return made
+    made: list[Contour] = []
+    expected = found.expected
+    if expected is not None and not found.undetermined:
+        converged = expected.relative_error <= found.tolerance
+        for statistic, distance in (("upper", expected.upper_by_direction), ("expected", expected.by_direction)):
+            if np.isfinite(distance).all():
+                name = f"hazard distance, {_STATISTICS[statistic]}"
+                made += _contour(site, distance, name, "hazard_distance", statistic, expected.realisations, converged)
+    throw = found.by_sector["max_throw"].pooled
+    name = f"farthest fragment by sector, {_LARGEST} (no hazard distance)"
+    return made + _contour(site, throw, name, "max_throw", "pooled", found.realisations, converged=None)
 
 
 def _contour(
-    site: Site, distance: NDArray[np.float64], name: str, quantity: str, statistic: str, number: int, converged: bool
-) -> list[Contour]:
+    site: Site, distance: NDArray[np.float64], name: str, quantity: str, statistic: str, number: int,
+    converged: bool | None,
+) -> list[Contour]:  # fmt: skip
     if not distance.max(initial=0.0) > 0.0:
         return []
     azimuth, reach = outline(distance)
@@ -142,10 +129,11 @@ def _contour(
         "quantity": quantity,
         "statistic": statistic,
         "realisations": number,
-        "converged": converged,
         "sectors": len(distance),
         "largest_distance_m": round(float(distance.max()), 3),
     }
+    if converged is not None:
+        properties["converged"] = converged
     return [Contour(np.concatenate([ring, ring[:1]]), properties)]
 
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.expected import DensityGroups, ExpectedDistance
+
 __all__ = ["Band", "Curve", "EnsembleHazard", "assess_ensemble", "band_of"]
 
 LOW, HIGH = 0.05, 0.95
@@ -95,12 +97,21 @@ class EnsembleHazard:
         Largest standard error of a distance that counts as converged, as a fraction of the distance.
     pooled : Hazard
         Of the mean densities.
+    expected : ExpectedDistance, optional
+        The hazard distance: of the expected density, over all realisations that were flown.
+    undetermined : str
+        Why it cannot be determined; empty where it can.
+    all_round : DensityGroups, optional
+        Densities over all azimuths by group of realisations, from which other criteria can be assessed.
     """
 
     counts: Tally
     criteria: Criteria
     tolerance: float
     pooled: Hazard
+    expected: ExpectedDistance | None = None
+    undetermined: str = ""
+    all_round: DensityGroups | None = None
 
     @property
     def realisations(self) -> int:
@@ -203,6 +214,54 @@ class EnsembleHazard:
         pooled = self.by_sector["hazardous_fragment_distance"].pooled
         return int((error > self.tolerance * np.maximum(pooled, float(self.counts.edges[1]))).sum())
 
+    @property
+    def headline(self) -> dict[str, Any] | None:
+        """The hazard distance for summary.json (SI; azimuth in degrees); None where it was not estimated.
+
+        `single_event` is something else: median, 5 and 95 % of the distances at which the density of single
+        realisations over all azimuths, or in the same direction, falls below the limit.
+        """
+        found = self.expected
+        if found is None:
+            return None
+        known = not self.undetermined
+        median, low, high = self.single_event
+        return {
+            "distance": found.distance if known else None,
+            "upper": found.upper if known else None,
+            "standard_error": found.standard_error if known else None,
+            "basis": found.basis,
+            "direction_deg": found.direction if known else None,
+            "realisations": found.realisations,
+            "determined": known,
+            "reason": self.undetermined,
+            "single_event": {"median": median, "low": low, "high": high} if known else None,
+            "largest_throw": float(self.counts.throw.max()),
+            "tolerance": self.tolerance,
+            "converged": known and found.relative_error <= self.tolerance,
+            "distance_ground": found.ground if known else None,
+            "distance_normal": found.normal if known else None,
+            "max_bias": found.max_bias if known else None,
+            "kernel_deg": found.kernel,
+            "mirror_planes_deg": list(found.mirrors),
+            "level": 0.95,
+        }
+
+    @cached_property
+    def single_event(self) -> tuple[float, float, float]:
+        """Median, 5 and 95 % of the realisations' own distances (m) over all azimuths or in the worst direction.
+
+        Of the realisations whose counts are kept; in the worst direction in the sector that holds it.
+        """
+        if self.expected is None or self.expected.direction is None:
+            each = self.each["hazardous_fragment_distance_all_round"]
+        else:
+            sectors = self.counts.throw.shape[1]
+            sector = round(self.expected.direction / 360.0 * sectors) % sectors
+            each = np.maximum(*(self.sector_distance[kind][:, sector] for kind in ("ground", "normal")))
+        low, median, high = (float(value) for value in np.quantile(each, [LOW, 0.5, HIGH]))
+        return median, low, high
+
     def summary(self) -> dict[str, Any]:
         """Numbers for summary.json: medians under the names of one realisation's, and "bands" beside them."""
         sectors = self.by_sector
@@ -272,8 +331,9 @@ class EnsembleHazard:
 
 
 def assess_ensemble(
-    counts: Tally | Sequence[Tally], criteria: Criteria | None = None, *, tolerance: float = 0.05
-) -> EnsembleHazard:
+    counts: Tally | Sequence[Tally], criteria: Criteria | None = None, *, tolerance: float = 0.05,
+    expected: ExpectedDistance | None = None, undetermined: str = "", all_round: DensityGroups | None = None,
+) -> EnsembleHazard:  # fmt: skip
     """Hazard over many realisations.
 
     Parameters
@@ -284,6 +344,8 @@ def assess_ensemble(
         Those that were counted with.
     tolerance : float
         Largest standard error of a distance that counts as converged, as a fraction of the distance.
+    expected, undetermined, all_round
+        The hazard distance, why it cannot be determined, and the densities behind it; see `EnsembleHazard`.
 
     Raises
     ------
@@ -294,7 +356,7 @@ def assess_ensemble(
         raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)
     criteria = criteria or Criteria()
-    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria))
+    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round)
 
 
 def band_of(

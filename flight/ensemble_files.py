@@ -10,13 +10,17 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
     median, low (5 %), high (95 %), pooled, standard errors and verdict of every distance, as attributes;
 /by_sector, /by_distance
     median, low, high and pooled by sector (azimuth in degrees) and by distance (m);
+/expected
+    the hazard distance (`flight.expected.ExpectedDistance`): numbers as attributes, by direction and by distance;
+/all_round
+    densities over all azimuths by group of realisations (`flight.expected.DensityGroups`);
 /witness/I
     hits on every witness surface by realisation and sector (`flight.witness_hazard.SECTOR_HITS`).
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,8 +29,10 @@ import numpy as np
 
 from flight.ensemble import EnsembleHazard, assess_ensemble
 from flight.errors import InputError
+from flight.expected import DensityGroups, Directions, ExpectedDistance
 from flight.fragments import ARRAYS, Fragments
 from flight.hdf5 import open_checked, write_attributes
+from flight.polar_grid import PolarGrid
 from flight.tally import Criteria, Tally
 from flight.text_tables import write_columns
 from flight.witness_hazard import SECTOR_HITS
@@ -41,9 +47,12 @@ if TYPE_CHECKING:
 
 __all__ = ["CSV_FILES", "read_ensemble", "read_fragment_ensemble", "write_ensemble", "write_fragment_ensemble"]
 
-FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION = "fragfield ensemble", "fragfield ensemble of fragments", 1
+FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
+    "fragfield ensemble", "fragfield ensemble of fragments", 2, 1,
+)  # fmt: skip
 CSV_FILES = ("ensemble.csv", "hazard_by_distance.csv", "hazard_by_sector.csv")
 _COUNTS = ("edges", "landings", "tracks", "fragments", "hazardous", "throw")
+_GRID = ("sectors", "cuts", "cell", "cells")
 _CRITERIA = ("energy", "density", "person_area", "person_height")
 
 
@@ -76,6 +85,11 @@ def write_ensemble(
             for name in _CRITERIA:
                 file.attrs[name] = getattr(found.criteria, name)
             file.attrs["tolerance"] = found.tolerance
+            file.attrs["undetermined"] = found.undetermined
+            if found.expected is not None:
+                _put_expected(file.create_group("expected"), found.expected)
+            if found.all_round is not None:
+                _put_groups(file.create_group("all_round"), found.all_round)
             for name in _COUNTS:
                 _put(file, f"counts/{name}", getattr(found.counts, name))
             for name, values in found.each.items():
@@ -116,11 +130,51 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
             counts = Tally(**{name: file[f"counts/{name}"][...] for name in _COUNTS})
             criteria = Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA})
             tolerance = float(file.attrs["tolerance"])
+            expected = _expected(file["expected"]) if "expected" in file else None
+            all_round = _groups(file["all_round"]) if "all_round" in file else None
+            undetermined = str(file.attrs["undetermined"])
             groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
             witnesses = {str(group.attrs["name"]): _witness(group) for group in groups}
         except (KeyError, OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
-    return assess_ensemble(counts, criteria, tolerance=tolerance), witnesses
+    found = assess_ensemble(
+        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, all_round=all_round
+    )
+    return found, witnesses
+
+
+def _put_expected(group: h5py.Group, found: ExpectedDistance) -> None:
+    for entry in fields(found):
+        value = getattr(found, entry.name)
+        if isinstance(value, np.ndarray):
+            _put(group, entry.name, value)
+        elif value is not None:
+            group.attrs[entry.name] = value
+
+
+def _expected(group: h5py.Group) -> ExpectedDistance:
+    values: dict[str, Any] = {}
+    for entry in fields(ExpectedDistance):
+        if entry.name in group:
+            values[entry.name] = group[entry.name][...]
+        else:
+            value = group.attrs.get(entry.name)
+            values[entry.name] = value.item() if isinstance(value, np.generic) else value
+    values["mirrors"] = tuple(float(one) for one in np.atleast_1d(values["mirrors"]))
+    return ExpectedDistance(**values)
+
+
+def _put_groups(group: h5py.Group, groups: DensityGroups) -> None:
+    grid = groups.directions.grid
+    for name in _GRID:
+        group.attrs[name] = getattr(grid, name)
+    _put(group, "sums", groups.sums)
+    _put(group, "sizes", groups.sizes)
+
+
+def _groups(group: h5py.Group) -> DensityGroups:
+    grid = PolarGrid(**{name: group.attrs[name].item() for name in _GRID})
+    return DensityGroups.of(Directions(grid), group["sums"][...], group["sizes"][...])
 
 
 def write_fragment_ensemble(
@@ -136,7 +190,7 @@ def write_fragment_ensemble(
     path = Path(path)
     try:
         with h5py.File(path, "w") as file:
-            write_attributes(file, FRAGMENTS_FORMAT, FORMAT_VERSION, provenance or {})
+            write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
             file.attrs["first"] = first
             _put(file, "offset", np.cumsum([0, *(len(one) for one in realisations)]))
             for name in ARRAYS:
@@ -150,7 +204,7 @@ def write_fragment_ensemble(
 
 def read_fragment_ensemble(path: str | Path) -> list[Fragments]:
     """Read what `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
-    with open_checked(Path(path), FRAGMENTS_FORMAT, FORMAT_VERSION) as file:
+    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION) as file:
         try:
             offset = file["offset"][...]
             arrays = {name: file[f"fragments/{name}"][...] for name in ARRAYS}

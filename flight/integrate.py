@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.height_map import HeightMap
     from flight.integrator import Integrator
+    from flight.near_ground import NearGround
     from flight.obstacles import Obstacle
     from flight.shape import Shape
     from flight.targets import Witness
@@ -58,6 +59,7 @@ def fly(
     domain: Domain | None = None,
     time_limit: float = 3600.0,
     origin: tuple[float, float] = (0.0, 0.0),
+    near_ground: NearGround | None = None,
     sample: int | ArrayLike = 0,
     seed: int = 0,
     threads: int | None = None,
@@ -97,6 +99,8 @@ def fly(
         End of every flight (s).
     origin : (2,) floats
         Place from which distance and azimuth are counted (m).
+    near_ground : NearGround, optional
+        Lengths of paths below a person's height to count, by azimuth and distance; needs a ground.
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
     seed : int
@@ -125,14 +129,18 @@ def fly(
         scene.check_contact()
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = Job(
-        fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin
-    )
+        fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
+        near_ground,
+    )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or _cores()
     if contact is None or len(fragments) < FEWEST:
         landing, hits, struck, extremes = job.run(threads, on_progress, began)
         paths = job.paths(chosen)
-        result = FlightResult(landing, hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=struck)
+        result = FlightResult(
+            landing, hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=struck,
+            near_ground=job.path_lengths,
+        )  # fmt: skip
     else:
         result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
     result.summary["presented_area"] = describe(shape, fragments)
@@ -148,10 +156,18 @@ def _fly_in_contact(
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
     job.fragments, job.clock = legs.fragments, legs.clock
+    near, job.near = job.near, None
     landing, hits, _, extremes = job.run(threads, on_progress, began)
+    flown = legs.flown(landing)
     landing, hits, extremes = legs.join(landing, hits, extremes)
+    lengths = None
+    if near is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
+        job.near, job.fragments, job.clock = near, legs.fragments.select(flown), legs.clock[flown]
+        job.run(threads, None, began)
+        job.fragments, job.clock = legs.fragments, legs.clock
+        lengths = job.path_lengths
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
-    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts)
+    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths)
     result.summary["contact"] = encounters.summary
     return result, extremes
 

@@ -13,7 +13,10 @@ import numpy as np
 
 from flight.after_landing import FlownChunk, fly_chunk_to_rest
 from flight.integrator import Adaptive, FixedStep
+from flight.near_ground import NearGround, PathLengths
+from flight.polar_grid import PolarGrid
 from flight.result import HITS, LANDING, OBSTACLE_HITS, Trajectories
+from flight.tally import Criteria
 from flight.targets import pack
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["FlightProgress", "Job"]
 
 CHUNK = 2048  # fragments a thread takes at once
+EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
 MOST_STEPS = 100_000_000  # of one fragment
 POINTS_PER_STEP = 2  # of a trajectory
 
@@ -57,7 +61,7 @@ class Job:
     def __init__(
         self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, scene: Scene,
         witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
-        origin: tuple[float, float],
+        origin: tuple[float, float], near: NearGround | None = None,
     ) -> None:  # fmt: skip
         from flight.kernels import events, motion, trajectory
         from flight.kernels.limits import Limits
@@ -82,6 +86,8 @@ class Job:
         )  # fmt: skip
         self.in_air = bool(table.pieces[:, :4].any())
         self.rows, self.vertices, self.everything = pack(self.witnesses)
+        self.near = near if near is not None and scene.ground is not None else None
+        self.path_lengths: PathLengths | None = None
         self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
 
     def run(
@@ -98,10 +104,12 @@ class Job:
         arrays = [*self._arrays(self.fragments), self.clock]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
+        counted: list[dict[str, NDArray[Any]]] = []
 
         def work() -> None:
             nonlocal done
-            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0)
+            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0, self.near)
+            counted.append(buffers)
             while not stop.is_set():
                 with lock:
                     index, start = next(queue, (-1, -1))
@@ -132,6 +140,11 @@ class Job:
                     future.result()
             if on_progress is not None:
                 on_progress(FlightProgress(done, total, time.perf_counter() - began))
+        if self.near is not None:
+            if any(buffers["beyond"][0] for buffers in counted):
+                self.near = NearGround(self.near.grid.up_to(EXTENSION * self.near.grid.reach), self.near.criteria)
+                return self.run(threads, on_progress, began)
+            self.path_lengths = PathLengths.of(self.near, [buffers["lengths"] for buffers in counted])
         return landing, np.concatenate([no_hits, *hits]), np.concatenate([none_struck, *struck]), extremes
 
     def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
@@ -153,15 +166,24 @@ class Job:
             chosen, start_rows.astype(np.int64), path[:, 0].copy(), path[:, 1:4].copy(), path[:, 4:7].copy()
         )
 
+    @property
+    def _near_table(self) -> tuple[Any, ...]:
+        """What is counted near the ground, for the kernel; of no meaning where nothing is."""
+        return (self.near or NearGround(PolarGrid(1, 2, 1.0, 1), Criteria())).table()
+
     def _arrays(self, fragments: Fragments) -> list[NDArray[np.float64]]:
         """Arrays for the kernel in one layout: numba would compile anew for read-only or strided ones."""
         start = self.scene.lifted(fragments.position)
         arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
         return [np.require(array, requirements=["C", "W"]) for array in arrays]
 
-    def _buffers(self, hits: int, path: int) -> dict[str, NDArray[Any]]:
+    def _buffers(self, hits: int, path: int, near: NearGround | None = None) -> dict[str, NDArray[Any]]:
         columns = self.trajectory
+        cells = (0, 0) if near is None else near.grid.shape
         return {
+            "chunk_lengths": np.zeros(cells, dtype=np.int64),
+            "lengths": np.zeros(cells, dtype=np.int64),
+            "beyond": np.zeros(1, dtype=np.bool_),
             "outcome": np.zeros((CHUNK, columns.OUTCOME_COLUMNS)),
             "status": np.zeros(CHUNK, dtype=np.int8),
             "hits": np.zeros((hits, self.hit_columns)),
@@ -172,11 +194,14 @@ class Job:
         self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
+        near = self._near_table
         while True:
-            hit_count, path_count = self.trajectory.fly_chunk(
+            buffers["chunk_lengths"][:] = 0
+            hit_count, path_count, inside = self.trajectory.fly_chunk(
                 start, end, *arrays,
                 self.around, limits, self.terrain, self.obstacles, self.rows, self.vertices, self.everything,
-                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"],
+                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"], near,
+                buffers["chunk_lengths"],
             )  # fmt: skip
             for name, count in (("hits", hit_count), ("path", path_count)):
                 if count < 0:
@@ -184,6 +209,8 @@ class Job:
                     buffers[name] = np.zeros((4 * rows + CHUNK, columns))
             if hit_count >= 0 and path_count >= 0:
                 break
+        buffers["lengths"] += buffers["chunk_lengths"]
+        buffers["beyond"] |= not inside
         hits, path = buffers["hits"][:hit_count], buffers["path"][:path_count]
         return hits[np.lexsort((hits[:, 0], hits[:, 8]))], path[np.argsort(path[:, 7], kind="stable")]
 

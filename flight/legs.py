@@ -55,11 +55,7 @@ class Legs:
         self, landing: NDArray[Any], hits: NDArray[Any], extremes: NDArray[np.float32]
     ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float32]]:
         """What a flight gave for the legs, as `flight.job.Job.run` returns it, for the fragments."""
-        owner, starts = self.owner, self.first[:-1]
-        # a leg that ended otherwise than by its clock was the fragment's last
-        stopped = (landing["status"] != Status.TIME_OUT) | np.isinf(self.clock[:, 1])
-        number = np.where(stopped, np.arange(len(owner)), len(owner))
-        last = np.minimum.reduceat(number, starts)
+        owner, starts, last = self.owner, self.first[:-1], self._last(landing)
         rows = landing[last]
         launch_speed = np.linalg.norm(self.launched.velocity, axis=1)
         rows["fragment"], rows["initial_speed"] = np.arange(len(rows)), launch_speed
@@ -71,6 +67,17 @@ class Legs:
         joined[:, 2] = np.minimum.reduceat(extremes[:, 2], starts)
         joined[:, 3] = np.maximum.reduceat(extremes[:, 3], starts)
         return rows, hits, joined
+
+    def _last(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """Last leg of each fragment (n,): one that ended otherwise than by its clock."""
+        number = np.arange(len(landing))
+        stopped = (landing["status"] != Status.TIME_OUT) | np.isinf(self.clock[:, 1])
+        return np.asarray(np.minimum.reduceat(np.where(stopped, number, len(landing)), self.first[:-1]))
+
+    def flown(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """Legs that were flown: none after its fragment's last."""
+        number = np.arange(len(landing))
+        return number[number <= self._last(landing)[self.owner]]
 
     def join_paths(self, chosen: NDArray[np.int64], paths: Trajectories) -> Trajectories:
         """Paths of the chosen fragments from those of all their legs."""

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.near_ground import PathLengths
     from flight.obstacles import Obstacle
     from flight.targets import Witness
 
@@ -144,6 +145,8 @@ class FlightResult:
         Walls, barricades and buildings, in the order `obstacle` counts.
     obstacle_hits : (o,) structured array of dtype `OBSTACLE_HITS`
         Every impact on an obstacle, by fragment and then time.
+    near_ground : flight.near_ground.PathLengths, optional
+        Lengths of paths below a person's height, where `fly` was asked to count them.
     """
 
     landing: NDArray[Any]
@@ -154,6 +157,7 @@ class FlightResult:
     contacts: NDArray[Any] | None = None
     obstacles: tuple[Obstacle, ...] = ()
     obstacle_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=OBSTACLE_HITS))
+    near_ground: PathLengths | None = None
 
     @property
     def landed(self) -> NDArray[Any]:

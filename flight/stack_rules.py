@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from flight.ensemble import assess_ensemble
 from flight.errors import InputError, nearest
+from flight.expected import expected_distance
 
 if TYPE_CHECKING:
     from flight.ensemble import EnsembleHazard
+    from flight.expected import ExpectedDistance
 
 __all__ = ["COVERS", "effective_number", "stack_rule"]
 
@@ -49,12 +50,19 @@ def effective_number(side: float, top: float, cover: str = "open") -> float:
     return number
 
 
-def stack_rule(single: EnsembleHazard, number: float) -> EnsembleHazard:
-    """Hazard of a stack by the rule: every density of the single round's field times the effective number.
+def stack_rule(single: EnsembleHazard, number: float) -> ExpectedDistance:
+    """Hazard distance of a stack by the rule: the single round's expected density times the effective number.
 
-    The throw of the single round stays: the rule says nothing of it. Each realisation of the single round stands for
-    all of the stack's, so that the bands are those of the single round and wider than a stack's.
+    Over all azimuths: the rule knows no directions.
+
+    Raises
+    ------
+    InputError
+        The number is not above zero, or the single round's distance is not determined or was never estimated.
     """
     if not (math.isfinite(number) and number > 0.0):
         raise InputError(f"stack rule: effective number is {number}, needed: above zero")
-    return assess_ensemble(single.counts.scaled(number), single.criteria, tolerance=single.tolerance)
+    if single.undetermined or single.all_round is None:
+        why = single.undetermined or "it was flown by another version; fly it again"
+        raise InputError(f"stack rule: the single round has no hazard distance: {why}")
+    return expected_distance(single.all_round, single.criteria.density / number)

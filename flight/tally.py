@@ -51,7 +51,7 @@ class Tally:
     landings : (n, s, r) float64
         Hazardous fragments that landed in the cell.
     tracks : (n, s, r) float64
-        Length of hazardous fragments' paths in the cell up to a person's height, over that height; see
+        Length of hazardous fragments' paths in the cell below a person's height, over that height; see
         `flight.hazard`.
     fragments, hazardous : (n, s) int64
         Landed fragments and hazardous ones.
@@ -125,7 +125,8 @@ def tally(
     Parameters
     ----------
     landing : FlightResult or structured array of dtype LANDING
-        Only rows that landed count.
+        Only rows that landed count. Of a flight that counted its paths near the ground (`flight.near_ground`, same
+        criteria, sectors and cells), tracks are those; else the ends of the paths are taken straight.
     criteria : Criteria, optional
         Default: 79 J, 1 per 55.7 m2, a person of 0.58 m2 and 1.8 m.
     sector_width : float
@@ -142,7 +143,13 @@ def tally(
     np.maximum.at(throw, sector, rows["distance"])
     edges = _edges(distance, float(throw.max()))
     dangerous = rows["energy"] >= criteria.energy
-    landings, tracks = _pile(rows[dangerous], sector[dangerous], sectors, edges, criteria.person_height)
+    along = _along_paths(landing, criteria, sectors, distance)
+    if along is None:
+        landings, tracks = _pile(rows[dangerous], sector[dangerous], sectors, edges, criteria.person_height)
+    else:
+        cells = max(len(edges) - 1, along[0].shape[1])
+        edges = np.arange(cells + 1) * float(np.asarray(distance))
+        landings, tracks = (np.pad(one, ((0, 0), (0, cells - one.shape[1]))) for one in along)
     return Tally(
         edges, landings[None], tracks[None],
         np.bincount(sector, minlength=sectors)[None].astype(np.int64),
@@ -180,6 +187,26 @@ def _edges(distance: float | ArrayLike, farthest: float) -> NDArray[np.float64]:
     ):
         raise InputError("hazard: distance edges must be two or more finite numbers, rising from zero or more (m)")
     return given
+
+
+def _along_paths(
+    landing: object, criteria: Criteria, sectors: int, distance: float | ArrayLike
+) -> tuple[NDArray[np.float64], ...] | None:
+    """Landings and tracks by cell from a flight that counted near the ground for this criterion, in such cells."""
+    from flight.near_ground import fields_of
+
+    counted = landing.near_ground if isinstance(landing, FlightResult) else None
+    if counted is None or np.ndim(distance) or counted.near.criteria != criteria:
+        return None
+    grid = counted.near.grid
+    if grid.sectors != sectors or grid.cell != float(np.asarray(distance)):
+        return None
+    fields = fields_of(landing)  # type: ignore[arg-type]  # a FlightResult
+    whole = grid.up_to(float(grid.cell * (np.searchsorted(grid.first, fields[0].shape[1]))))
+    if whole.shape[1] < fields[0].shape[1]:
+        whole = grid.up_to(whole.reach + grid.cell)
+    wide = (np.pad(one, ((0, 0), (0, whole.shape[1] - one.shape[1]))) for one in fields)
+    return tuple(whole.for_tables(one) for one in wide)
 
 
 def _pile(

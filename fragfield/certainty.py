@@ -1,50 +1,73 @@
-"""What a run's summary says of the certainty of its distances, in words."""
+"""What a run's summary says of its hazard distance, in words: whether it is determined, and how well it is known."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
-
-from flight.distances import DISTANCES, FEWEST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["not_converged"]
+__all__ = ["NOT_DETERMINED", "WHICH_NUMBER", "basis_words", "certainty", "is_determined", "metres", "single_words"]
+
+NOT_DETERMINED = "not determined"
+WHICH_NUMBER = (
+    "Which number for what: where people are kept away by a distance, apply the upper bound of the hazard distance. "
+    "The distance itself, without its bound, serves to compare variants of a case. What single events may do, and the "
+    "largest throw, are no hazard distances: they say how far single fragments may come down, for warnings, for the "
+    "search for fragments and for insurance, and they grow with the number of events looked at."
+)
 
 
-def not_converged(flight: Mapping[str, Any]) -> str:
-    """Which distances of summary.json's part "flight" the ensemble does not fix; empty where it fixes all.
+def is_determined(summary: Mapping[str, Any]) -> bool:
+    """Whether a summary holds a hazard distance, or none was to be computed."""
+    return bool((summary.get("hazard") or {}).get("determined", True))
 
-    Parameters
-    ----------
-    flight : mapping
-        The part; of a run that knows no ensembles, nothing is said.
-    """
-    names, bands = flight.get("not_converged") or [], flight.get("bands") or {}
-    number = int(flight.get("realisations") or 1)
-    if not names or not bands:
+
+def certainty(hazard: Mapping[str, Any]) -> str:
+    """Why the distance of summary.json's part "hazard" is not determined, or not known to the tolerance; else empty."""
+    if not hazard.get("determined", True):
+        return f"the hazard distance is not determined: {hazard['reason']}"
+    if hazard.get("converged", True):
         return ""
-    if number == 1:
+    number, more = hazard["realisations"], hazard.get("more_realisations", True)
+    if hazard.get("standard_error") is None:
+        how = "" if more else "; of fragments from elsewhere there is one set, and no more can be made"
         return (
-            "one realisation of the break-up was flown: distances carry no band, and those of narrow sectors scatter "
-            "widely; set break_up.realisations"
+            f"one realisation was flown{how}: the hazard distance has neither a standard error nor an upper bound; set "
+            "break_up.realisations to 20 or more"
         )
-    if number < FEWEST:
-        return (
-            f"{number} realisations are too few for a band of 5 to 95 %, {FEWEST} are the least; "
-            "set break_up.realisations"
-        )
-    told = "; ".join(DISTANCES[name] for name in names)
-    needed = [bands[name]["needed"] for name in names]
-    known = [one for one in needed if one is not None]
-    ask = f"about {_rounded(max(known))} are needed" if len(known) == len(needed) else "many more are needed"
+    error = hazard["standard_error"] / hazard["distance"] if hazard["distance"] else math.inf
+    ask = (
+        "set hazard.max_realisations higher"
+        if more
+        else "no more realisations can be made without the burst's snapshot"
+    )
     return (
-        f"{number} realisations do not fix these distances to {100 * flight.get('tolerance', 0.05):g} % "
-        f"(standard error): {told}; {ask} (break_up.realisations)"
+        f"{number} realisations fix the hazard distance to {100.0 * error:.2g} % (standard error), not to "
+        f"{100.0 * hazard['tolerance']:g} %; {ask}"
     )
 
 
-def _rounded(number: int) -> int:
-    """A number of realisations, up to two digits."""
-    unit = 10 ** max(0, len(str(number)) - 2)
-    return -(-number // unit) * unit
+def basis_words(hazard: Mapping[str, Any]) -> str:
+    """In which direction the distance holds, in words."""
+    if hazard.get("basis") == "all_azimuths":
+        return "over all azimuths"
+    words = f"worst direction, azimuth {hazard['direction_deg']:g}°" if hazard.get("determined") else "worst direction"
+    return f"{words}, smoothed over ±{hazard['kernel_deg']:.3g}°"
+
+
+def metres(value: float | None, digits: int = 0) -> str:
+    """A distance to keep: rounded up, so that print loses nothing of it; or that it is not determined."""
+    if value is None:
+        return NOT_DETERMINED
+    unit = 10.0**-digits
+    return f"{math.ceil(value / unit - 1e-9) * unit:,.{digits}f} m"
+
+
+def single_words(hazard: Mapping[str, Any]) -> str:
+    """What single events may do: 5 to 95 %."""
+    found = hazard.get("single_event")
+    if not found:
+        return NOT_DETERMINED
+    return f"{found['low']:,.0f} to {found['high']:,.0f} m"

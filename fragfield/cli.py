@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, exit_code_of
 from fragfield.parallel import launched_rank
 
 if TYPE_CHECKING:
@@ -43,6 +43,10 @@ Out = Annotated[
 ]
 CellSize = Annotated[
     str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the case, by its dotted key; repeatable."),
 ]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with what is missing of the same case.")]
@@ -81,13 +85,19 @@ def _common(
 
 
 @app.command()
-def check(case: CaseOrRun, cell_size: CellSize = None, quiet: Quiet = False, json: Json = False) -> None:
+def check(
+    case: CaseOrRun,
+    cell_size: CellSize = None,
+    settings: Settings = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
     """Read a case, print it resolved in SI with derived quantities, and warn of what may be wrong."""
     with _guarded(json=json, quiet=quiet):
         from fragfield.check import check_report
         from fragfield.show import print_check
 
-        resolved = _request(case, cell_size=cell_size).case()
+        resolved = _request(case, cell_size=cell_size, settings=settings).case()
         _give(check_report(resolved), json=json, quiet=quiet, show=lambda found: print_check(found, resolved))
 
 
@@ -96,6 +106,7 @@ def run(
     case: CaseOrRun,
     out: Out = None,
     cell_size: CellSize = None,
+    settings: Settings = None,
     threads: Threads = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
@@ -104,10 +115,10 @@ def run(
 ) -> None:
     """Run the whole chain: burst, break-up, flight, report."""
     with _guarded(json=json, quiet=quiet):
-        request = _request(case, out, cell_size, threads, resume, overwrite, quiet)
+        request = _request(case, out, cell_size, threads, resume, overwrite, quiet, settings=settings)
         from fragfield.pipeline import run_chain
 
-        _give_summary(run_chain(request), request, json=json)
+        _give_summary(run_chain(request), request, json=json, flown=True)
 
 
 @app.command()
@@ -115,6 +126,7 @@ def burst(
     case: CaseOrRun,
     out: Out = None,
     cell_size: CellSize = None,
+    settings: Settings = None,
     threads: Threads = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
@@ -123,7 +135,8 @@ def burst(
 ) -> None:
     """Compute the detonation and the acceleration of the casings."""
     with _guarded(json=json, quiet=quiet):
-        _run_stage("burst", _request(case, out, cell_size, threads, resume, overwrite, quiet), json=json)
+        request = _request(case, out, cell_size, threads, resume, overwrite, quiet, settings=settings)
+        _run_stage("burst", request, json=json)
 
 
 @app.command("break-up")
@@ -284,12 +297,13 @@ def _request(
     overwrite: bool = False,
     quiet: bool = False,
     fragments: Path | None = None,
+    settings: list[str] | None = None,
 ) -> Request:
     if threads is not None:
         _limit_threads(threads)
     from fragfield.pipeline import Request
 
-    return Request(case, out, cell_size, threads, resume, overwrite, quiet, fragments)
+    return Request(case, out, cell_size, threads, resume, overwrite, quiet, fragments, tuple(settings or ()))
 
 
 def _limit_threads(number: int) -> None:
@@ -307,15 +321,20 @@ def _limit_threads(number: int) -> None:
 def _run_stage(name: str, request: Request, *, json: bool) -> None:
     from fragfield.pipeline import run_stage
 
-    _give_summary(run_stage(request, name), request, json=json)
+    _give_summary(run_stage(request, name), request, json=json, flown=name == "fly")
 
 
-def _give_summary(summary: dict[str, Any], request: Request, *, json: bool) -> None:
+def _give_summary(summary: dict[str, Any], request: Request, *, json: bool, flown: bool) -> None:
+    """Print a summary; what was `flown` and has no hazard distance ends with the exit code for that."""
     from fragfield.show import print_summary
 
     if launched_rank() == 0:
+        from fragfield.certainty import is_determined
+
         summary = {"directory": str(request.directory.path), **summary}
         _give(summary, json=json, quiet=request.quiet, show=print_summary)
+        if flown and not is_determined(summary):
+            raise typer.Exit(EXIT_NUMERICAL)
 
 
 def _print_paths(found: dict[str, Any]) -> None:

@@ -1,12 +1,14 @@
 """The realisations of a run, shared over the ranks: each is broken up and flown whole on one rank.
 
-What a realisation gives does not depend on the rank that computes it, and rank 0 puts the parts together by their
+Realisations are flown in batches, and more are made until the hazard distance is known well enough. What a realisation
+gives does not depend on the rank that computes it, and rank 0 puts the parts together by their
 numbers, so that the result is the same on any number of ranks, to the last bit.
 """
 
 from __future__ import annotations
 
 import logging
+import math
 import time
 import warnings
 from dataclasses import dataclass, replace
@@ -21,12 +23,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
+    from flight.balance import Balance
     from flight.ensemble import EnsembleHazard
+    from flight.expected import ExpectedDistance
+    from flight.polar_grid import PolarGrid
     from flight.tally import Tally
+    from fragfield.case import Case
+    from fragfield.realisations import Realisations
     from fragfield.stages import Job
     from transition import BreakUpResult
 
-__all__ = ["FlownEnsemble", "above_ground", "break_up_all", "fly_all"]
+__all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
+
+KEPT = 200
+"""Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
+_AT_ONCE = 50  # realisations of a batch
+_FEWEST_MORE = 10
+_REACH = 2000.0  # m; a flight extends its cells where fragments pass beyond
 
 _log = logging.getLogger(__name__)
 
@@ -42,12 +55,18 @@ class FlownEnsemble:
     hazard : EnsembleHazard
         Over all.
     witnesses : dict from a surface's name to (n, s) structured arrays of dtype flight.witness_hazard.SECTOR_HITS
-        Hits by realisation and sector.
+        Hits by realisation and sector, of the first `KEPT` realisations.
+    balance : Balance
+        How the flights of all fragments ended.
+    more : bool
+        Whether more realisations could be made.
     """
 
     first: FlightResult
     hazard: EnsembleHazard
     witnesses: dict[str, NDArray[Any]]
+    balance: Balance
+    more: bool
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
@@ -71,72 +90,176 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
 
 
 def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None:
-    """Fly every realisation to the ground and count what it does there and on the witness surfaces.
+    """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
+
+    The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
+    the standard error of the distance is below `hazard.tolerance` or there are `hazard.max_realisations`.
 
     Parameters
     ----------
     job : Job
         The case, the ranks, threads and progress.
     realisations : sequence of Fragments
-        On rank 0; the others are told.
+        On rank 0; the others receive them.
 
     Returns
     -------
     FlownEnsemble, or None on ranks other than 0
     """
-    from flight.ensemble import assess_ensemble
-    from flight.tally import Tally
-    from fragfield.case.convert import hazard_criteria
+    from fragfield.realisations import Realisations
 
-    everything = job.team.tell(list(realisations) if job.team.first else None)
-    assert everything is not None
-    flown = _Flights(job, sum(len(one) for one in job.team.share(everything)))
-    mine = job.team.share(list(enumerate(everything)))
-    parts = job.team.collect([flown.fly(number, fragments) for number, fragments in mine])
-    if not job.team.first:
-        return None
-    counts, tables = Tally.join([counts for counts, _ in parts]), [tables for _, tables in parts]
-    witnesses = {name: np.stack([table[name] for table in tables]) for name in tables[0]}
-    found = assess_ensemble(counts, hazard_criteria(job.case), tolerance=job.case.hazard.tolerance)
-    assert flown.first is not None
-    return FlownEnsemble(flown.first, found, witnesses)
+    source = Realisations(job, realisations)
+    flown = _Flights(job)
+    found = _Found(job) if job.team.first else None
+    done, target = 0, source.count
+    while done < target:
+        batch = range(done, min(done + _AT_ONCE, target))
+        if batch.stop > source.count:
+            source.prepare()
+        numbers = job.team.share(batch)
+        parts = job.team.collect([flown.fly(*one) for one in zip(numbers, source.of(numbers), strict=True)])
+        done = batch.stop
+        if found is not None:
+            found.add(batch, parts)
+        if done == target:
+            target = job.team.tell(found.wanted(done, more=source.more) if found is not None else None)
+            flown.expected = target
+    return None if found is None else found.result(flown.first, source)
+
+
+class _Found:
+    """What the realisations flown so far gave, on rank 0."""
+
+    def __init__(self, job: Job) -> None:
+        from flight.balance import Balance
+        from flight.expected import DensityGroups, Directions
+        from fragfield.case.convert import hazard_criteria, hazard_directions, kernel_degrees
+
+        self.case, self.criteria = job.case, hazard_criteria(job.case)
+        basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
+        grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
+        used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
+        self.groups = DensityGroups(Directions(grid, basis, kernel, used))
+        self.all_round = DensityGroups(Directions(grid))
+        self.counts: list[Tally] = []
+        self.tables: list[dict[str, NDArray[Any]]] = []
+        self.balance = Balance()
+
+    def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
+        """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
+        for number, part in zip(numbers, parts, strict=True):
+            self.groups.add(*part.fields)
+            self.all_round.add(*part.fields)
+            self.balance += part.balance
+            if number < KEPT:
+                assert part.counts is not None  # of the first ones
+                self.counts.append(part.counts)
+                self.tables.append(part.tables)
+
+    def wanted(self, done: int, *, more: bool) -> int:
+        """How many realisations to have, as many as there are where they are enough."""
+        most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
+        if not more or done >= most or self.balance.reason:
+            return done
+        error = self.assess(quick=True).relative_error
+        if error <= tolerance:
+            return done
+        needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
+        return min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
+
+    def assess(self, *, quick: bool = False) -> ExpectedDistance:
+        """The distance by what has been flown."""
+        from flight.expected import DRAWS, expected_distance
+
+        draws = DRAWS // 4 if quick else DRAWS
+        return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=not quick)
+
+    def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
+        """The whole, once all have been flown."""
+        from flight.ensemble import assess_ensemble
+        from flight.tally import Tally
+
+        assert first is not None  # rank 0 flies the first one
+        witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
+        found = assess_ensemble(
+            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
+            undetermined=self.balance.reason, all_round=self.all_round,
+        )  # fmt: skip
+        return FlownEnsemble(first, found, witnesses, self.balance, source.more)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """What one realisation gave; `counts` and `tables` of the first ones alone."""
+
+    counts: Tally | None
+    tables: dict[str, NDArray[Any]]
+    fields: tuple[NDArray[np.float64], NDArray[np.float64]]
+    balance: Balance
 
 
 class _Flights:
     """The flights of one rank, one after the other, with one progress."""
 
-    def __init__(self, job: Job, fragments: int) -> None:
+    def __init__(self, job: Job) -> None:
+        from flight.near_ground import NearGround
         from fragfield.case.convert import flight_arguments, hazard_criteria
 
         self.arguments = flight_arguments(job.case)
         self.criteria, self.case = hazard_criteria(job.case), job.case
-        self.job, self.total, self.done = job, fragments, 0
+        self.near = NearGround(hazard_grid(job.case), self.criteria)
+        self.job, self.done, self.flown = job, 0, 0
+        self.expected = job.case.break_up.realisations
         self.began = time.perf_counter()
         self.first: FlightResult | None = None
 
-    def fly(self, number: int, fragments: Fragments) -> tuple[Tally, dict[str, NDArray[Any]]]:
+    def fly(self, number: int, fragments: Fragments) -> _Part:
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
+        from flight.balance import Balance
+        from flight.near_ground import fields_of
         from flight.tally import tally
         from flight.witness_hazard import sector_hits
 
-        fragments = above_ground(fragments, self.arguments["ground"], tell=number == 0)
+        ground = self.arguments["ground"]
+        fragments = above_ground(fragments, ground, tell=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
+        self.total = max(self.done + len(fragments), self._share_of(self.expected) * len(fragments))
         with warnings.catch_warnings():
-            if number > 0:  # told of the first
+            if number > 0:  # reported for the first
                 warnings.simplefilter("ignore", flight.FlightWarning)
-            result = flight.fly(fragments, **arguments, threads=self.job.threads, on_progress=self._progress)
+            result = flight.fly(
+                fragments, **arguments, near_ground=self.near, threads=self.job.threads, on_progress=self._progress
+            )
         self.done += len(fragments)
         if number == 0:
             self.first = result
+        lowest = ground if isinstance(ground, float) else float(ground.heights.min())
+        balance = Balance.of(result, fragments, self.criteria, lowest=lowest, gravity=self.case.flight.gravity)
+        fields = fields_of(result)
+        if number >= KEPT:
+            return _Part(None, {}, fields, balance)
         width = 360.0 / self.case.hazard.sectors
         counts = tally(result, self.criteria, sector_width=width, distance=self.case.hazard.distance_cell)
         names = [surface.name for surface in result.witnesses]
-        return counts, {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
+        tables = {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
+        return _Part(counts, tables, fields, balance)
+
+    def _share_of(self, realisations: int) -> int:
+        return -(-realisations // self.job.team.size)
 
     def _progress(self, state: FlightProgress) -> None:
         seconds = time.perf_counter() - self.began
         self.job.reporter.flight(replace(state, done=self.done + state.done, total=self.total, wall_seconds=seconds))
+
+
+def hazard_grid(case: Case) -> PolarGrid:
+    """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
+    from flight.polar_grid import PolarGrid
+    from fragfield.case.convert import kernel_degrees
+
+    hazard = case.hazard
+    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
 
 
 def above_ground(fragments: Fragments, ground: float | HeightMap, *, tell: bool = True) -> Fragments:

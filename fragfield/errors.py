@@ -24,7 +24,7 @@ __all__ = [
 EXIT_DONE = 0
 EXIT_FAULT = 1  # a fault of the program itself
 EXIT_INPUT = 2
-EXIT_NUMERICAL = 3
+EXIT_NUMERICAL = 3  # a numerical stop, or a result that is not determined
 EXIT_INTERRUPTED = 130
 
 # Looked up among the modules that are loaded, so that telling errors apart loads nothing.

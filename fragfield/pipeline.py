@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.case import load_case
+from fragfield.case.changes import load_set_case
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of
 from fragfield.logs import logged
 from fragfield.parallel import Team
@@ -49,6 +50,8 @@ class Request:
         No progress.
     fragments : Path, optional
         Fragments from elsewhere, for the stage `fly`.
+    settings : tuple of str
+        KEY=VALUE that replace values of the case.
     """
 
     target: Path
@@ -59,14 +62,20 @@ class Request:
     overwrite: bool = False
     quiet: bool = False
     fragments: Path | None = None
+    settings: tuple[str, ...] = ()
 
     def case(self, *, burst: bool = True) -> Case:
         """The resolved case of the file, or of the run directory; raises InputError."""
         if self.target.is_dir():
             stored = RunDirectory(self.target)
             stored.stored_case()  # says what is missing, in the words of a run directory
-            return load_case(stored.case_file, cell_size=self.cell_size, burst=burst)
-        return load_case(self.target, cell_size=self.cell_size, burst=burst)
+            return self._loaded(stored.case_file, burst=burst)
+        return self._loaded(self.target, burst=burst)
+
+    def _loaded(self, path: Path, *, burst: bool) -> Case:
+        if self.settings:
+            return load_set_case(path, self.settings, cell_size=self.cell_size, burst=burst)
+        return load_case(path, cell_size=self.cell_size, burst=burst)
 
     @property
     def directory(self) -> RunDirectory:

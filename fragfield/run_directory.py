@@ -93,7 +93,7 @@ STAGES: dict[str, Stage] = {
                 "contours.geojson",
                 "contours.kml",
             ),
-            ("flight", "witness", "obstacle"),
+            ("flight", "witness", "obstacle", "hazard"),
             ("flight", "witness", "hazard", "site", "obstacle"),
         ),
         Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),
@@ -169,7 +169,11 @@ class RunDirectory:
         elif changed := differences(self.stored_case(), case):
             if resume:
                 raise InputError(
-                    _differ(self.path, changed, "--resume continues the same case only; use another --out")
+                    _differ(
+                        self.path,
+                        changed,
+                        "--resume continues the same case only: repeat its --set, or use another --out",
+                    )
                 )
             if not overwrite:
                 raise InputError(_differ(self.path, changed, "use another --out, or --overwrite to replace that run"))

@@ -45,7 +45,6 @@ _SUMMARY_ROWS = (
     ("break_up", "mass", 1.0, "kg"),
     ("flight", "landed", 1.0, ""),
 )
-_DISTANCE_ROWS = ("hazardous_fragment_distance", "hazardous_fragment_distance_all_round", "max_range")
 
 
 def _console() -> Console:
@@ -223,7 +222,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
         table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
     console = _console()
     console.print(table)
-    _print_distances(console, summary.get("flight") or {})
+    _print_hazard(console, summary.get("hazard") or {})
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
 
@@ -236,33 +235,28 @@ def _lit(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
     return f"{ignition[0]['time'] * 1e6:.4g}", by
 
 
-def _print_distances(console: Console, flight: Mapping[str, Any]) -> None:
-    """Distances with the number of realisations that they rest on, and their band."""
-    from flight.distances import DISTANCES
+def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
+    """The hazard distance, what it rests on, and beside it what single events do."""
+    from fragfield.certainty import basis_words, metres, single_words
 
-    rows = [(name, (flight.get("bands") or {}).get(name) or {}) for name in _DISTANCE_ROWS if name in flight]
-    if not rows:
+    if not hazard:
         return
-    number = int(flight.get("realisations") or 1)
-    title = f"distances (m), {number} realisation{'s' if number > 1 else ''}, ± standard error"
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    table.add_column(max_width=30)
-    for head in ("median", "5 to 95 %", "pooled", "converged"):
-        table.add_column(head, justify="right", no_wrap=True)
-    for name, band in rows:
-        scatter = f"{band['low']:.0f} to {band['high']:.0f}" if number > 1 and band else "-"
-        pooled = _with_error(band.get("pooled"), band.get("pooled_standard_error"))
-        table.add_row(
-            DISTANCES[name], _with_error(flight[name], band.get("standard_error")), scatter,
-            f"largest {pooled}" if name == "max_range" and band else pooled, "yes" if band.get("converged") else "no",
-        )  # fmt: skip
+    if not hazard["determined"]:
+        console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
+        return
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for _ in range(3):
+        table.add_column(no_wrap=True)
+    number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
+    if hazard["upper"] is None:
+        table.add_row("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")
+    else:
+        table.add_row("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard))
+        error = f"± {hazard['standard_error']:.2g} m standard error, {number}"
+        table.add_row("distance of the expected density", f"{hazard['distance']:,.0f} m", error)
+    table.add_row("single events, 5 to 95 % (no hazard distance)", single_words(hazard), "of their own densities")
+    table.add_row("largest throw (no hazard distance)", f"{hazard['largest_throw']:,.0f} m", "of a single fragment")
     console.print(table)
-
-
-def _with_error(value: float | None, error: float | None) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.0f}" if error is None else f"{value:.0f} ± {error:.0f}"
 
 
 def print_info(found: Mapping[str, Any]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,8 +24,8 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `single`, `cover`, `side`, `top`, `effective_number`, `realisations` (of the single round) and `bands`, as
-        in summary.json's part "flight" but without the throw.
+        `single`, `cover`, `side`, `top`, `effective_number`, `realisations` (of the single round) and `hazard`: the
+        distance of the expected density over all azimuths with its upper bound and standard error.
 
     Raises
     ------
@@ -53,15 +52,20 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
         counted = stack_counts(with_images(case))
         side, top = (own if own is not None else count for own, count in zip((side, top), counted, strict=True))
     number = effective_number(side, top, rule.cover)
-    bands = stack_rule(single, number).bands
+    found = stack_rule(single, number)
     return {
         "single": rule.single,
         "cover": rule.cover,
         "side": side,
         "top": top,
         "effective_number": number,
-        "realisations": single.realisations,
-        "bands": {name: asdict(band) for name, band in bands.items() if name != "max_range"},
+        "realisations": found.realisations,
+        "hazard": {
+            "distance": found.distance,
+            "upper": found.upper,
+            "standard_error": found.standard_error,
+            "basis": found.basis,
+        },
     }
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import fragfield
 from fragfield.case import plain
-from fragfield.certainty import not_converged
+from fragfield.certainty import certainty
 from fragfield.provenance import provenance_of, versions
 
 if TYPE_CHECKING:
@@ -146,12 +146,14 @@ def fly(job: Job, stage: Stage) -> None:
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
-    if words := not_converged(summary):
+    headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
+                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more}  # fmt: skip
+    if words := certainty(headline):
         _log.warning("%s", words)
     if job.case.hazard.stack_rule is not None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
-    job.note({"flight": summary, "witness": surfaces, "obstacle": obstacles})
+    job.note({"flight": summary, "witness": surfaces, "obstacle": obstacles, "hazard": headline})
 
 
 def _realisations(job: Job, stage: Stage) -> list[Fragments]:

@@ -27,23 +27,27 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "may_end", "outside", "record_hits"]
+__all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits"]
 
 # time, place (3), velocity (3), witness, fragment, sense of the crossing
 HIT_COLUMNS = 10
 
 
 @njit(error_model="numpy")
-def may_end(q: Array, lane: int, limits: Limits) -> bool:
-    """Tell whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
+def heights_of(q: Array, lane: int) -> tuple[float, float]:
+    """Lowest and highest point of the step's hull."""
     h = q[STEP * LANES + lane]
     start, end = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
     first, last = 0.2 * h * q[(STATE + 5) * LANES + lane], 0.2 * h * q[(NEW + 5) * LANES + lane]
     p1, p4 = start + first, end - last
     p2 = start + 2.0 * first + 0.05 * h * h * q[(SLOPE + 2) * LANES + lane]
     p3 = end - 2.0 * last + 0.05 * h * h * q[(SLOPE + 20) * LANES + lane]
-    low = min(start, end, p1, p4, p2, p3)
-    high = max(start, end, p1, p4, p2, p3)
+    return min(start, end, p1, p4, p2, p3), max(start, end, p1, p4, p2, p3)
+
+
+@njit(error_model="numpy")
+def may_end(low: float, high: float, limits: Limits) -> bool:
+    """Tell whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
     return low < limits.ground or low < limits.floor or high > limits.ceiling or limits.domain_radius < np.inf
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, may_end, outside, record_hits
+from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, heights_of, may_end, outside, record_hits
 from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, STOPPED, TIME_OUT, Limits
 from flight.kernels.motion import (
@@ -25,6 +25,7 @@ from flight.kernels.motion import (
     take_step,
     velocity_points,
 )
+from flight.kernels.near_ground import count_chord, count_path, highest_counted
 from flight.kernels.obstacles import EVENTS_SHAPE
 from flight.kernels.roots import STACK_SHAPE
 from flight.kernels.surfaces import (
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.kernels.motion import Surroundings
+    from flight.kernels.near_ground import NearGround
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
@@ -53,7 +55,17 @@ PATH_COLUMNS = 8
 SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
 
 
-def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
+@njit(error_model="numpy", _nrt=False)
+def _fastest(q: Array, lane: int) -> float:
+    """Larger of the squared speeds at both ends of a step."""
+    before = after = 0.0
+    for j in range(3):
+        before += q[(STATE + 3 + j) * LANES + lane] ** 2
+        after += q[(NEW + 3 + j) * LANES + lane] ** 2
+    return max(before, after)
+
+
+def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int, bool]]:
     """Compile the loop; the stamp enters the key of numba's cache, which by itself looks at one source file only."""
 
     @njit(nogil=True, cache=cache, error_model="numpy")
@@ -76,15 +88,20 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
         status: NDArray[np.int8],
         hits: Array,
         path: Array,
-    ) -> tuple[int, int]:
+        near: NearGround,
+        lengths: NDArray[np.int64],
+    ) -> tuple[int, int, bool]:
         """Fly the fragments start..stop-1; rows of `outcome` and `status` count from `start`.
 
         `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s).
         Returns the rows used of `hits` and `path`, in no order of fragments; -1 where one of them had no room for
-        all: fly again with more.
+        all: fly again with more. Lengths of paths near the ground are added to `lengths` (azimuth, distance; without
+        rows: not counted); last comes whether its cells reach far enough.
         """
         if len(source_stamp) == 0 or stop <= start:
-            return 0, 0
+            return 0, 0, True
+        inside = True
+        counted_below = highest_counted(limits, terrain, near) if lengths.shape[0] > 0 else -np.inf
         q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
         out, points, stack, roots = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE), np.empty(16)
         pieces, events = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
@@ -124,7 +141,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                 fresh[lane] = False
                 if many_points > 0:
                     if path_count == path.shape[0]:
-                        return 0, -1
+                        return 0, -1, inside
                     path[path_count, 0] = clock[following, 0]
                     for j in range(6):
                         path[path_count, 1 + j] = q[(STATE + j) * LANES + lane]
@@ -169,8 +186,14 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                     theta = 0.0
                 else:
                     row[7] += 1.0
-                    near_end = built_up or may_end(q, lane, limits)
-                    if near_end or witnesses.shape[0] > 0 or many_points > 0:
+                    low, high = heights_of(q, lane)
+                    near_end = built_up or may_end(low, high, limits)
+                    passing = low < counted_below and 0.5 * mass[fragment] * _fastest(q, lane) >= near.energy
+                    if passing and not near_end:
+                        counted = count_chord(q, lane, high, mass[fragment], limits, near, lengths)
+                        passing = counted < 0
+                        inside &= counted != 0
+                    if near_end or passing or witnesses.shape[0] > 0 or many_points > 0:
                         place_points(q, lane, points)
                         if near_end:
                             theta, ended = ending(points, limits, pieces, stack, roots)
@@ -179,10 +202,14 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                                     points, theta, ended, terrain, obstacles, terrain_pieces, events, stack, roots
                                 )
                         until = min(theta, 1.0)
-                        near = witnesses.shape[0] > 0 and not misses_box(points, everything)
-                        if ended != IN_FLIGHT or near or many_points > 0:
+                        meets = witnesses.shape[0] > 0 and not misses_box(points, everything)
+                        if ended != IN_FLIGHT or meets or passing or many_points > 0:
                             velocity_points(q, lane, points)
-                        if near:
+                        if passing:
+                            inside &= count_path(
+                                points, until, h, mass[fragment], limits, terrain, near, lengths, stack, roots, out
+                            )
+                        if meets:
                             hit_count = record_hits(
                                 witnesses,
                                 vertices,
@@ -199,10 +226,10 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                                 hit_count,
                             )
                             if hit_count < 0:
-                                return -1, 0
+                                return -1, 0, inside
                         for k in range(1, many_points + 1):
                             if path_count == path.shape[0]:
-                                return 0, -1
+                                return 0, -1, inside
                             share = until * k / many_points
                             dense_state(points, share, out)
                             path[path_count, 0] = time + share * h
@@ -243,7 +270,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
                     row[11], row[12] = obstacle, face
                 status[fragment - start] = ended
                 fresh[lane] = True
-        return hit_count, path_count
+        return hit_count, path_count, inside
 
     return fly_chunk
 

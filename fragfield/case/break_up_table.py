@@ -23,7 +23,7 @@ class BreakUpTable(Table):
     """Mott's law per segment, its sampler, and the velocity that fragments inherit (Eqs. 19-31)."""
 
     realisations: int = Field(default=20, ge=1, le=100_000)
-    """How many times the casings are broken up by chance: distances then carry a band of 5 to 95 %."""
+    """Fewest times that the casings are broken up at random; `fly` adds more up to hazard.max_realisations."""
     dimension: Literal[2, 3, "mixed"] = 2
     """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
     mixed_fraction: float = Field(default=0.5, ge=0.0, le=1.0)

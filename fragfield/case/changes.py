@@ -1,21 +1,23 @@
-"""Values of a case replaced by their dotted keys: what a sweep and a study of sensitivities vary."""
+"""Values of a case replaced by their dotted keys: `--set`, sweeps and studies of sensitivities."""
 
 from __future__ import annotations
 
 import copy
+import tomllib
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.load import case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from fragfield.case.schema import Case
 
-__all__ = ["changed_document", "load_changed_case"]
+__all__ = ["changed_document", "load_changed_case", "load_set_case", "read_settings", "read_value"]
 
+_EXAMPLE = '--set burst.cell_size="8 mm"'
 _MATERIALS = ("explosive", "casing")
 _EVERY = "*"
 
@@ -43,6 +45,59 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
         changed["title"] = f"{document.get('title', path.stem)}: {told}"
     changed.setdefault("title", path.stem)
     return case_from_document(changed, source=source, folder=path.parent)
+
+
+def load_set_case(path: Path, settings: Sequence[str], *, cell_size: str | None = None, burst: bool = True) -> Case:
+    """Read, check and resolve a case file with the values of `--set`; its title stays.
+
+    Parameters
+    ----------
+    path : Path
+        The case file.
+    settings : sequence of str
+        KEY=VALUE with dotted keys, see `changed_document`.
+    cell_size : str, optional
+        Of `--cell-size`.
+    burst : bool
+        As in `fragfield.case.load_case`.
+
+    Raises
+    ------
+    InputError
+        As `fragfield.case.load_case`; a setting that cannot be read, or two values for one key.
+    """
+    changes = read_settings(settings)
+    source = f"{path} with {' '.join(f'--set {setting}' for setting in settings)}"
+    if cell_size is not None:
+        if "burst.cell_size" in changes:
+            raise InputError(f"{path}: --cell-size and --set burst.cell_size both given; use one of them")
+        changes["burst.cell_size"] = cell_size
+        source += " and --cell-size"
+    document = changed_document(read_document(path), changes, source=source, folder=path.parent)
+    document.setdefault("title", path.stem)
+    return case_from_document(document, source=source, folder=path.parent, burst=burst)
+
+
+def read_settings(settings: Sequence[str]) -> dict[str, Any]:
+    """Values by dotted key of texts KEY=VALUE; raises InputError where one cannot be read or a key comes twice."""
+    found: dict[str, Any] = {}
+    for setting in settings:
+        key, equals, text = (part.strip() for part in setting.partition("="))
+        if not (key and equals and text):
+            raise InputError(f"found --set {setting!r}; needed: KEY=VALUE, for example {_EXAMPLE}")
+        if key in found:
+            raise InputError(f"--set {key} is given twice; give one value")
+        found[key] = read_value(text)
+    return found
+
+
+def read_value(text: str) -> object:
+    """A value as TOML reads it, else the text itself: `8 mm` needs no quotes of its own."""
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+    return value if isinstance(value, (str, bool, int, float, list, dict)) else text  # no dates
 
 
 def changed_document(

@@ -157,6 +157,24 @@ def hazard_criteria(case: Case) -> Criteria:
     return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
 
 
+def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
+    """Basis of the hazard distance, and mirror planes of the arrangement (degrees); of fragments from elsewhere none.
+
+    See `fragfield.case.directions`.
+    """
+    from fragfield.case.directions import hazard_basis, mirror_planes
+
+    if elsewhere or not case.round:
+        return "worst_direction", ()
+    basis = hazard_basis(case)
+    return basis, mirror_planes(case) if basis == "worst_direction" else ()
+
+
+def kernel_degrees(case: Case) -> float:
+    """Half-width of the azimuth kernel in degrees."""
+    return _degrees(case.hazard.kernel)
+
+
 def _wind(table: WindTable, ground: float) -> Wind | None:
     import flight
 

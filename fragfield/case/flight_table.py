@@ -232,9 +232,14 @@ class HazardTable(Table):
     sectors: int = Field(default=72, ge=1)
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: PositiveLength = 10.0
-    """Width of the distance cells in which hazardous fragments are counted."""
-    tolerance: float = Field(default=0.05, gt=0.0, lt=1.0)
-    """Largest standard error of a distance, as a fraction of it, with which an ensemble counts as converged."""
+    """Width of the distance cells of tables and curves; the hazard distance is estimated in cells a tenth as wide."""
+    kernel: Annotated[float, Quantity("rad", "10 deg", above=0.0, most=3.2)] = degrees(10.0)
+    """Half-width of the raised cosine that smooths the density over azimuth where directions differ: narrower than the
+    jets between neighbouring rounds (about 10 degrees to either side), wide enough to hold many fragments."""
+    tolerance: float = Field(default=0.02, gt=0.0, lt=1.0)
+    """Realisations are added until the standard error of the hazard distance is below this fraction of it."""
+    max_realisations: int = Field(default=500, ge=1, le=100_000)
+    """Realisations beyond which none are added; break_up.realisations is the fewest."""
     person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
     """Area of a person that a fragment may hit."""
     person_height: Annotated[float, Quantity("m", "1.8 m", least=0.0)] = 1.8

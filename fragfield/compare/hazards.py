@@ -1,4 +1,4 @@
-"""Hazards of two runs on the ground: distances with their bands, and densities by distance."""
+"""Hazards of two runs: hazard distances with their errors, and densities by distance."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.distances import DISTANCES
 from fragfield.compare.estimates import Estimates, compared, estimate
 
 if TYPE_CHECKING:
     from flight.ensemble import EnsembleHazard
     from flight.tally import Tally
     from fragfield.compare.runs import ComparedRun
+
+_DISTANCES = (
+    ("upper", "hazard distance, upper bound", None),
+    ("distance", "hazard distance", "standard_error"),
+    ("largest_throw", "largest throw", None),
+)
 
 __all__ = ["DENSITIES", "compare_densities", "compare_distances"]
 
@@ -21,27 +26,20 @@ DENSITIES = ("ground_density", "normal_density", "worst_ground_density", "worst_
 
 
 def compare_distances(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
-    """One row a distance: medians with bands and their ratio, and the pooled ones and theirs.
+    """One row a distance, as `estimates.compared` has it: hazard distance, its upper bound, largest throw.
 
-    A largest throw of all realisations grows with their number, so that throws have no pooled ratio.
+    A distance that is not determined is None, and so is its ratio. `run_basis` and `reference_basis` say in which
+    direction the hazard distances hold; a largest throw has none, and no error: it grows with the realisations.
     """
-    ours, theirs = run.part("flight"), reference.part("flight")
+    ours, theirs = run.part("hazard"), reference.part("hazard")
+    if not ours or not theirs:
+        return []
     rows = []
-    for name, label in DISTANCES.items():
-        if ours.get(name) is None or theirs.get(name) is None:
-            continue
-        bands = [(part.get("bands") or {}).get(name) or {} for part in (ours, theirs)]
-        row: dict[str, Any] = {"name": name, "label": label}
-        row |= compared(
-            *(_single(part[name], band.get("standard_error")) for part, band in zip((ours, theirs), bands, strict=True))
-        )[0]
-        for key, band in zip(("run", "reference"), bands, strict=True):
-            row |= {f"{key}_{edge}": band.get(edge) for edge in ("low", "high")}
-        pooled = [_single(band.get("pooled"), band.get("pooled_standard_error")) for band in bands]
-        together = {f"pooled_{key}": value for key, value in compared(*pooled)[0].items()}
-        if name == "max_range":
-            together = dict.fromkeys(together)
-        rows.append(row | together)
+    for name, label, error in _DISTANCES:
+        values = (_single(part.get(name), part.get(error) if error else None) for part in (ours, theirs))
+        row: dict[str, Any] = {"name": name, "label": label, **compared(*values)[0]}
+        bases = (None, None) if name == "largest_throw" else (ours.get("basis"), theirs.get("basis"))
+        rows.append(row | dict(zip(("run_basis", "reference_basis"), bases, strict=True)))
     return rows
 
 

@@ -152,6 +152,8 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
         realisations = one.part("flight").get("realisations") or 1
         if not one.flown:
             notes.append(f"{one.folder} has not been flown: only its casings are compared")
+        elif not one.part("hazard").get("determined", True):
+            notes.append(f"{one.folder}: the hazard distance is not determined: {one.part('hazard')['reason']}")
         elif one.hazard is None or realisations < 2:
             notes.append(f"{one.folder} has one realisation of the break-up: no standard errors")
     if run.hazard is not None and reference.hazard is not None and run.hazard.criteria != reference.hazard.criteria:
@@ -159,6 +161,10 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
             f"hazards go by different criteria, {run.hazard.criteria} and {reference.hazard.criteria}: "
             "ratios of hazardous numbers and distances compare the criteria too"
         )
+    bases = [one.part("hazard").get("basis") for one in (run, reference)]
+    if None not in bases and bases[0] != bases[1]:
+        words = {"all_azimuths": "over all azimuths", "worst_direction": "in the worst direction"}
+        notes.append("hazard distances hold " + " and ".join(words[str(basis)] for basis in bases))
     versions = [one.summary.get("program_version") for one in (run, reference)]
     if versions[0] != versions[1]:
         notes.append(f"computed by different versions of the program, {versions[0]} and {versions[1]}")

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 __all__ = ["print_comparison"]
 
 _MOST_LINES = 12  # of the table by distance, and of differences
-_DISTANCES = ("hazardous_fragment_distance", "hazardous_fragment_distance_all_round", "max_range")
 _RATIOS = (
     ("number", "hits"),
     ("hazardous", "hazardous_hits"),
@@ -74,17 +73,17 @@ def _casing_table(rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def _distance_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = _table("distances (m), median (5 to 95 %)", ("", "run", "over", "ratio", "pooled ratio"))
-    for row in [row for row in rows if row["name"] in _DISTANCES]:
-        both = (_with_band(row, key) for key in ("run", "reference"))
-        table.add_row(row["label"], *both, _with_error(row, "ratio"), _with_error(row, "pooled_ratio"))
+    table = _table("distances (m) ± standard error", ("", "run", "over", "ratio"))
+    for row in rows:
+        both = (_metres(row, key) for key in ("run", "reference"))
+        table.add_row(row["label"], *both, _with_error(row, "ratio"))
     return table
 
 
-def _with_band(row: Mapping[str, Any], key: str) -> str:
-    low, high = row[f"{key}_low"], row[f"{key}_high"]
-    band = "" if low is None or low == high else f" ({low:.0f} to {high:.0f})"
-    return f"{row[key]:.0f}{band}"
+def _metres(row: Mapping[str, Any], key: str) -> str:
+    if row[key] is None:
+        return "not determined"
+    return f"{row[key]:.0f}" if row[f"{key}_error"] is None else f"{row[key]:.0f} ± {row[f'{key}_error']:.1f}"
 
 
 def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:

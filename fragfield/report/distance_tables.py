@@ -1,4 +1,4 @@
-"""The tables of distances: each with the number of realisations that it rests on and its band."""
+"""The tables of distances: the hazard distance and its bound, and beside it what single events do."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.distances import DISTANCES
+from fragfield.certainty import basis_words
 from fragfield.report.blocks import Table
 from fragfield.report.landings import ensemble, hazard_density
 from fragfield.report.quantities import SPACE, number
@@ -17,37 +17,39 @@ if TYPE_CHECKING:
     from flight.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["band_words", "density_table", "distance_table", "sector_table", "stack_rule_table"]
-
-_RULE_ROWS = ("hazardous_fragment_distance_all_round", "hazardous_fragment_distance")
+__all__ = ["density_table", "distance_table", "sector_table", "stack_rule_table"]
 
 
 def distance_table(run: RunFiles) -> Iterator[Table]:
-    """Every distance over all sectors: median, band, pooled, their standard errors, and the verdict."""
-    found = ensemble(run)
-    if found is None:
+    """The hazard distance with its bound and error, and beside it what single events do."""
+    hazard = run.part("hazard")
+    if not hazard:
         return
-    lines = []
-    for name, band in found.bands.items():
-        pooled = _with_error(band.pooled, band.pooled_standard_error)
-        lines.append(
-            (
-                _capital(DISTANCES[name]),
-                _with_error(band.median, band.standard_error),
-                _span(band.low, band.high) if found.realisations > 1 else "–",
-                f"largest {pooled}" if name == "max_range" else pooled,
-                _rounded(band.change_between_halves, sign=True),
-                number(band.realisations),
-                "yes" if band.converged else "no",
-            )
-        )
-    head = ("Distance (m)", "Median", "5 to 95 %", "Pooled", "2nd half − 1st", "Realisations", "Converged")
-    note = (
-        "Median and band are those of single realisations of the break-up; pooled is the distance at which the mean "
-        "density over all of them is acceptable. ± is the standard error by bootstrap. Converged: at least ten "
-        f"realisations, and standard errors within {100 * found.tolerance:g} % of the distance."
-    )
-    yield Table("Distances and their certainty", head, tuple(lines), note)
+    if not hazard["determined"]:
+        lines = [("Hazard distance", "not determined", hazard["reason"])]
+        yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
+        return
+    error, where = hazard["standard_error"], basis_words(hazard)
+    count = number(hazard["realisations"])
+    bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
+    single = hazard["single_event"]
+    lines = [
+        ("Hazard distance, upper bound (95 %)", _rounded(hazard["upper"]), f"to be applied; {where}"),
+        (
+            "Hazard distance", _with_error(hazard["distance"], error),
+            f"of the expected density, mean of {count} realisations{bias if hazard['max_bias'] else ''}",
+        ),
+        ("… by area of ground alone", _rounded(hazard["distance_ground"]), "expected density of landings"),
+        ("… normal to the paths alone", _rounded(hazard["distance_normal"]), "along the paths below a person's height"),
+        (
+            "Single events: median, 5 to 95 %",
+            f"{_rounded(single['median'])}, {_span(single['low'], single['high'])}",
+            "no hazard distance: where the density of one event's own fragments falls below the limit",
+        ),
+        ("Largest throw", _rounded(hazard["largest_throw"]), "no hazard distance: farthest single fragment"),
+    ]  # fmt: skip
+    note = "± is the standard error by bootstrap over the realisations."
+    yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
 
 
 def density_table(run: RunFiles) -> Iterator[Table]:
@@ -58,7 +60,6 @@ def density_table(run: RunFiles) -> Iterator[Table]:
     curves, area = found.by_distance, 1.0 / hazard_density(run)
     lines = []
     for cell in _few_cells(found):
-        densest = max(float(curves[f"worst_{name}_density"].pooled[cell]) for name in ("ground", "normal"))
         line = [f"{found.counts.edges[cell]:,.0f}{SPACE}–{SPACE}{found.counts.edges[cell + 1]:,.0f}"]
         for name in ("ground", "normal"):
             curve = curves[f"{name}_density"]
@@ -66,19 +67,20 @@ def density_table(run: RunFiles) -> Iterator[Table]:
             if name == "ground":
                 several = found.realisations > 1
                 line.append(_share_span(area * curve.low[cell], area * curve.high[cell]) if several else "–")
-        lines.append((*line, _share(area * densest), _share(float(curves["probability"].pooled[cell]))))
-    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Densest sector", "Hit on a person")
+        lines.append((*line, _share(float(curves["probability"].pooled[cell]))))
+    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Hit on a person")
     note = (
         f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
-        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths and in the densest sector (the larger "
-        "of both densities); 1 is the acceptable density. Last: probability of a hit on a person at a random azimuth."
+        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; "
+        "5 to 95 % are those of single events. Last: probability of a hit on a person at a random azimuth."
     )
     yield Table("Density by distance", head, tuple(lines), note)
 
 
 def _few_cells(found: EnsembleHazard, most: int = 8) -> list[int]:
     """About `most` distance cells, evenly spread to half as far again as the hazardous fragment distance reaches."""
-    farthest = 1.5 * found.bands["hazardous_fragment_distance"].high
+    assert found.expected is not None  # of every run that this version has flown
+    farthest = 1.5 * (found.expected.upper or found.expected.distance)
     last = int(np.flatnonzero(found.by_distance["ground_density"].pooled > 0).max(initial=0))
     last = min(last, max(1, int(np.searchsorted(found.distance, farthest))))
     return sorted({round(cell) for cell in np.linspace(0, last, min(most, last + 1))})
@@ -94,34 +96,37 @@ def _share_span(low: float, high: float) -> str:
 
 
 def sector_table(run: RunFiles) -> Iterator[Table]:
-    """Distances of every azimuth sector with their bands."""
+    """Hazard distance by direction, and what single events do by sector."""
     found = ensemble(run)
-    if found is None:
+    if found is None or found.expected is None:
         return
-    curves = found.by_sector
-    distance, throw = curves["hazardous_fragment_distance"], curves["max_throw"]
+    throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
+    expected, known = found.expected, not found.undetermined
     several = found.realisations > 1
-    lines = [
-        (
-            f"{azimuth:.0f}",
-            number(round(float(curves["hazardous"].pooled[i]), 1)),
-            _rounded(distance.median[i]),
-            _span(distance.low[i], distance.high[i]) if several else "–",
-            _rounded(distance.pooled[i]),
-            _rounded(throw.median[i]),
-            _span(throw.low[i], throw.high[i]) if several else "–",
+    lines = []
+    for i, azimuth in enumerate(found.azimuth):
+        at = round(float(azimuth) / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
+        upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
+        lines.append(
+            (
+                f"{azimuth:.0f}",
+                number(round(float(hazardous.pooled[i]), 1)),
+                _rounded(upper) if known and np.isfinite(upper) else "–",
+                _rounded(distance) if known else "–",
+                _rounded(throw.median[i]),
+                _span(throw.low[i], throw.high[i]) if several else "–",
+            )
         )
-        for i, azimuth in enumerate(found.azimuth)
-    ]
     head = (
-        "Azimuth (°)", "Hazardous, mean", "Hazard distance (m), median", "5 to 95 %", "Pooled", "Farthest (m), median",
-        "5 to 95 %",
+        "Azimuth (°)", "Hazardous, mean", "Hazard distance (m), upper bound", "Of the expected density",
+        "Farthest (m), median", "5 to 95 %",
     )  # fmt: skip
+    same = " The hazard distance is that over all azimuths." if expected.direction is None else ""
     note = (
-        f"Of {number(found.realisations)} realisations. Hazard distance: the larger of both densities'; 0 where the "
-        "acceptable density is never reached."
+        f"Hazard distance of {number(expected.realisations)} realisations; 0 where the acceptable density is never "
+        f"reached.{same} Farthest fragment of single events, which is no hazard distance."
     )
-    yield Table("Distances by sector", head, tuple(lines), note)
+    yield Table("Distances by direction", head, tuple(lines), note)
 
 
 def stack_rule_table(run: RunFiles) -> Iterator[Table]:
@@ -130,18 +135,20 @@ def stack_rule_table(run: RunFiles) -> Iterator[Table]:
     found = ensemble(run)
     if not isinstance(rule, dict) or found is None:
         return
-    lines = []
-    for name in _RULE_ROWS:
-        direct, by_rule = found.bands[name], rule["bands"][name]
-        lines.append(
-            (
-                _capital(DISTANCES[name]),
-                _with_error(direct.pooled, direct.pooled_standard_error),
-                _with_error(by_rule["pooled"], by_rule["pooled_standard_error"]),
-                f"{direct.pooled / by_rule['pooled']:.2f}" if by_rule["pooled"] else "–",
-            )
-        )
-    head = ("Pooled distance (m)", f"Direct, {number(found.realisations)} realisations", _rule_words(rule), "Ratio")
+    if found.expected is None or found.undetermined:
+        return
+    direct, by_rule = found.expected, rule["hazard"]
+    lines = [
+        (
+            "Hazard distance, upper bound", _rounded(direct.upper), _rounded(by_rule["upper"]),
+            _ratio(direct.upper, by_rule["upper"]),
+        ),
+        (
+            "Hazard distance", _with_error(direct.distance, direct.standard_error),
+            _with_error(by_rule["distance"], by_rule["standard_error"]), _ratio(direct.distance, by_rule["distance"]),
+        ),
+    ]  # fmt: skip
+    head = ("Distance (m)", f"Direct, {number(direct.realisations)} realisations", _rule_words(rule), "Ratio")
     weights = "0.9 and 0.1" if rule["cover"] == "open" else "0.7 and 0.1"
     note = (
         f"The rule of DDESB TP-12 takes {weights} of the {number(rule['side'])} rounds on the fullest side and of the "
@@ -151,23 +158,8 @@ def stack_rule_table(run: RunFiles) -> Iterator[Table]:
     yield Table("Rule for stacks", head, tuple(lines), note)
 
 
-def band_words(run: RunFiles, name: str) -> str:
-    """What a distance of the summary rests on, in a few words."""
-    found = ensemble(run)
-    if found is None:
-        return ""
-    band = found.bands[name]
-    if found.realisations < 2:
-        return "one realisation, no band"
-    pooled = "largest" if name == "max_range" else "pooled"
-    return (
-        f"median of {number(found.realisations)} realisations; 5 to 95 %: {_span(band.low, band.high)}{SPACE}m; "
-        f"{pooled} {_rounded(band.pooled)}{SPACE}m"
-    )
-
-
-def _capital(words: str) -> str:
-    return words[0].upper() + words[1:]
+def _ratio(one: float | None, other: float | None) -> str:
+    return f"{one / other:.2f}" if one is not None and other else "–"
 
 
 def _rule_words(rule: Mapping[str, Any]) -> str:

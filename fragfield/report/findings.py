@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fragfield.certainty import not_converged
+from fragfield.certainty import certainty
 from fragfield.report.ignition_table import lit_by_shock, never_lit
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
@@ -27,7 +27,7 @@ _MOST_HOURGLASS = 0.1
 _PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
 _DRAG_WARNING = re.compile(r"^drag .* above Mach")
 _ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
-_ENSEMBLE_WARNING = re.compile(r"break_up\.realisations\)?$")
+_ENSEMBLE_WARNING = re.compile(r"the hazard distance (is not determined|to |has neither)")
 _LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
 
 
@@ -316,9 +316,8 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
 def _flight(run: RunFiles) -> list[Finding]:
     part = run.part("flight")
     found: list[Finding] = []
-    if not part:
-        return found
-    found += _certainty(part)
+    if part or run.part("hazard"):
+        found += _certainty(run.part("hazard"))
     beyond, flown = _value(part, "above_drag_table"), _value(part, "fragments")
     if beyond and flown:
         found.append(
@@ -334,26 +333,24 @@ def _flight(run: RunFiles) -> list[Finding]:
     return found
 
 
-def _certainty(part: dict[str, Any]) -> list[Finding]:
-    """Whether there are enough realisations."""
-    if "bands" not in part:
-        return [Finding("warning", "One realisation of the break-up was flown: distances carry no band; fly it again.")]
-    realisations = int(part["realisations"])
-    if words := not_converged(part):
-        found = [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
-    else:
-        text = f"{number(realisations)} realisations fix every distance over all sectors to"
-        found = [Finding("good", f"{text} {100 * part['tolerance']:g} % (standard error).")]
-    open_sectors = _value(part, "sectors_not_converged")
-    if open_sectors and realisations > 1:
-        found.append(
-            Finding(
-                "note",
-                f"In {number(int(open_sectors))} of {len(part['by_sector'])} sectors the standard error of the pooled "
-                "hazardous fragment distance is above the tolerance: judge single sectors from more realisations, or "
-                "from wider sectors.",
-            )
+def _certainty(hazard: dict[str, Any]) -> list[Finding]:
+    """Whether the hazard distance is determined, and whether there are enough realisations."""
+    if not hazard:
+        text = (
+            "This flight was computed by an earlier version, which had no estimate of the hazard distance: fly again."
         )
+        return [Finding("stop", text)]
+    words = certainty(hazard)
+    if not hazard["determined"]:
+        return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]
+    if words:
+        return [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
+    text = f"{number(int(hazard['realisations']))} realisations fix the hazard distance to"
+    found = [Finding("good", f"{text} {100 * hazard['tolerance']:g} % (standard error).")]
+    if hazard["distance"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
+        share = 100 * hazard["max_bias"] / hazard["distance"]
+        text = f"Taking the worst direction may bias the hazard distance by up to {share:.1g} % either way."
+        found.append(Finding("note", text))
     return found
 
 

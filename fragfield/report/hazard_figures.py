@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.report.drawing import ACCENT, GREY, INK, LINES, new_figure
-from fragfield.report.landings import all_round_distance, ensemble, hazard_density, hazard_energy, landings
+from fragfield.report.landings import ensemble, hazard_density, hazard_energy, landings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.ensemble import Curve
+    from flight.expected import ExpectedDistance
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["density_curve", "distance_by_azimuth", "hit_probability", "landing_map", "polar_by_sector"]
@@ -44,18 +45,8 @@ def landing_map(run: RunFiles, narrow: bool) -> Figure | None:
     for radius in _ring_radii(reach):
         _ring(axis, radius, "#5d6670", ":", f"{radius:g} m", angle=45.0)
     over_all = ensemble(run)
-    assert over_all is not None  # something landed
-    for name, dashes, label, angle in (
-        ("hazardous_fragment_distance_all_round", "--", "hazard, all azimuths", 250.0),
-        ("hazardous_fragment_distance", "-", "hazard, worst sector", 290.0),
-    ):
-        band = over_all.bands[name]
-        if band.median > 0:
-            words = f"{label}: {math.ceil(band.median)} m"
-            if band.realisations > 1:
-                words += f" ({band.low:.0f}–{band.high:.0f} m, {band.realisations} realisations)"
-            _ring(axis, band.median, ACCENT, dashes, words, angle)
-            reach = max(reach, 1.04 * band.median)
+    if over_all is not None and over_all.expected is not None and not over_all.undetermined:
+        reach = max(reach, 1.04 * _outline(axis, over_all.expected))
     axis.plot(0, 0, marker="+", color=INK, markersize=8, markeredgewidth=1.2)
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axis.legend(
@@ -65,6 +56,26 @@ def landing_map(run: RunFiles, narrow: bool) -> Figure | None:
         markerscale=1.8,
     )
     return figure
+
+
+def _outline(axis: Axes, expected: ExpectedDistance) -> float:
+    """Draw the upper bound of the hazard distance by direction, or the distance where it has none; its reach (m)."""
+    bounded = expected.upper is not None
+    by_direction = expected.upper_by_direction if bounded else expected.by_direction
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    sector = np.round(turn / (2.0 * np.pi) * len(by_direction)).astype(int) % len(by_direction)
+    reach = by_direction[sector]
+    if not reach.max() > 0.0:
+        return 0.0
+    axis.plot(reach * np.cos(turn), reach * np.sin(turn), color=ACCENT, linewidth=1.3, zorder=3)
+    words = f"hazard distance, {'upper bound: ' if bounded else ''}{math.ceil(reach.max())} m"
+    place = np.radians(290.0 if expected.direction is None else expected.direction)
+    axis.annotate(
+        words, (reach.max() * np.cos(place), reach.max() * np.sin(place)), ha="center", va="center", fontsize=7,
+        color=ACCENT, zorder=4,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
+    )  # fmt: skip
+    return float(reach.max())
 
 
 def _ring_radii(reach: float) -> list[float]:
@@ -85,27 +96,31 @@ def _ring(axis: Axes, radius: float, color: str, dashes: str, label: str, angle:
 
 
 def density_curve(run: RunFiles, narrow: bool) -> Figure | None:
-    """Hazardous fragments per acceptable area against distance: over all azimuths with bands, and densest sector."""
+    """Expected hazardous fragments per acceptable area against distance, with the bootstrap's band."""
     found = ensemble(run)
-    if found is None or not found.pooled.hazardous.any():
+    if found is None or found.expected is None or not found.expected.density.any():
         return None
-    acceptable = hazard_density(run)
+    acceptable, expected = hazard_density(run), found.expected
     figure, (axis,) = new_figure(narrow=narrow, height=3.6, narrow_height=4.4)
-    curves = found.by_distance
-    for number, (name, label) in enumerate(
-        (("ground_density", "all azimuths, on the ground"), ("normal_density", "all azimuths, normal to the path"))
-    ):
-        _banded(axis, found.distance, curves[name], label, number, 1.0 / acceptable, found.realisations)
-    densest = np.maximum(curves["worst_ground_density"].pooled, curves["worst_normal_density"].pooled)
-    axis.plot(
-        found.distance, np.where(densest > 0, densest / acceptable, np.nan), linewidth=1.1,
-        label="densest sector of the pooled, the larger of both", **{**LINES[2], "color": GREY},
-    )  # fmt: skip
+    where = "all azimuths" if expected.direction is None else "worst direction"
+    for number, label in enumerate(("on the ground", "normal to the paths")):
+        style, density = LINES[number], expected.density[number] / acceptable
+        axis.plot(expected.radius, np.where(density > 0, density, np.nan), label=f"{label}, {where}", **style)
+        if expected.density_low.size:
+            axis.fill_between(
+                expected.radius, np.maximum(expected.density_low[number] / acceptable, _NOTHING),
+                np.maximum(expected.density_high[number] / acceptable, _NOTHING), color=style["color"], alpha=_SHADE,
+                linewidth=0, hatch=_HATCHES[number], label="5 to 95 % of the mean", zorder=1,
+            )  # fmt: skip
     axis.axhline(1.0, color=ACCENT, linewidth=1.1)
     axis.annotate(
         f"acceptable: 1 per {1 / acceptable:.1f} m²", (0.99, 1.0), xycoords=("axes fraction", "data"),
         textcoords="offset points", xytext=(0, 3), ha="right", color=ACCENT, fontsize=7.5,
     )  # fmt: skip
+    if not found.undetermined:
+        for place, dashes, words in ((expected.distance, ":", "distance"), (expected.upper, "-", "upper bound")):
+            if place:
+                axis.axvline(place, color=GREY, linewidth=1.0, linestyle=dashes, label=f"{words}, {place:.0f} m")
     axis.set(yscale="log", xlabel="Distance (m)", ylabel=f"Hazardous fragments\nper {1 / acceptable:.1f} m²")
     axis.set_xlim(0, found.counts.edges[-1])
     axis.set_ylim(bottom=1e-4)
@@ -114,15 +129,12 @@ def density_curve(run: RunFiles, narrow: bool) -> Figure | None:
 
 
 def hit_probability(run: RunFiles, narrow: bool) -> Figure | None:
-    """Probability that a person is hit by a hazardous fragment against distance, with bands."""
+    """Probability that a person is hit by a hazardous fragment against distance, with the band of single events."""
     found = ensemble(run)
     if found is None or not found.pooled.hazardous.any():
         return None
     figure, (axis,) = new_figure(narrow=narrow, height=3.2, narrow_height=3.8)
-    for number, (name, label) in enumerate(
-        (("probability", "anywhere around"), ("worst_probability", "in the worst sector of each realisation"))
-    ):
-        _banded(axis, found.distance, found.by_distance[name], label, number, 1.0, found.realisations)
+    _banded(axis, found.distance, found.by_distance["probability"], "anywhere around", 0, 1.0, found.realisations)
     axis.set(yscale="log", xlabel="Distance (m)", ylabel="Probability of a hit\non a person", ylim=(1e-6, 1.5))
     axis.set_xlim(0, found.counts.edges[-1])
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=1 if narrow else 2)
@@ -147,37 +159,32 @@ def _banded(
 
 
 def distance_by_azimuth(run: RunFiles, narrow: bool) -> Figure | None:
-    """Hazardous fragment distance and farthest fragment of each azimuth sector, with bands."""
+    """Hazard distance by direction with its bound, and the farthest fragment of each sector in single events."""
     found = ensemble(run)
-    if found is None:
+    if found is None or found.expected is None:
         return None
     figure, (axis,) = new_figure(narrow=narrow, height=3.2, narrow_height=3.8)
+    expected = found.expected
+    if not found.undetermined:
+        around = np.linspace(0.0, 360.0, max(len(expected.azimuth), 2) + 1)
+        for values, label, style in (
+            (expected.upper_by_direction, "hazard distance, upper bound", {"color": ACCENT, "linewidth": 1.4}),
+            (expected.by_direction, "hazard distance, expected density", {**LINES[0], "linewidth": 1.1}),
+        ):
+            if np.isfinite(values).all():
+                axis.plot(around, np.resize(_closed(values), len(around)), label=label, **style)
+    curve, style = found.by_sector["max_throw"], LINES[1]
     azimuth = np.append(found.azimuth, 360.0)
-    for number, (name, label, pooled) in enumerate(
-        (
-            ("hazardous_fragment_distance", "hazardous fragment distance", True),
-            ("max_throw", "farthest fragment", False),
-        )
-    ):
-        curve, style = found.by_sector[name], LINES[number]
-        axis.plot(azimuth, _closed(curve.median), drawstyle="steps-mid", label=f"{label}, median", **style)
-        if found.realisations > 1:
-            axis.fill_between(
-                azimuth, _closed(curve.low), _closed(curve.high), step="mid", color=style["color"], alpha=_SHADE,
-                linewidth=0, hatch=_HATCHES[number], label=f"5 to 95 % of {found.realisations}", zorder=1,
-            )  # fmt: skip
-            if pooled:
-                axis.plot(
-                    azimuth, _closed(curve.pooled), drawstyle="steps-mid", linewidth=1.1, label=f"{label}, pooled",
-                    color=INK, linestyle=(0, (1.2, 1.2)),
-                )  # fmt: skip
-    overall = all_round_distance(run)
-    if overall is not None:
-        axis.axhline(overall, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 1.5)), label="density over all azimuths")
+    axis.plot(azimuth, _closed(curve.median), drawstyle="steps-mid", label="farthest fragment, median event", **style)
+    if found.realisations > 1:
+        axis.fill_between(
+            azimuth, _closed(curve.low), _closed(curve.high), step="mid", color=style["color"], alpha=_SHADE,
+            linewidth=0, hatch=_HATCHES[1], label=f"5 to 95 % of {found.realisations} events", zorder=1,
+        )  # fmt: skip
     axis.set(xlim=(0, 360), xticks=np.arange(0, 361, 90 if narrow else 45), ylabel="Distance (m)")
     axis.set_xlabel("Azimuth (°), from +x counter-clockwise")
     axis.set_ylim(bottom=0)
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=1 if narrow else 3)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=1 if narrow else 2)
     return figure
 
 

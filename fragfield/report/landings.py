@@ -15,15 +15,12 @@ if TYPE_CHECKING:
     from flight.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["Landings", "all_round_distance", "ensemble", "hazard_density", "hazard_energy", "landings"]
+__all__ = ["Landings", "ensemble", "hazard_density", "hazard_energy", "landings"]
 
 HAZARDOUS_ENERGY = 79.0
 """J; 58 ft lb."""
 ACCEPTABLE_DENSITY = 1.0 / 55.7
 """1/m2; one per 600 ft2."""
-SECTORS = 72
-DISTANCE_CELL = 10.0
-"""m."""
 _LANDED = 1  # of flight's Status
 
 
@@ -59,36 +56,7 @@ def landings(run: RunFiles) -> Landings | None:
 
 
 def ensemble(run: RunFiles) -> EnsembleHazard | None:
-    """The hazard over the run's realisations; of an older run that of its one. None where nothing landed."""
+    """The hazard over the run's realisations; None where nothing landed, or the run was flown by an earlier version."""
     if run.landing is None or not (run.landing["status"] == _LANDED).any():
         return None
-    if run.ensemble is None:
-        from flight.ensemble import assess_ensemble
-        from flight.tally import Criteria, tally
-
-        table = run.case.get("hazard", {})
-        criteria = Criteria(
-            hazard_energy(run),
-            hazard_density(run),
-            si_value(table.get("person_area"), Criteria.person_area),
-            si_value(table.get("person_height"), Criteria.person_height),
-        )
-        counts = tally(
-            run.landing,
-            criteria,
-            sector_width=360.0 / int(table.get("sectors", SECTORS)),
-            distance=si_value(table.get("distance_cell"), DISTANCE_CELL),
-        )
-        run.ensemble = assess_ensemble(counts, criteria)
     return run.ensemble
-
-
-def all_round_distance(run: RunFiles) -> float | None:
-    """Hazardous fragment distance of the densities over all azimuths, the larger of both densities (m)."""
-    part = run.part("flight")
-    told = part.get("hazardous_fragment_distance_all_round")
-    if isinstance(told, (int, float)):
-        return float(told)
-    values = [part.get(f"hazardous_fragment_distance_all_round_{kind}") for kind in ("ground", "normal")]
-    known = [float(value) for value in values if isinstance(value, (int, float))]
-    return max(known) if known else None

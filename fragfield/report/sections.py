@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fragfield.certainty import WHICH_NUMBER, basis_words
 from fragfield.report import burst_figures, fragment_figures, hazard_figures, statements
 from fragfield.report.blocks import (
     Block,
@@ -16,13 +17,13 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
-from fragfield.report.distance_tables import band_words, density_table, distance_table, sector_table, stack_rule_table
+from fragfield.report.distance_tables import density_table, distance_table, sector_table, stack_rule_table
 from fragfield.report.findings import findings
 from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
-from fragfield.report.landings import all_round_distance, hazard_density, hazard_energy, landings
+from fragfield.report.landings import hazard_density, hazard_energy, landings
 from fragfield.report.obstacle_tables import obstacle_tables
-from fragfield.report.quantities import number
+from fragfield.report.quantities import SPACE, number
 from fragfield.report.round_tables import (
     arrangement_table,
     broken_rounds_table,
@@ -98,19 +99,10 @@ def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list
 
 
 def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
-    burst, flight = run.part("burst"), run.part("flight")
+    burst = run.part("burst")
     found = landings(run)
     graver = sum(item.weight == "stop" for item in told), sum(item.weight == "warning" for item in told)
-    cards = [
-        _distance(
-            "Hazardous fragment distance", flight.get("hazardous_fragment_distance"),
-            f"worst sector: {band_words(run, 'hazardous_fragment_distance')}",
-        ),
-        _distance(
-            "Over all azimuths", all_round_distance(run), band_words(run, "hazardous_fragment_distance_all_round")
-        ),
-        _distance("Largest throw", flight.get("max_range"), band_words(run, "max_range")),
-    ]  # fmt: skip
+    cards = _distances(run)
     if found is not None:
         count = int(found.hazardous.sum())
         cards.append(
@@ -126,7 +118,7 @@ def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
     blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards)), *_caution(*graver)]
     if "flight" not in run.missing:
         terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
-        blocks += [Paragraph(terms), *density_table(run)]
+        blocks += [Paragraph(terms), Paragraph(WHICH_NUMBER), *density_table(run)]
     blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.LIMITS)]
     return Section("summary", "Summary for the safety engineer", blocks)
 
@@ -141,6 +133,32 @@ def _caution(stops: int, warnings: int) -> list[Block]:
     if not parts:
         return []
     return [Paragraph(f"Read first, in the next section: {' and '.join(parts)}.", kind="caution")]
+
+
+def _distances(run: RunFiles) -> list[Card]:
+    """The hazard distance first, then what it must not be mistaken for."""
+    hazard = run.part("hazard")
+    if not hazard:
+        return [Card("Hazard distance", "–", "", "not computed")]
+    if not hazard["determined"]:
+        return [Card("Hazard distance", "not determined", "", hazard["reason"])]
+    number_of = f"{number(hazard['realisations'])} realisation{'s' if hazard['realisations'] > 1 else ''}"
+    where = basis_words(hazard)
+    if hazard["upper"] is None:
+        cards = [_distance("Hazard distance", hazard["distance"], f"no upper bound: {number_of}; {where}")]
+    else:
+        error = f"standard error {hazard['standard_error']:.2g}{SPACE}m, {number_of}"
+        cards = [
+            _distance("Hazard distance, upper bound (95 %)", hazard["upper"], f"the distance to apply; {where}"),
+            _distance("Distance of the expected density", hazard["distance"], error),
+        ]
+    single = hazard["single_event"]
+    span = f"{single['low']:,.0f}{SPACE}–{SPACE}{single['high']:,.0f}"
+    return [
+        *cards,
+        Card("Single events, 5 to 95 %", span, "m", "no hazard distance: what one event's own density reaches"),
+        _distance("Largest throw", hazard["largest_throw"], "no hazard distance: the farthest single fragment"),
+    ]
 
 
 def _distance(label: str, value: object, note: str) -> Card:
@@ -253,7 +271,7 @@ def _flight(run: RunFiles, draw: Draw) -> Section:
         *draw(
             "landing_map", "Landing points",
             "Where the fragments of the first realisation touch the ground; dark: hazardous. Seen from above, y "
-            "upwards. The circles of hazard are medians over all realisations.",
+            "upwards. The line of hazard is the upper bound of the hazard distance by direction.",
             hazard_figures.landing_map,
         ),
     ]  # fmt: skip
@@ -267,21 +285,22 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         *hazard_rows(run),
         *draw(
             "density_curve", "Density by distance",
-            "Hazardous fragments per acceptable area, in rings: over all azimuths, by area of ground and normal to the "
-            "path, mean of the realisations and band of single ones; and of the mean densities the densest sector in "
-            "each ring.",
+            "Expected number of hazardous fragments per acceptable area, by area of ground and normal to the paths, "
+            "over all azimuths or in the worst direction, with 5 to 95 % of the bootstrap: the certainty of the mean, "
+            "not the scatter of single events. The uprights mark the hazard distance and its upper bound.",
             hazard_figures.density_curve,
         ),
         *draw(
             "hit_probability", "Probability of a hit on a person",
-            "Probability that a hazardous fragment hits a person who stands at that distance: mean of the realisations "
-            "and band of single ones, at a random azimuth and in the worst sector.",
+            "Probability that a hazardous fragment hits a person who stands at that distance, at a random azimuth: "
+            "mean of the realisations and band of single events.",
             hazard_figures.hit_probability,
         ),
         *draw(
             "distance_by_azimuth", "Distances by azimuth",
-            "Hazardous fragment distance and farthest fragment of each sector: median and band of single realisations, "
-            "and the distance of the pooled density.", hazard_figures.distance_by_azimuth,
+            "Hazard distance by direction, as its upper bound and by the expected density; and, no hazard distance, "
+            "the farthest fragment of each sector: median and band of single events.",
+            hazard_figures.distance_by_azimuth,
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))

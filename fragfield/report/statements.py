@@ -5,13 +5,11 @@ from __future__ import annotations
 __all__ = ["LIMITS", "MAY_BE_USED_FOR", "MUST_NOT_BE_USED_FOR", "SUMMARY_TERMS"]
 
 SUMMARY_TERMS = (
-    "The hazardous fragment distance is the farthest distance at which fragments of {energy:.3g} J or more are as "
-    "dense as one per {area:.1f} m², by area of ground or normal to their path, whichever is farther: in the worst "
-    "azimuth sector, and with the density taken over all azimuths. The break-up is random and was computed several "
-    "times: the distances given first are medians of these realisations, with the band that holds 5 to 95 % of them; "
-    "the pooled distance is that of their mean density. Within a narrow sector single fragments decide, so that the "
-    "worst sector of one realisation lies farther out than that of the mean. The largest throw is the distance of the "
-    "farthest fragment, hazardous or not. Distances count from the origin that the case gives, on open, level ground."
+    "The hazard distance is where the expected density of fragments of {energy:.3g} J or more falls below one per "
+    "{area:.1f} m² for the last time: the mean over realisations of the random break-up, on the ground or normal to "
+    "the paths below a person's height, whichever reaches farther. Its upper bound lies beyond the model's true value "
+    "with a confidence of 95 % (bootstrap over the realisations); it covers the randomness of the break-up, not the "
+    "uncertainty of inputs and models. Distances count from the origin that the case gives."
 )
 
 LIMITS = (

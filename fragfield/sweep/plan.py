@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import itertools
 import re
-import tomllib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, load_changed_case
+from fragfield.case.changes import read_value
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def _values(settings: Sequence[str]) -> dict[str, list[Any]]:
             raise InputError(f"found {setting!r}; needed: KEY=VALUE[,VALUE...], for example {_EXAMPLE}")
         if key in found:
             raise InputError(f"{key} is given twice; needed: one list of its values, for example {_EXAMPLE}")
-        found[key] = [_value(part) for part in parts]
+        found[key] = [read_value(part) for part in parts]
     if not found:
         raise InputError(f"no values to sweep over; needed: KEY=VALUE[,VALUE...], for example {_EXAMPLE}")
     return found
@@ -105,15 +105,6 @@ def _split(text: str) -> list[str]:
             continue
         parts[-1] += letter
     return [part.strip() for part in parts]
-
-
-def _value(text: str) -> object:
-    """A value as TOML reads it, else the text itself: `8 mm` needs no quotes of its own."""
-    try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
-    return value if isinstance(value, (str, bool, int, float, list, dict)) else text  # no dates
 
 
 def labels_of(keys: Sequence[str]) -> dict[str, str]:

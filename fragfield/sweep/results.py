@@ -28,25 +28,28 @@ _VALUES = (
     ("cells", "burst", "cells"),
     ("steps", "burst", "steps"),
     ("fragments", "break_up", "fragments"),
-    ("realisations", "flight", "realisations"),
+    ("realisations", "hazard", "realisations"),
+    ("hazard_distance", "hazard", "distance"),
+    ("hazard_distance_upper", "hazard", "upper"),
+    ("hazard_distance_standard_error", "hazard", "standard_error"),
+    ("hazard_direction_deg", "hazard", "direction_deg"),
+    ("determined", "hazard", "determined"),
+    ("largest_throw", "hazard", "largest_throw"),
 )
-_DISTANCES = ("hazardous_fragment_distance", "hazardous_fragment_distance_all_round", "max_range")
 _WIDE = 200  # characters of a line where no terminal sets a bound
-_BAND = ("low", "high", "pooled", "standard_error")
 
 
 def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
     """The chosen numbers of a summary in SI; None for what was not computed.
 
-    Speeds (m/s), diameter (m), errors of the ledger (fractions), counts; of every distance (m) the median and, as
-    NAME_low, _high, _pooled and _standard_error, its band; `wall_seconds` of burst and flight together.
+    Speeds (m/s), diameter (m), errors of the ledger (fractions), counts; the hazard distance with its upper bound and
+    standard error (m), None where it is not determined; largest throw (m); `single_event_low` and `_high` (m), 5 and
+    95 % of single events; `wall_seconds` of burst and flight together.
     """
-    parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight")}
+    parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight", "hazard")}
     found = {name: parts[part].get(key) for name, part, key in _VALUES}
-    for name in _DISTANCES:
-        band = (parts["flight"].get("bands") or {}).get(name) or {}
-        found[name] = parts["flight"].get(name)
-        found |= {f"{name}_{key}": band.get(key) for key in _BAND}
+    single = parts["hazard"].get("single_event") or {}
+    found |= {f"single_event_{key}": single.get(key) for key in ("low", "high")}
     times = [part["wall_seconds"] for part in parts.values() if part.get("wall_seconds") is not None]
     return found | {"wall_seconds": sum(times) if times else None}
 
@@ -82,18 +85,21 @@ def print_sweep(found: Mapping[str, Any]) -> None:
         table.add_column(head, justify="right" if head else "left", no_wrap=True)
     distances = found["stage"] == "run"
     if distances:
-        for head in ("distance m", "all round m", "throw m"):
+        for head in ("upper\nbound m", "distance m", "single\nevents m", "throw m"):
             table.add_column(head, justify="right")
     table.add_column("time s", justify="right")
     for row in found["runs"]:
         results = row["results"]
         cells = [Text(str(row["values"][key])) for key in found["keys"]]
         cells += [Text(row["state"]), *map(Text, _numbers(results))]
-        cells += [Text(_with_band(results, name)) for name in _DISTANCES] if distances else []
+        cells += [Text(text) for text in _distances(results)] if distances else []
         table.add_row(*cells, _number(results["wall_seconds"]))
     console.print(table)
     if distances:
-        console.print("distances: median (5 to 95 % of the realisations); worst sector, all azimuths, maximum throw")
+        console.print(
+            "upper bound (95 %): the hazard distance to apply; distance ± standard error: of the expected density; no "
+            "hazard distances: 5 to 95 % of single events, largest throw"
+        )
     for row in found["runs"]:
         if row["state"] == FAILED:
             console.print(f"{row['name']} failed (exit code {row['exit_code']}): {row['message']}", markup=False)
@@ -114,7 +120,14 @@ def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.0f}"
 
 
-def _with_band(results: Mapping[str, Any], name: str) -> str:
-    low, high = results[f"{name}_low"], results[f"{name}_high"]
-    band = "" if low is None or (results["realisations"] or 1) < 2 else f" ({low:.0f} to {high:.0f})"
-    return _number(results[name]) + band
+def _distances(results: Mapping[str, Any]) -> list[str]:
+    if results["determined"] is False:
+        return ["not determined", "-", "-", _number(results["largest_throw"])]
+    distance, error = _number(results["hazard_distance"]), results["hazard_distance_standard_error"]
+    low, high = _number(results["single_event_low"]), _number(results["single_event_high"])
+    return [
+        _number(results["hazard_distance_upper"]),
+        distance if error is None else f"{distance} ± {error:.1f}",
+        "-" if low == "-" else f"{low} to {high}",
+        _number(results["largest_throw"]),
+    ]

@@ -88,7 +88,7 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
     for number, (planned, row) in enumerate(zip(plan.runs, rows, strict=True), start=1):
         _tell(f"run {number} of {len(rows)}: {planned.name}", options)
         _perform(planned, row, options)
-        if row["state"] == FAILED:
+        if row["exit_code"] not in (EXIT_DONE, None):
             found["exit_code"] = EXIT_NUMERICAL
         write_tables(found, options.folder)
     return found
@@ -141,8 +141,10 @@ def _perform(planned: PlannedRun, row: dict[str, Any], options: SweepOptions) ->
     code, printed = _call(command)
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt
-    if code == EXIT_DONE:
-        row.update(state=DONE, exit_code=code, results=results_of(directory.summary()))
+    results = results_of(directory.summary())
+    if code == EXIT_DONE or (code == EXIT_NUMERICAL and results["determined"] is False):
+        message = "" if code == EXIT_DONE else directory.summary()["hazard"]["reason"]
+        row.update(state=DONE, exit_code=code, results=results, message=message)
     else:
         row.update(state=FAILED, exit_code=code, message=_message(code, printed))
 

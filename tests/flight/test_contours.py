@@ -13,8 +13,11 @@ import pytest
 from flight import InputError
 from flight.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
 from flight.ensemble import EnsembleHazard, assess_ensemble
+from flight.expected import Directions, expected_distance
+from flight.polar_grid import PolarGrid
 from flight.result import LANDING, Status
 from flight.tally import tally
+from tests.flight.fields import distance_of_landings, groups_of_landings
 
 Geodesic = pytest.importorskip("geographiclib.geodesic").Geodesic
 KML = "{http://www.opengis.net/kml/2.2}"
@@ -24,14 +27,16 @@ SITE = Site(52.25, 7.5, 30.0)
 @pytest.fixture(scope="module")
 def found() -> EnsembleHazard:
     generator = np.random.default_rng(1)
-    counts = []
+    counts, parts = [], []
     for _ in range(12):
         rows = np.zeros(20_000, dtype=LANDING)
         rows["status"], rows["energy"], rows["angle"] = Status.LANDED, 100.0, 30.0
         rows["azimuth"] = generator.uniform(0.0, 360.0, len(rows))
         rows["distance"] = generator.exponential(60.0, len(rows)) * (2.0 + np.cos(np.radians(rows["azimuth"])))
         counts.append(tally(rows, sector_width=15.0))
-    return assess_ensemble(counts)
+        parts.append(rows)
+    groups = groups_of_landings(parts, Directions(PolarGrid.of(24, 15.0, 10.0, 3000.0), "worst_direction", 15.0))
+    return assess_ensemble(counts, expected=expected_distance(groups, 1.0 / 55.7))
 
 
 def inverse(site: Site, ring: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -61,21 +66,21 @@ def test_longitudes_do_not_jump_at_the_date_line() -> None:
 def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> None:
     contours = contours_of(found, SITE)
     names = [(one.properties["quantity"], one.properties["statistic"]) for one in contours]
-    quantities = ("hazardous_fragment_distance", "max_throw", "hazardous_fragment_distance_all_round")
-    assert names == [(quantity, statistic) for quantity in quantities for statistic in ("median", "high", "pooled")]
-    for one in contours[:6]:
+    assert names == [("hazard_distance", "upper"), ("hazard_distance", "expected"), ("max_throw", "pooled")]
+    expected = found.expected
+    assert expected is not None
+    curves = (expected.upper_by_direction, expected.by_direction, found.by_sector["max_throw"].pooled)
+    for one, curve in zip(contours, curves, strict=True):
         length, bearing = inverse(SITE, one.ring)
-        azimuth = (SITE.bearing - bearing) % 360.0
-        curve = getattr(found.by_sector[one.properties["quantity"]], one.properties["statistic"])
-        sector = np.floor(azimuth / 15.0 + 0.5).astype(int) % 24
-        inside = np.abs((azimuth + 7.5) % 15.0 - 7.5) < 7.4  # a limit of two sectors belongs to either
+        azimuth, width = (SITE.bearing - bearing) % 360.0, 360.0 / len(curve)
+        sector = np.floor(azimuth / width + 0.5).astype(int) % len(curve)
+        inside = np.abs((azimuth + width / 2) % width - width / 2) < 0.49 * width  # a limit belongs to either
         assert length[inside] == pytest.approx(curve[sector[inside]], abs=1e-6)
         assert one.properties["largest_distance_m"] == pytest.approx(curve.max(), abs=1e-3)
         assert one.properties["realisations"] == 12
-    circle = contours[6]
-    assert inverse(SITE, circle.ring)[0] == pytest.approx(
-        found.bands["hazardous_fragment_distance_all_round"].median, abs=1e-6
-    )
+    assert contours[0].properties["largest_distance_m"] == pytest.approx(expected.upper, abs=1e-3)
+    assert contours[1].properties["largest_distance_m"] == pytest.approx(expected.distance, abs=1e-3)
+    assert "the distance to apply" in contours[0].properties["name"]
     for one in contours:
         assert (one.ring[0] == one.ring[-1]).all()
         assert area(one.ring) > 0.0, "the right-hand rule: counter-clockwise"
@@ -87,6 +92,23 @@ def test_arcs_keep_within_their_chords() -> None:
     assert len(azimuth) == 4 * 91
     assert set(distance) == {100.0, 200.0, 300.0, 400.0}
     assert 1.0 - np.cos(np.radians(0.5)) < 4e-5
+
+
+def test_all_azimuths_are_a_circle(found: EnsembleHazard) -> None:
+    generator = np.random.default_rng(5)
+    parts = []
+    for _ in range(5):
+        rows = np.zeros(5000, dtype=LANDING)
+        rows["azimuth"], rows["distance"] = generator.uniform(0.0, 360.0, 5000), generator.exponential(90.0, 5000)
+        parts.append(rows)
+    expected = distance_of_landings(parts)
+    circle = contours_of(assess_ensemble(found.counts, expected=expected), SITE)[0]
+    assert inverse(SITE, circle.ring)[0] == pytest.approx(expected.upper, abs=1e-6)
+
+
+def test_what_is_not_determined_has_no_line(found: EnsembleHazard) -> None:
+    open_ = assess_ensemble(found.counts, expected=found.expected, undetermined="there are no fragments")
+    assert {one.properties["quantity"] for one in contours_of(open_, SITE)} == {"max_throw"}
 
 
 def test_no_hazard_has_no_contour() -> None:

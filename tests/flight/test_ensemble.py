@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 
 import h5py
@@ -18,12 +19,15 @@ from flight.ensemble_files import (
     write_ensemble,
     write_fragment_ensemble,
 )
+from flight.expected import Directions, ExpectedDistance, expected_distance
 from flight.hazard import assess, falling_through, hazard_of
+from flight.polar_grid import PolarGrid
 from flight.result import HITS, LANDING, Status
 from flight.stack_rules import effective_number, stack_rule
 from flight.tally import Criteria, Tally, tally
 from flight.text_tables import read_columns
 from flight.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
+from tests.flight.fields import groups_of_landings
 
 LIMIT = 1.0 / 55.7
 FLAT = Criteria(person_height=0.0)
@@ -209,16 +213,54 @@ def test_hits_by_sector_are_the_table_of_the_summary() -> None:
 def test_stack_rule_of_tp12() -> None:
     assert effective_number(10, 20) == pytest.approx(0.9 * 10 + 0.1 * 20)
     assert effective_number(10, 20, "earth") == pytest.approx(0.7 * 10 + 0.1 * 20)
-    single = ensemble(30)
-    name = "hazardous_fragment_distance_all_round_ground"
-    assert stack_rule(single, 1.0).bands[name] == single.bands[name]
-    six = stack_rule(single, 6.0)
-    place, mean = single.distance, single.by_distance["ground_density"].pooled
-    assert six.bands[name].pooled == pytest.approx(falling_through(place, 6.0 * mean, LIMIT), rel=1e-12)
+    generator = np.random.default_rng(1)
+    parts = [poisson_field(generator) for _ in range(30)]
+    groups = groups_of_landings(parts, Directions(PolarGrid.of(72, 10.0, 10.0, 3000.0)))
+    single = assess_ensemble(
+        [tally(part, FLAT) for part in parts], FLAT, expected=expected_distance(groups, LIMIT), all_round=groups
+    )
+    assert single.expected is not None
+    assert stack_rule(single, 1.0).distance == single.expected.distance
     # six times the density reaches as far as a limit of a sixth
-    lower = assess_ensemble(single.counts, Criteria(density=LIMIT / 6.0, person_height=0.0))
-    assert six.bands[name].median == pytest.approx(lower.bands[name].median, rel=1e-12)
-    assert six.each["max_range"].tolist() == single.each["max_range"].tolist()
+    six = stack_rule(single, 6.0)
+    assert six.distance == expected_distance(groups, LIMIT / 6.0).distance
+    # density 6 * 3000 / (2 pi d 150 m) exp(-d / 150 m) = limit
+    low, high = 10.0, 2000.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        dense = 6.0 * 3000.0 / (2.0 * np.pi * middle * 150.0) * np.exp(-middle / 150.0) > LIMIT
+        low, high = (middle, high) if dense else (low, middle)
+    assert six.distance == pytest.approx(low, abs=3.0 * six.standard_error)
+    assert six.distance < six.upper < six.distance + 3.0 * six.standard_error
+    with pytest.raises(InputError, match="the single round has no hazard distance: none of"):
+        stack_rule(assess_ensemble(single.counts, FLAT, undetermined="none of 3 fragments landed"), 2.0)
+
+
+def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
+    generator = np.random.default_rng(2)
+    parts = [poisson_field(generator) for _ in range(12)]
+    grid = PolarGrid.of(72, 10.0, 10.0, 2000.0)
+    counts = [tally(part, FLAT) for part in parts]
+    for basis, reason in (("all_azimuths", ""), ("worst_direction", "none landed")):
+        groups = groups_of_landings(parts, Directions(grid, basis, 10.0, (0.0,) if reason else ()))
+        found = assess_ensemble(
+            counts, FLAT, expected=expected_distance(groups, LIMIT), undetermined=reason,
+            all_round=groups_of_landings(parts, Directions(grid)),
+        )  # fmt: skip
+        write_ensemble(found, {}, tmp_path)
+        back, _ = read_ensemble(tmp_path / "ensemble.h5")
+        assert back.headline == found.headline
+        assert back.undetermined == reason
+        for entry in fields(ExpectedDistance):
+            mine, theirs = getattr(found.expected, entry.name), getattr(back.expected, entry.name)
+            assert np.array_equal(mine, theirs) if isinstance(mine, np.ndarray) else mine == theirs, entry.name
+        assert back.all_round is not None
+        if not reason:
+            assert stack_rule(back, 2.0).upper == stack_rule(found, 2.0).upper
+            assert found.headline["single_event"]["low"] < found.headline["single_event"]["high"]
+        else:
+            assert found.headline["distance"] is None
+            assert found.headline["determined"] is False
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,15 @@ import h5py
 import numpy as np
 
 from burst_fenicsx.output import TimeSeries
-from flight.ensemble import assess_ensemble
+from flight.ensemble import EnsembleHazard, assess_ensemble
 from flight.ensemble_files import write_ensemble
+from flight.expected import Directions, expected_distance
 from flight.files import write_landing
+from flight.polar_grid import PolarGrid
 from flight.result import LANDING, Status
 from flight.tally import Criteria, tally
 from flight.witness_hazard import SECTOR_HITS
+from tests.flight.fields import groups_of_landings
 
 LENGTH, RADIUS, BORE = 0.60, 0.0775, 0.055
 END_TIME = 120e-6
@@ -308,14 +311,19 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
         )  # fmt: skip
     summary["flight"] = {
         "fragments": len(mass), "landed": len(mass), "wall_seconds": 1.4, "drag": "shell_fragment_tp12",
-        "above_drag_table": 7, "below_drag_table": 0, **_ensemble(folder, columns, by_azimuth),
+        "above_drag_table": 7, "below_drag_table": 0,
     }  # fmt: skip
+    found = _ensemble(folder, columns, by_azimuth)
+    summary["flight"] |= found.summary()
+    assert found.headline is not None
+    summary["hazard"] = {**found.headline, "more_realisations": True}
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
 
 
-def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]]) -> dict[str, Any]:
+def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]]) -> EnsembleHazard:
     """REALISATIONS of the flight: the first, and others turned and stretched by chance."""
     random = np.random.default_rng(2)
+    parts = [landing]
     counts, hits = [tally(landing)], np.zeros((REALISATIONS, 72), dtype=SECTOR_HITS)
     for name in ("hits", "hazardous_hits", "max_initial_speed", "mean_initial_speed"):
         hits[name] = [line[name] for line in by_azimuth]
@@ -324,10 +332,17 @@ def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]
         other["azimuth"] = (other["azimuth"] + random.uniform(0.0, 360.0)) % 360.0
         other["distance"] *= random.uniform(0.95, 1.05)
         counts.append(tally(other))
+        parts.append(other)
         hits[number] = np.roll(hits[0], random.integers(72))
-    found = assess_ensemble(counts, Criteria())
+    dangerous = [part[part["energy"] >= Criteria().energy] for part in parts]
+    grid = PolarGrid.of(72, 10.0, 10.0, 3000.0)
+    groups = groups_of_landings(dangerous, Directions(grid, "worst_direction"))
+    found = assess_ensemble(
+        counts, Criteria(), tolerance=0.02, expected=expected_distance(groups, Criteria().density),
+        all_round=groups_of_landings(dangerous, Directions(grid)),
+    )  # fmt: skip
     write_ensemble(found, {"ring": hits}, folder, PROVENANCE)
-    return found.summary()
+    return found
 
 
 def flight_columns(

@@ -117,6 +117,42 @@ def test_a_cell_size_on_the_command_line_needs_its_unit_too():
     assert 'with --cell-size: burst.cell_size: found "6" without a unit' in done.stderr
 
 
+@pytest.mark.parametrize("command", ["check", "run", "burst"])
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (["burst.cell_sise=8 mm"], 'burst.cell_sise: unknown key (did you mean "cell_size"?)'),
+        (["burst.cell_size=8"], "burst.cell_size: found the bare number 8"),
+        (["burst.cell_size=8 mm,6 mm"], "burst.cell_size: "),
+        (["burst.cell_size"], "found --set 'burst.cell_size'; needed: KEY=VALUE, for example --set burst.cell_size="),
+        (["=8 mm"], "found --set '=8 mm'; needed: KEY=VALUE"),
+        (["seed=1", "seed=2"], "--set seed is given twice"),
+        (["round.7.explosive=tnt"], "round.7.explosive: there is no entry 7"),
+        (["burst.cell_size=8 mm", "--cell-size"], "--cell-size and --set burst.cell_size both given"),
+    ],
+)
+def test_a_setting_that_cannot_be_used_is_an_input_error(command, settings, message, tmp_path):
+    arguments = [word for setting in settings if "--" not in setting for word in ("--set", setting)]
+    arguments += ["--cell-size", "9 mm"] if "--cell-size" in settings else []
+    arguments += [] if command == "check" else ["--out", tmp_path / "run"]
+    done = _invoke(command, ROOT / "cases" / "tube.toml", *arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+def test_check_shows_the_case_with_its_settings():
+    settings = ("burst.cell_size=8 mm", "round.0.explosive=comp_b", "seed=7", "flight.origin=['1 m', '2 m']")
+    words = [word for setting in settings for word in ("--set", setting)]
+    done = _invoke("check", ROOT / "cases" / "tube.toml", *words, "--json")
+    assert done.exit_code == 0, done.stderr
+    case = json.loads(done.stdout)["case"]
+    assert (case["burst"]["cell_size"], case["seed"], case["flight"]["origin"]) == (0.008, 7, [1.0, 2.0])
+    assert case["round"][0]["explosive"]["name"] == "comp_b"
+    plain = json.loads(_invoke("check", ROOT / "cases" / "tube.toml", "--json").stdout)["case"]
+    assert case["title"] == plain["title"]
+
+
 def test_exit_codes_of_errors():
     from burst_fenicsx.errors import InputError as BurstInputError
     from burst_fenicsx.errors import NumericalStop

@@ -116,9 +116,12 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
     assert ring["total"]["hits"]["ratio"] == pytest.approx(2.0)
     fragments = next(row for row in found["casing"] if row["quantity"] == "fragments")
     assert (fragments["run"], fragments["reference"], fragments["ratio"]) == (3600, 1800, 2.0)
-    throw = next(row for row in found["distances"] if row["name"] == "max_range")
-    assert throw["run_low"] <= throw["run"] <= throw["run_high"]
-    assert throw["pooled_ratio"] is None  # grows with the number of realisations
+    rows = {row["name"]: row for row in found["distances"]}
+    assert rows["distance"]["ratio"] > 1.1
+    assert rows["distance"]["ratio_error"] > 0.0
+    assert rows["upper"]["run"] > rows["distance"]["run"]
+    assert rows["upper"]["run_basis"] == "worst_direction"
+    assert rows["largest_throw"]["ratio_error"] is None  # grows with the number of realisations
     first = found["by_distance"][0]
     assert first["ground_density"]["ratio"] == pytest.approx(2.0, rel=0.1)
     assert first["ground_density"]["ratio_error"] > 0.0
@@ -211,7 +214,8 @@ def test_the_comparison_is_printed_and_written(runs, tmp_path):
     assert done.exit_code == 0, done.stderr
     for part in (
         "witness ring, sectors of 45 degrees",
-        "maximum throw",
+        "hazard distance, upper bound",
+        "largest throw",
         "casing, mean initial speed",
         "the cases differ in",
     ):

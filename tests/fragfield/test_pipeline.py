@@ -21,6 +21,9 @@ SUMMARY = {
     },
     "break_up": {"fragments", "mass", "mass_error", "momentum_error", "energy_error", "rounds"},
     "flight": {"fragments", "landed", "wall_seconds", "max_range", "hazardous_fragment_distance", "by_sector"},
+    "hazard": {
+        "distance", "upper", "standard_error", "basis", "direction_deg", "realisations", "determined", "single_event",
+    },
 }  # fmt: skip
 
 
@@ -107,7 +110,12 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     summary = json.loads((out / "summary.json").read_text())
     found, witnesses = read_ensemble(out / "ensemble.h5")
     number = load_case(short_case).break_up.realisations
-    assert number == found.realisations == summary["flight"]["realisations"] == summary["break_up"]["realisations"]
+    assert number == summary["break_up"]["realisations"] <= found.realisations == summary["flight"]["realisations"]
+    assert summary["hazard"]["realisations"] == found.expected.realisations >= found.realisations
+    assert found.headline.items() <= summary["hazard"].items()
+    assert summary["hazard"]["basis"] == "all_azimuths"
+    assert summary["hazard"]["determined"] is True
+    number = found.realisations
     first = tally(read_landing(out / "landing.h5"))
     cells = len(first.edges) - 1
     assert np.array_equal(found.counts.landings[0, :, :cells], first.landings[0])
@@ -123,17 +131,43 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
 @pytest.mark.dolfinx
 def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_case):
     changed = short_case.with_name("one.toml")
-    changed.write_text(SHORT.replace("[break_up]\n", "[break_up]\nrealisations = 1\n"))
+    changed.write_text(
+        SHORT.replace("[break_up]\n", "[break_up]\nrealisations = 1\n") + "\n[hazard]\nmax_realisations = 1\n"
+    )
     first = (run_copy / "fragments.h5").read_bytes()
     assert invoke("break-up", changed, "--out", run_copy).exit_code == 0
     assert not (run_copy / "ensemble_fragments.h5").exists()
     assert len((run_copy / "fragments.h5").read_bytes()) > 0.9 * len(first)
     done = invoke("fly", changed, "--out", run_copy, "--json")
-    flight = json.loads(done.stdout)["flight"]
-    assert (flight["realisations"], flight["converged"]) == (1, False)
+    hazard = json.loads(done.stdout)["hazard"]
+    assert (hazard["realisations"], hazard["converged"], hazard["upper"]) == (1, False, None)
     assert "set break_up.realisations" in done.stderr
     told = invoke("info", run_copy).stdout
-    assert "distances (m), 1 realisation" in told
+    assert "no upper bound: 1 realisation; over all azimuths" in told
+
+
+@pytest.mark.dolfinx
+def test_realisations_are_added_until_the_distance_is_known(run_copy, short_case):
+    """Those that `fly` adds are those that `break-up` would have made: the same numbers, to the last bit."""
+    found = {}
+    for name, fewest, most in (("added", 4, 14), ("made", 14, 14)):
+        case = short_case.with_name(f"{name}.toml")
+        text = SHORT.replace("[break_up]\n", f"[break_up]\nrealisations = {fewest}\n")
+        case.write_text(f"{text}\n[hazard]\ntolerance = 1e-4\nmax_realisations = {most}\n")
+        assert invoke("break-up", case, "--out", run_copy).exit_code == 0
+        done = invoke("fly", case, "--out", run_copy, "--json")
+        assert done.exit_code == 0, done.stderr
+        found[name] = json.loads(done.stdout)["hazard"]
+        assert "14 realisations fix the hazard distance to" in done.stderr
+        assert "set hazard.max_realisations higher" in done.stderr
+    assert found["added"] == found["made"]
+    assert found["added"]["realisations"] == 14
+    loose = short_case.with_name("loose.toml")
+    loose.write_text(SHORT.replace("[break_up]\n", "[break_up]\nrealisations = 5\n") + "\n[hazard]\ntolerance = 0.5\n")
+    assert invoke("break-up", loose, "--out", run_copy).exit_code == 0
+    done = invoke("fly", loose, "--out", run_copy, "--json")
+    assert json.loads(done.stdout)["hazard"]["realisations"] == 5
+    assert not done.stderr
 
 
 @pytest.mark.dolfinx

@@ -63,4 +63,78 @@ def test_contours_are_written_where_the_site_is_known(whole_run, short_case, tmp
     assert collection["features"][0]["geometry"]["coordinates"] == [7.5, 52.0]
     assert "numpy" in json.loads(collection["provenance"]["versions"])
     assert (tmp_path / "out" / "contours.kml").is_file()
-    assert "one realisation of the break-up was flown" in done.stderr
+    assert "one realisation was flown; of fragments from elsewhere there is one set" in done.stderr
+
+
+def _fly(folder, rows, case, name="out"):
+    own = folder / "mine.csv"
+    own.write_text("mass_kg,vx_m_s,vy_m_s,vz_m_s,z_m\n" + "".join(f"{row}\n" for row in rows))
+    file = folder / f"{name}.toml"
+    file.write_text(case)
+    return invoke("fly", file, "--fragments", own, "--out", folder / name, "--json"), folder / name
+
+
+SITE = '\n[site]\nlatitude = "52 deg"\nlongitude = "7.5 deg"\nbearing = "90 deg"\n'
+
+
+ARENA = """
+[flight]
+gravity = "0 m/s^2"
+[[witness]]
+name = "ring"
+radius = "3 m"
+[[obstacle]]
+name = "arena"
+kind = "wall"
+start = ["5 m", "-9 m"]
+end = ["5 m", "9 m"]
+height = "9 m"
+"""
+
+
+@pytest.mark.filterwarnings("ignore::flight.FlightWarning")
+@pytest.mark.parametrize(
+    ("case", "rows", "words"),
+    [
+        ('[flight]\ntime_limit = "0.2 s"\n', ["0.05,900,0,100,1"], "has not landed (1 ran out of time)"),
+        ("", ["0.05,1e200,0,0,1", "0.05,300,0,100,1"], "has not landed (1 have no path (NaN))"),
+        (
+            ARENA,
+            ["0.05,900,0,0,1"],
+            "none of 1 fragments landed, obstacles stopped 1, 1 crossings of witness surfaces",
+        ),
+    ],
+)
+def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_output(case, rows, words, tmp_path):
+    done, out = _fly(tmp_path, rows, case + SITE)
+    assert done.exit_code == 3, done.stderr
+    assert f"the hazard distance is not determined: {words}" in done.stderr or words in done.stderr
+    summary = json.loads(done.stdout)
+    stored = json.loads((out / "summary.json").read_text())
+    assert stored["hazard"] == summary["hazard"]
+    assert (summary["hazard"]["determined"], summary["hazard"]["distance"], summary["hazard"]["upper"]) == (
+        False, None, None,
+    )  # fmt: skip
+    assert words in summary["hazard"]["reason"]
+    for name in ("landing.h5", "ensemble.h5", "hazard_by_sector.csv", "contours.kml"):
+        assert (out / name).is_file(), name
+    features = json.loads((out / "contours.geojson").read_text())["features"]
+    assert not any(one["properties"].get("quantity") == "hazard_distance" for one in features)
+    told = invoke("info", out).stdout
+    assert "hazard distance: not determined" in told
+    report = invoke("report", out)
+    assert report.exit_code == 0, report.stderr
+    assert "not determined" in (out / "report.html").read_text()
+
+
+def test_the_direction_of_fragments_from_elsewhere_is_the_worst(tmp_path):
+    rows = [f"0.05,{800 + k},{10 * k - 50},{k},1" for k in range(10)]
+    done, out = _fly(tmp_path, rows, "")
+    assert done.exit_code == 0, done.stderr
+    hazard = json.loads(done.stdout)["hazard"]
+    assert hazard["basis"] == "worst_direction"
+    assert hazard["direction_deg"] in (357.5, 0.0, 2.5)
+    assert (hazard["realisations"], hazard["upper"], hazard["kernel_deg"]) == (1, None, 10.0)
+    assert "no more can be made" in done.stderr
+    printed = invoke("info", out).stdout
+    assert "no upper bound: 1 realisation" in printed

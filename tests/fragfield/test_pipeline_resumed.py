@@ -75,6 +75,26 @@ def test_resume_refuses_another_case_and_names_the_keys(run_copy, short_case):
 
 
 @pytest.mark.dolfinx
+def test_a_run_with_settings_is_resumed_with_the_same_ones_or_from_its_directory(run_copy, short_case, quick_report):
+    setting = ("--set", "seed=5")
+    refused = invoke("run", short_case, *setting, "--out", run_copy)
+    assert refused.exit_code == 2
+    assert "seed: stored 1, now 5" in refused.stderr
+    assert "use another --out, or --overwrite" in refused.stderr
+    stored = (run_copy / "case.toml").read_text()
+    (run_copy / "case.toml").write_text(stored.replace("seed = 1", "seed = 5"))  # a run that --set has made
+    (run_copy / "landing.h5").unlink()
+    (run_copy / "fragments.h5").unlink()
+    refused = invoke("run", short_case, "--out", run_copy, "--resume")
+    assert refused.exit_code == 2
+    assert "repeat its --set" in refused.stderr
+    done = invoke("run", short_case, *setting, "--out", run_copy, "--resume")
+    assert done.exit_code == 0, done.stderr
+    assert "seed = 5" in (run_copy / "case.toml").read_text()
+    assert invoke("run", run_copy, "--resume").exit_code == 0
+
+
+@pytest.mark.dolfinx
 def test_an_interrupted_burst_goes_on_from_its_checkpoint(short_case, whole_run, tmp_path):
     long = tmp_path / "long.toml"
     long.write_text(SHORT.replace('"12 us"', '"60 us"'))

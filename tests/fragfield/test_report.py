@@ -14,7 +14,6 @@ import h5py
 import numpy as np
 import pytest
 
-from flight.distances import DISTANCES
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
 from fragfield.report.burst_figures import speed_along_round
@@ -151,39 +150,52 @@ def test_every_figure_is_there_wide_and_narrow(page, run):
 
 
 def test_numbers_are_those_of_the_summary(page, summary):
-    flight, burst = summary["flight"], summary["burst"]
-    assert card(page, "Hazardous fragment distance") == str(math.ceil(flight["hazardous_fragment_distance"]))
-    assert card(page, "Largest throw") == str(math.ceil(flight["max_range"]))
+    hazard, flight, burst = summary["hazard"], summary["flight"], summary["burst"]
+    assert card(page, "Hazard distance, upper bound (95 %)") == str(math.ceil(hazard["upper"]))
+    assert card(page, "Distance of the expected density") == str(math.ceil(hazard["distance"]))
+    assert card(page, "Largest throw") == str(math.ceil(hazard["largest_throw"]))
+    low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
+    assert card(page, "Single events, 5 to 95 %") == f"{low:,.0f}\u00a0–\u00a0{high:,.0f}"
     assert card(page, "Mean initial speed") == f"{burst['mean_initial_speed']:,.0f}"
     assert card(page, "Largest initial speed") == f"{burst['max_initial_speed']:,.0f}"
     assert card(page, "Hazardous fragments") == f"{round(flight['hazardous_fragments']):,}"
-    assert card(page, "Over all azimuths") == str(math.ceil(flight["hazardous_fragment_distance_all_round"]))
 
 
-def test_every_distance_has_its_realisations_and_band(page, summary):
-    flight = summary["flight"]
-    assert page.text.count(f"median of {REALISATIONS} realisations; 5 to 95 %:") == 3
-    for name, words in DISTANCES.items():
-        band = flight["bands"][name]
-        line = next(text for text in page.texts if text.strip().lower() == words)
-        place = page.texts.index(line)
-        cells = [text.strip() for text in page.texts[place + 1 : place + 20] if text.strip()][:6]
-        assert cells[0].startswith(f"{band['median']:,.0f}\u00a0±"), name
-        assert cells[1] == f"{band['low']:,.0f}\u00a0–\u00a0{band['high']:,.0f}", name
-        assert cells[4] == str(REALISATIONS), name
-    assert f"{REALISATIONS} realisations are too few for a band of 5 to 95 %" in page.text
+def test_the_bound_comes_first_and_other_distances_are_named_for_what_they_are(page, summary):
+    hazard = summary["hazard"]
+    order = [page.text.index(words) for words in ("Hazard distance, upper bound", "Single events, 5", "Largest throw")]
+    assert order == sorted(order)
+    assert page.text.count("no hazard distance") >= 4
+    assert "Which number for what: where people are kept away by a distance, apply the upper bound" in page.text
+    assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
+    assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text
+    assert "worst sector" not in page.text.lower()
 
 
-def test_a_run_of_one_realisation_says_so(tmp_path):
+def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path):
+    folder = write_run(tmp_path / "run")
+    found = json.loads((folder / "summary.json").read_text())
+    reason = "3 % of the mass that could be hazardous has not landed"
+    absent = ("distance", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
+    found["hazard"] |= {"determined": False, "converged": False, "reason": reason, **dict.fromkeys(absent)}
+    (folder / "summary.json").write_text(json.dumps(found))
+    with h5py.File(folder / "ensemble.h5", "a") as file:
+        file.attrs["undetermined"] = reason
+    _, _, words = outline(folder)
+    assert "Card(label='Hazard distance', value='not determined', unit='', note='3 % of the mass" in words
+    assert f"The hazard distance is not determined: {reason}" in words
+    assert "weight='stop'" in words
+    assert "upper bound (95 %)', value=" not in words
+
+
+def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     folder = write_run(tmp_path / "run")
     (folder / "ensemble.h5").unlink()
     found = json.loads((folder / "summary.json").read_text())
-    del found["flight"]["bands"]
+    del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
-    _, names, words = outline(folder)
-    assert names == [name for name in FIGURES if name != "polar_by_sector"]
-    assert "One realisation of the break-up was flown" in words
-    assert "one realisation, no band" in words
+    _, _, words = outline(folder)
+    assert "had no estimate of the hazard distance: fly again" in words
 
 
 def test_title_is_shown_as_text(html, page):
@@ -204,9 +216,8 @@ def test_densities_agree_with_the_flight(run):
     found = ensemble(files)
     assert found is not None
     assert found.realisations == REALISATIONS
-    told = files.part("flight")
-    assert found.bands["hazardous_fragment_distance"].median == told["hazardous_fragment_distance"]
-    assert found.summary()["by_sector"] == told["by_sector"]
+    assert found.headline.items() <= files.part("hazard").items()
+    assert found.summary()["by_sector"] == files.part("flight")["by_sector"]
 
 
 def outline(folder: Path) -> tuple[list[str], list[str], str]:

@@ -97,11 +97,11 @@ def told(part: str, log: str = "", witness: list | None = None, **values: object
     return [(item.weight, item.text) for item in findings(run)]
 
 
-def certainty(realisations: int, name: str | None, needed: int | None) -> dict:
-    """The flight's part of an ensemble in which one distance, or none, has not converged."""
+def hazard(**changes) -> dict:
+    """The part "hazard" of a run whose distance is known to 1.5 %."""
     return {
-        "realisations": realisations, "tolerance": 0.05, "not_converged": [name] if name else [],
-        "bands": {"max_range": {"needed": needed}}, "sectors_not_converged": 30, "by_sector": [{}] * 72,
+        "distance": 100.0, "upper": 102.5, "standard_error": 1.5, "realisations": 40, "determined": True, "reason": "",
+        "tolerance": 0.02, "converged": True, "max_bias": 0.0, "more_realisations": True, **changes,
     }  # fmt: skip
 
 
@@ -121,14 +121,33 @@ def certainty(realisations: int, name: str | None, needed: int | None) -> dict:
         ("burst", {"acceleration_complete": None, "kinetic_energy_growth": 0.04}, "warning", "grew by 4 %"),
         ("burst", {"momentum_error": 1e-6}, "warning", "momentum drifts by 1.0e-06"),
         ("break_up", {"mass_error": -0.08}, "warning", "8 % less mass"),
-        ("flight", {"fragments": 10}, "warning", "One realisation of the break-up was flown: distances carry no band"),
-        ("flight", certainty(1, "max_range", None), "warning", "One realisation of the break-up was flown"),
-        ("flight", certainty(4, "max_range", 12), "warning", "4 realisations are too few for a band of 5 to 95 %, 10"),
-        ("flight", certainty(20, "max_range", 143), "warning", "20 realisations do not fix these distances to 5 %"),
-        ("flight", certainty(20, "max_range", 143), "warning", "maximum throw; about 150 are needed"),
-        ("flight", certainty(20, "max_range", None), "warning", "many more are needed"),
-        ("flight", certainty(20, None, None), "good", "20 realisations fix every distance over all sectors to 5 %"),
-        ("flight", certainty(20, None, None), "note", "In 30 of 72 sectors"),
+        ("hazard", hazard(), "good", "40 realisations fix the hazard distance to 2 % (standard error)"),
+        ("hazard", hazard(max_bias=2.0), "note", "may bias the hazard distance by up to 2 % either way"),
+        (
+            "hazard",
+            hazard(converged=False, standard_error=3.0),
+            "warning",
+            "40 realisations fix the hazard distance to 3 % (standard error), not to 2 %; set hazard.max_realisations",
+        ),
+        (
+            "hazard",
+            hazard(converged=False, standard_error=3.0, more_realisations=False),
+            "warning",
+            "no more realisations can be made without the burst's snapshot",
+        ),
+        (
+            "hazard",
+            hazard(converged=False, standard_error=None, more_realisations=False),
+            "warning",
+            "One realisation was flown; of fragments from elsewhere there is one set, and no more can be made",
+        ),
+        (
+            "hazard",
+            hazard(determined=False, converged=False, distance=None, reason="there are no fragments"),
+            "stop",
+            "The hazard distance is not determined: there are no fragments",
+        ),
+        ("flight", {"fragments": 10}, "stop", "an earlier version, which had no estimate of the hazard distance"),
         (
             "flight",
             {"fragments": 10, "above_drag_table": 4, "drag": "sphere"},
@@ -140,10 +159,6 @@ def certainty(realisations: int, name: str | None, needed: int | None) -> dict:
 )
 def test_findings_follow_the_summary(part, values, weight, words):
     assert any(found == weight and words in text for found, text in told(part, **values)), told(part, **values)
-
-
-def test_no_band_is_asked_for_when_samples_were_pooled():
-    assert not any("no bands" in text for _, text in told("flight", fragments=10, realisations=20))
 
 
 def test_gravest_finding_comes_first():

@@ -63,10 +63,9 @@ def test_the_rule_stands_beside_the_direct_result(single):
     rule = summary["flight"]["stack_rule"]
     assert rule["effective_number"] == pytest.approx(0.9 * 4 + 0.1 * 8)
     alone, _ = read_ensemble(single / "single" / "ensemble.h5")
-    name = "hazardous_fragment_distance_all_round"
-    assert rule["bands"][name]["pooled"] == pytest.approx(stack_rule(alone, 4.4).bands[name].pooled)
-    assert rule["bands"][name]["pooled"] > summary["flight"]["bands"][name]["pooled"]
-    assert "max_range" not in rule["bands"]
+    assert rule["hazard"]["distance"] == pytest.approx(stack_rule(alone, 4.4).distance)
+    assert rule["hazard"]["basis"] == "all_azimuths"
+    assert rule["hazard"]["distance"] > alone.expected.by_direction.mean()
     (table,) = stack_rule_table(read_run(single / "stack"))
     assert "4.4 times the field of the single round" in table.note
 

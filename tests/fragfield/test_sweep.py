@@ -22,13 +22,13 @@ from fragfield.sweep import plan_sweep
 
 ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
-BAND = {"low": 90.0, "high": 130.0, "pooled": 70.0, "standard_error": 4.0}
 SUMMARY = {
     "burst": {"mean_initial_speed": 1000.0, "max_initial_speed": 1300.0, "energy_error": 0.004, "lost_cells": 0,
               "wall_seconds": 10.0},
     "break_up": {"fragments": 500},
-    "flight": {"realisations": 20, "hazardous_fragment_distance": 110.0, "max_range": 700.0, "wall_seconds": 2.5,
-               "bands": {"hazardous_fragment_distance": BAND}},
+    "flight": {"wall_seconds": 2.5},
+    "hazard": {"realisations": 20, "distance": 110.0, "upper": 115.0, "standard_error": 3.0, "determined": True,
+               "single_event": {"median": 108.0, "low": 90.0, "high": 130.0}, "largest_throw": 700.0},
 }  # fmt: skip
 
 
@@ -137,17 +137,42 @@ def test_a_failed_run_is_told_and_the_others_go_on(tmp_path, calls):
                            "--threads", "2"]  # fmt: skip
     assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
     assert "cell_size_15_mm failed (exit code 3): cell 7 is lost" in done.stdout
-    assert "110 (90 to 130)" in done.stdout
+    for text in ("115", "110 ± 3.0", "90 to 130", "700", "the hazard distance to apply"):
+        assert text in done.stdout, text
     rows = list(csv.DictReader((out / "sweep.csv").open()))
     assert [row["state"] for row in rows] == ["done", "failed", "done"]
     assert [row["burst.cell_size"] for row in rows] == ["12 mm", "15 mm", "20 mm"]
     assert (rows[0]["mean_initial_speed"], rows[1]["mean_initial_speed"]) == ("1000.0", "")
-    assert rows[0]["hazardous_fragment_distance_low"] == "90.0"
+    assert (rows[0]["hazard_distance_upper"], rows[0]["single_event_low"]) == ("115.0", "90.0")
     assert rows[0]["wall_seconds"] == "12.5"
     assert rows[1]["message"] == "cell 7 is lost"
     stored = json.loads((out / "sweep.json").read_text())
     assert stored["exit_code"] == 3
-    assert stored["runs"][2]["results"]["max_range"] == 700.0
+    assert stored["runs"][2]["results"]["largest_throw"] == 700.0
+
+
+def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, calls, monkeypatch):
+    plain = work._call
+    reason = "there are no fragments"
+
+    def call(command):
+        _, printed = plain(command)
+        out = Path(command[command.index("--out") + 1])
+        found = json.loads((out / "summary.json").read_text())
+        found["hazard"] |= {"distance": None, "upper": None, "determined": False, "reason": reason}
+        (out / "summary.json").write_text(json.dumps(found))
+        return 3, printed
+
+    monkeypatch.setattr(work, "_call", call)
+    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
+    found = json.loads(done.stdout)
+    assert (done.exit_code, found["exit_code"]) == (3, 3)
+    for row in found["runs"]:
+        assert (row["state"], row["exit_code"], row["message"]) == ("done", 3, reason)
+        assert row["results"]["hazard_distance"] is None
+        assert row["results"]["mean_initial_speed"] == 1000.0
+    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other")
+    assert "not determined" in done.stdout
 
 
 def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls):
@@ -254,7 +279,7 @@ def test_real_bursts_of_which_one_stops(tmp_path):
     assert (sound["state"], sound["exit_code"], stopped["state"], stopped["exit_code"]) == ("done", 0, "failed", 3)
     assert "the energy ledger is open by" in stopped["message"]
     assert sound["results"]["mean_initial_speed"] > 0.0
-    assert sound["results"]["hazardous_fragment_distance"] is None
+    assert sound["results"]["hazard_distance"] is None
     again = json.loads(_invoke(*arguments, "--resume").stdout)["runs"]
     assert [row["state"] for row in again] == ["kept", "failed"]
     assert again[0]["results"] == sound["results"]

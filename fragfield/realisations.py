@@ -1,0 +1,69 @@
+"""Where a flight's realisations come from: files for the first of them, the burst's snapshot for any number more."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from flight import Fragments
+    from fragfield.stages import Job
+    from transition import BreakUp
+
+__all__ = ["Realisations"]
+
+
+class Realisations:
+    """The realisations of a run, by number.
+
+    Parameters
+    ----------
+    job : Job
+        The case, its run directory and the ranks.
+    given : sequence of Fragments
+        The first realisations, on rank 0; on the others nothing. Collective.
+
+    Attributes
+    ----------
+    count : int
+        Number of those given.
+    """
+
+    def __init__(self, job: Job, given: Sequence[Fragments]) -> None:
+        self.job = job
+        self._given = job.team.tell(list(given) if job.team.first else None)
+        self.count = len(self._given)
+        self._prepared: BreakUp | None = None
+        snapshot = job.source.file("burst_snapshot.h5")
+        self._snapshot = job.team.tell(snapshot if job.fragments is None and snapshot.is_file() else None)
+
+    @property
+    def more(self) -> bool:
+        """Whether any number can be made."""
+        return self._snapshot is not None
+
+    def of(self, numbers: Sequence[int]) -> list[Fragments]:
+        """The fragments of these realisations; any rank may ask for its own once `prepare` has been called on all."""
+        made = [number for number in numbers if number >= self.count]
+        new: dict[int, Fragments] = {}
+        if made:
+            assert self._prepared is not None  # `prepare` comes first
+            new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.threads), strict=True))
+        return [new[number] if number >= self.count else self._given[number] for number in numbers]
+
+    def release(self) -> None:
+        """Forget the given realisations but the first: they have been flown."""
+        self._given = self._given[:1]
+
+    def prepare(self) -> None:
+        """Read the snapshot on every rank, once. Collective."""
+        if self._prepared is not None or self._snapshot is None:
+            return
+        import transition
+        from fragfield.case.convert import break_up_settings
+
+        team = self.job.team
+        snapshot = team.tell(transition.Snapshot.read(self._snapshot) if team.first else None)
+        assert snapshot is not None
+        self._prepared = transition.BreakUp(snapshot, break_up_settings(self.job.case))

@@ -1,0 +1,42 @@
+"""Densities of known fields: from landings, and from expected densities given as functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from flight.expected import DensityGroups, Directions, ExpectedDistance, expected_distance
+from flight.polar_grid import PolarGrid
+
+LIMIT = 1.0 / 55.7
+
+
+def groups_of_landings(realisations: Sequence[np.ndarray], directions: Directions) -> DensityGroups:
+    """Groups of landed fragments, all hazardous, that fall steeply: their tracks are their landings."""
+    groups, grid = DensityGroups(directions), directions.grid
+    for rows in realisations:
+        turn, cell = grid.cells_of(rows["azimuth"], rows["distance"])
+        field = np.bincount(turn * grid.shape[1] + cell, minlength=grid.shape[0] * grid.shape[1]).reshape(grid.shape)
+        groups.add(field.astype(float), field.astype(float))
+    return groups
+
+
+def distance_of_landings(realisations: Sequence[np.ndarray], **settings: Any) -> ExpectedDistance:
+    """The distance over all azimuths of landed fragments."""
+    directions = Directions(PolarGrid.of(72, 10.0, 10.0, 3000.0), **settings)
+    return expected_distance(groups_of_landings(realisations, directions), LIMIT)
+
+
+def expected_numbers(
+    grid: PolarGrid, radial: Callable[[np.ndarray], np.ndarray], azimuthal: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Expected number in every cell (turns, r) of the density radial(r) azimuthal(degrees), by Gauss quadrature."""
+    place, weight = np.polynomial.legendre.leggauss(8)
+    place, weight = 0.5 * (place + 1.0), 0.5 * weight
+    r = grid.edges[:-1, None] + np.diff(grid.edges)[:, None] * place
+    along = (radial(r) * r * weight).sum(axis=1) * np.diff(grid.edges)
+    azimuth = grid.start + grid.width * (np.arange(grid.turns)[:, None] + place)
+    around = (azimuthal(azimuth) * weight).sum(axis=1) * np.radians(grid.width)
+    return around[:, None] * along
