@@ -13,7 +13,7 @@ from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
 from burst_fenicsx.kernels.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
-from burst_fenicsx.kernels.springs import LET_GO, CollisionLaw, Collisions, add_reactions, take_reactions
+from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, take_reactions
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
@@ -44,7 +44,7 @@ class CollidingSurfaces(NodeContact):
 
     Attributes
     ----------
-    state : the kernels' arrays. free : (surface nodes,) int8, not 0 where a bond has let go.
+    state : the kernels' arrays.
     searches : how many have been made. searched_at : (surface nodes, 3) m, places at the last one.
     travel : how far surfaces may have approached each other since (m).
     """
@@ -78,7 +78,6 @@ class CollidingSurfaces(NodeContact):
             face_round=surfaces.face_body // 2,
             node_round=surfaces.node_body // 2,
         )
-        self.free = np.zeros(count, dtype=np.int8)
         self._halo = Halo(self._comm, self._owners(count))
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
@@ -147,23 +146,9 @@ class CollidingSurfaces(NodeContact):
         self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
-    def search(self, released: tuple[np.ndarray, np.ndarray] | None = None) -> None:
-        """Look for the faces that each node may meet; collective.
-
-        `released` are the surface nodes, known to this rank, whose bonds have let go since the last search, and how
-        deep (m) each pressed there.
-        """
-        pressed = np.full(len(self.free), -1.0)
-        if released is not None:
-            pressed[released[0]] = released[1]
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, pressed, op=MPI.MAX)
-        fresh = (pressed >= 0.0) & (self.free == 0)
-        self.free[fresh] = 1
-        self.state.touching[fresh] = LET_GO
-        self.state.depth[fresh] = pressed[fresh]
-        self.searched_at = self._everywhere(self._fields.nodes.position)
-        self.search_from(self.searched_at)
+    def search(self) -> None:
+        """Look for the faces that each node may meet; collective."""
+        self.search_from(self._everywhere(self._fields.nodes.position))
 
     def search_from(self, position: np.ndarray) -> None:
         """Search with the surface nodes (nodes, 3) at `position` (m)."""
@@ -177,7 +162,7 @@ class CollidingSurfaces(NodeContact):
         node_normals(position, surfaces.faces[: surfaces.on_surface], normals)
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
-        active = self._rows[surfaces.outside[self._rows] | (self.free[self._rows] != 0)]
+        active = self._rows[surfaces.outside[self._rows]]
         within, beyond = self._interior_within_reach(boxes, position)
         self._forget(beyond)
         on_surface = len(active)
@@ -185,9 +170,7 @@ class CollidingSurfaces(NodeContact):
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
         reached = _reached(boxes, position[active], self._faces_within_reach(boxes, position[active], active))
-        first, candidate = find_candidates(
-            position, bodies.only(reached), active, self.free, normals, boxes[reached], cell
-        )
+        first, candidate = find_candidates(position, bodies.only(reached), active, normals, boxes[reached], cell)
         candidate = reached[candidate]
         some = np.diff(first) > 0
         self._forget(active[~some])

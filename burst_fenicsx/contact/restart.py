@@ -51,7 +51,6 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
         contact.interface.restore({name: arrays[f"interface/{name}"] for name in INTERFACE_ARRAYS})
     if contact.collisions is not None:
         collisions = contact.collisions
-        collisions.free[:] = arrays["collisions/free"]
         for name in ("touching", "normal", "slip", "depth", "unloaded", "pressed", "held", "load"):
             getattr(collisions.state, name)[:] = arrays[f"collisions/{name}"]
         if len(arrays["collisions/searched_at"]):
@@ -88,7 +87,6 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
         "pressed": kept[:, 9],
         "held": kept[:, 10],
         "load": kept[:, 11],
-        "free": collisions.free,
         "searched_at": collisions.searched_at,
         "travel": np.array(collisions.travel),
         "searches": np.array(collisions.searches),

@@ -12,7 +12,7 @@ import numpy as np
 from burst_fenicsx.kernels.bilinear import closest_point
 from burst_fenicsx.kernels.bounds import bound_faces
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
-from burst_fenicsx.kernels.springs import LET_GO, CollisionLaw, Collisions, push_node, slacken, weigh_corners
+from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, push_node, slacken, weigh_corners
 
 __all__ = ["find_contacts"]
 
@@ -88,8 +88,6 @@ def _find_run(
                 deepest += depth_before + _LATE * edge[face]
             elif face_body[face] // 2 != own_round:
                 deepest += _LATE * edge[face]
-            elif touching == LET_GO:
-                deepest = np.inf
             within = (1.0 + _TIE) * min(_OFF_RIM * min(deepest, reach), nearest)
             if square > (ball[face, 3] + within) ** 2:
                 continue
@@ -216,9 +214,6 @@ def _unloaded_depth(
         normals += abs(state.outward[node, i])
     own, body = state.node_body[node], state.face_body[face]
     same_round = own // 2 == body // 2
-    if state.touching[node] == LET_GO and same_round and own != body and facing < 0.0:
-        # What pressed in the bond presses on. It may have slid to where it lies far deeper than the bond had it.
-        return max(depth - state.depth[node] - _ENTRY * law.step * np.sqrt(speed), 0.0)
     if state.touching[node] == 1 + body and along > _LIKE:
         sunk = state.depth[node] + _ENTRY * law.step * np.sqrt(speed)
         if depth <= sunk + _LATE * state.edge[face]:

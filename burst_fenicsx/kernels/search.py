@@ -103,7 +103,6 @@ def find_candidates(
     position: np.ndarray,
     bodies: Bodies,
     active: np.ndarray,
-    free: np.ndarray,
     normals: np.ndarray,
     boxes: np.ndarray,
     cell: float,
@@ -114,7 +113,6 @@ def find_candidates(
     ----------
     position : (nodes, 3) m, of the surface nodes.
     active : (active,) int32, nodes that look for faces.
-    free : (nodes,) int8, not 0 where a bond has let go: the node may meet the other part of its own round.
     normals : (nodes, 3), from `node_normals`.
     boxes : (faces, 6) m, from `face_boxes`, widened by the reach.
     cell : edge of the grid (m).
@@ -142,7 +140,6 @@ def find_candidates(
             bodies.face_round,
             bodies.node_round,
             block,
-            free,
             normals,
             areas,
             boxes,
@@ -201,7 +198,6 @@ def _look_up(
     face_round: np.ndarray,
     node_round: np.ndarray,
     active: np.ndarray,
-    free: np.ndarray,
     normals: np.ndarray,
     areas: np.ndarray,
     boxes: np.ndarray,
@@ -221,7 +217,7 @@ def _look_up(
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
         nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
-        body, own_round, let_go = node_body[node], node_round[node], free[node] != 0
+        body, own_round = node_body[node], node_round[node]
         bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
         last = -1
         count = 0
@@ -234,20 +230,16 @@ def _look_up(
                 continue
             last = face
             if face_round[face] == own_round:
-                if face_body[face] != body:
-                    if (
-                        not let_go or face_body[face] == WITHIN
-                    ):  # charge and casing of one round: only where their bond has let go
-                        continue
-                else:
-                    ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]
-                    square = (ax * ax + ay * ay + az * az) * (nx**2 + ny**2 + nz**2)
-                    if not ax * nx + ay * ny + az * nz < _OPPOSED * np.sqrt(square):
-                        continue
-                    if faces[face, 0] == node or faces[face, 1] == node or faces[face, 2] == node:
-                        continue
-                    if faces[face, 3] == node:
-                        continue
+                if face_body[face] != body:  # within the casing
+                    continue
+                ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]
+                square = (ax * ax + ay * ay + az * az) * (nx**2 + ny**2 + nz**2)
+                if not ax * nx + ay * ny + az * nz < _OPPOSED * np.sqrt(square):
+                    continue
+                if faces[face, 0] == node or faces[face, 1] == node or faces[face, 2] == node:
+                    continue
+                if faces[face, 3] == node:
+                    continue
             found[room[k] + count] = face
             count += 1
         first[k + 1] = count

@@ -11,7 +11,6 @@ from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
 __all__ = [
-    "LET_GO",
     "CollisionLaw",
     "Collisions",
     "add_reactions",
@@ -20,9 +19,6 @@ __all__ = [
     "take_reactions",
     "weigh_corners",
 ]
-
-LET_GO = -1
-"""Mark of a node whose bond has just let go, in `Collisions.touching`."""
 
 
 class CollisionLaw(NamedTuple):
@@ -48,11 +44,11 @@ class Collisions(NamedTuple):
     # face (m), largest speed of a corner (m/s)
     bound: np.ndarray  # (faces, 20) of `near`, in this step, for each corner: the unit normal there and how low and how
     # high the corners lie along it (m, from the middle)
-    touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none, LET_GO for what its bond held till now
+    touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
     slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
-    depth: np.ndarray  # (nodes,) m, behind the face; where its bond has just let go, what it pressed there
+    depth: np.ndarray  # (nodes,) m, behind the face
     unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
     pressed: np.ndarray  # (nodes,) m, the part that did in the last step
     held: np.ndarray  # (nodes,) N/m, stiffness of the last step

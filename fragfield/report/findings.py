@@ -370,8 +370,8 @@ def _imprint(run: RunFiles) -> list[Finding]:
                 Finding(
                     "warning",
                     f"Numbers by azimuth on “{witness.get('name', '')}” jump between neighbouring sectors "
-                    f"{math.sqrt(ratio):.1f} times as much as independent counts would: directions may follow the cells. "
-                    "Judge sectors only after smaller cells, or from wider sectors.",
+                    f"{math.sqrt(ratio):.1f} times as much as independent counts would: directions may follow the "
+                    "cells. Judge sectors only after smaller cells, or from wider sectors.",
                 )
             )
     return found

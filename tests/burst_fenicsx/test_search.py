@@ -31,16 +31,16 @@ def sheets(count, seed, bodies=4):
     return np.concatenate(nodes), surfaces
 
 
-def found_by_hash(nodes, bodies, free, reach, cell):
+def found_by_hash(nodes, bodies, reach, cell):
     boxes, normals = np.empty((len(bodies.faces), 6)), np.empty_like(nodes)
     face_boxes(nodes, bodies.faces, np.full(len(bodies.faces), reach), boxes)
     node_normals(nodes, bodies.faces, normals)
     active = np.arange(len(nodes), dtype=np.int32)
-    first, faces = find_candidates(nodes, bodies, active, free, normals, boxes, cell)
+    first, faces = find_candidates(nodes, bodies, active, normals, boxes, cell)
     return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)
 
 
-def found_by_hand(nodes, bodies, free, reach):
+def found_by_hand(nodes, bodies, reach):
     """Every node with every face, in plain numpy."""
     corners = nodes[bodies.faces]
     low, high = corners.min(axis=1) - reach, corners.max(axis=1) + reach
@@ -53,17 +53,16 @@ def found_by_hand(nodes, bodies, free, reach):
     own_round = bodies.node_round[:, None] == bodies.face_round
     own_body = bodies.node_body[:, None] == bodies.face_body
     part_of = (np.arange(len(nodes))[:, None, None] == bodies.faces).any(axis=2)
-    may = ~own_round | (own_round & ~own_body & (free != 0)[:, None]) | (own_body & ~part_of & (cosine < -0.2))
+    may = ~own_round | (own_body & ~part_of & (cosine < -0.2))
     return set(zip(*np.nonzero(within & may), strict=True))
 
 
 @pytest.mark.parametrize("cell", [0.03, 0.11, 0.9])
 def test_the_hash_finds_what_brute_force_finds(cell):
-    """Whatever the edge of the grid: the same pairs, each once; nodes of freed bonds meet their own round."""
+    """Whatever the edge of the grid: the same pairs, each once."""
     nodes, bodies = sheets(14, 3)
-    free = (np.random.default_rng(5).random(len(nodes)) < 0.3).astype(np.int8)
-    found, entries = found_by_hash(nodes, bodies, free, 0.02, cell)
-    expected = found_by_hand(nodes, bodies, free, 0.02)
+    found, entries = found_by_hash(nodes, bodies, 0.02, cell)
+    expected = found_by_hand(nodes, bodies, 0.02)
     assert found == expected
     assert len(expected) > 200
     assert entries == len(expected)
@@ -74,8 +73,7 @@ def test_pairs_grow_no_faster_than_the_surfaces():
     counts = []
     for count in (20, 40):
         nodes, surfaces = sheets(count, 3, bodies=12)
-        free = np.zeros(len(nodes), dtype=np.int8)
-        counts.append(found_by_hash(nodes, surfaces, free, 1.0 / count, 2.0 / count)[1])
+        counts.append(found_by_hash(nodes, surfaces, 1.0 / count, 2.0 / count)[1])
     assert 1.4 < counts[1] / counts[0] < 2.8
 
 
