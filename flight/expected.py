@@ -280,6 +280,11 @@ class ExpectedDistance:
             return math.inf
         return self.standard_error / self.distance if self.distance > 0.0 else 0.0
 
+    @property
+    def uncertainty(self) -> float:
+        """The larger of standard error and `max_bias` over the distance: what more realisations reduce."""
+        return max(self.relative_error, self.max_bias / self.distance if self.distance > 0.0 else 0.0)
+
 
 def expected_distance(
     groups: DensityGroups, limit: float, *, draws: int = DRAWS, seed: int = 0, every_direction: bool = True
