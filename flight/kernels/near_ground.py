@@ -37,11 +37,13 @@ class NearGround(NamedTuple):
     height: float  # of a person above the ground
     energy: float  # from which a fragment is hazardous at the place that it passes
     cell: float  # width of the distance cells of the tables
+    per_cell: float
     shortest: float  # pieces of paths are no shorter for the sake of their distance
     parts: NDArray[np.int64]  # of every one
+    part_width: Array  # of every one
     first: NDArray[np.int64]  # number of the first part of every one
     start: float  # azimuth at which the first cell begins
-    width: float  # of an azimuth cell
+    per_width: float  # of an azimuth cell
 
 
 @njit(error_model="numpy", _nrt=False)
@@ -75,7 +77,7 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
         angle = math.pi - angle
     if y < 0.0:
         angle = -angle
-    cell = math.floor((angle - near.start) / near.width)
+    cell = math.floor((angle - near.start) * near.per_width)
     return cell + cells if cell < 0 else (cell - cells if cell >= cells else cell)
 
 
@@ -104,7 +106,7 @@ def count_chord(
         return 1
     turn = _cell_of(x0 + x1, y0 + y1, near, lengths.shape[0])
     amount = math.sqrt(level + rise * rise) * PER_METRE
-    return 1 if _add(lengths[turn], near, min(first, last), max(first, last), amount) else 0
+    return 1 if _add(lengths, turn, near, min(first, last), max(first, last), amount) else 0
 
 
 @njit(error_model="numpy", _nrt=False)
@@ -169,7 +171,7 @@ def _count_part(
         outward = 0.5 * part * h * (x * out[3] + y * out[4]) / radius if radius > 0.0 else 0.0
         turn = _cell_of(x, y, near, lengths.shape[0])
         amount = math.sqrt(squared) * part * h * PER_METRE
-        inside &= _add(lengths[turn], near, radius - abs(outward), radius + abs(outward), amount)
+        inside &= _add(lengths, turn, near, radius - abs(outward), radius + abs(outward), amount)
     return inside
 
 
@@ -183,30 +185,30 @@ def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
 
 
 @njit(error_model="numpy", _nrt=False)
-def _add(row: NDArray[np.int64], near: NearGround, low: float, high: float, amount: float) -> bool:
+def _add(
+    lengths: NDArray[np.int64], turn: int, near: NearGround, low: float, high: float, amount: float
+) -> bool:  # fmt: skip
     """Spread an amount evenly over the distances from low to high; returns whether the cells reach that far."""
     low = max(low, 0.0)
-    big = int(low / near.cell)
+    big = int(low * near.per_cell)
     if big >= near.parts.size:
         return False
-    parts = near.parts[big]
-    width = near.cell / parts
-    small = min(int((low - big * near.cell) / width), parts - 1)
+    parts, width = near.parts[big], near.part_width[big]
+    small = min(int((low - big * near.cell) * (near.per_cell * parts)), parts - 1)
     edge = big * near.cell + (small + 1) * width
     if high <= edge:
-        row[near.first[big] + small] += np.int64(amount + 0.5)
+        lengths[turn, near.first[big] + small] += np.int64(amount + 0.5)
         return True
     rate = amount / (high - low)
     while high > edge:
-        row[near.first[big] + small] += np.int64(rate * max(edge - low, 0.0) + 0.5)
+        lengths[turn, near.first[big] + small] += np.int64(rate * max(edge - low, 0.0) + 0.5)
         low = edge
         small += 1
         if small == parts:
             big, small = big + 1, 0
             if big == near.parts.size:
                 return False
-            parts = near.parts[big]
-            width = near.cell / parts
+            parts, width = near.parts[big], near.part_width[big]
         edge = big * near.cell + (small + 1) * width
-    row[near.first[big] + small] += np.int64(rate * (high - low) + 0.5)
+    lengths[turn, near.first[big] + small] += np.int64(rate * (high - low) + 0.5)
     return True
