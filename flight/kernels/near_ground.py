@@ -82,22 +82,22 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
 
 
 @njit(error_model="numpy", _nrt=False)
-def count_chord(
-    q: Array, lane: int, high: float, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]
-) -> int:
-    """Add a short step below the height over flat ground as its chord; most steps near the ground are such.
+def count_chord(q: Array, lane: int, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]) -> int:
+    """Add a short step over flat ground as its chord, up to the height; most steps near the ground are such.
 
     Returns 1 where it lies within the cells, 0 where it leaves them, and -1 where it needs `count_path`.
     """
-    if not high < limits.ground + near.height:
+    z0, z1 = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
+    low, high, top = min(z0, z1), max(z0, z1), limits.ground + near.height
+    if not low < top:
         return -1
     x0, y0 = q[STATE * LANES + lane] - limits.origin_x, q[(STATE + 1) * LANES + lane] - limits.origin_y
     x1, y1 = q[NEW * LANES + lane] - limits.origin_x, q[(NEW + 1) * LANES + lane] - limits.origin_y
-    rise = q[(NEW + 2) * LANES + lane] - q[(STATE + 2) * LANES + lane]
+    rise = z1 - z0
     level = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)
     first, last = math.sqrt(x0 * x0 + y0 * y0), math.sqrt(x1 * x1 + y1 * y1)
     piece = max(PIECE * min(first, last), near.shortest)
-    if level > piece * piece or level < rise * rise:
+    if level + rise * rise > piece * piece:
         return -1
     squared = 0.0
     for j in range(3, 6):
@@ -105,7 +105,14 @@ def count_chord(
     if 0.5 * mass * squared < near.energy:
         return 1
     turn = _cell_of(x0 + x1, y0 + y1, near, lengths.shape[0])
-    amount = math.sqrt(level + rise * rise) * PER_METRE
+    share = 1.0
+    if high > top:  # so short a step is straight
+        share = (top - low) / (high - low)
+        if z0 < z1:
+            last = first + share * (last - first)
+        else:
+            first = last + share * (first - last)
+    amount = share * math.sqrt(level + rise * rise) * PER_METRE
     return 1 if _add(lengths, turn, near, min(first, last), max(first, last), amount) else 0
 
 
