@@ -104,7 +104,7 @@ def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
     made: list[Contour] = []
     expected = found.expected
     if expected is not None and not found.undetermined:
-        converged = expected.relative_error <= found.tolerance
+        converged = expected.uncertainty <= found.tolerance
         for statistic, distance in (("upper", expected.upper_by_direction), ("expected", expected.by_direction)):
             if np.isfinite(distance).all():
                 name = f"hazard distance, {_STATISTICS[statistic]}"

@@ -238,7 +238,7 @@ class EnsembleHazard:
             "single_event": {"median": median, "low": low, "high": high} if known else None,
             "largest_throw": float(self.counts.throw.max()),
             "tolerance": self.tolerance,
-            "converged": known and found.relative_error <= self.tolerance,
+            "converged": known and found.uncertainty <= self.tolerance,
             "distance_ground": found.ground if known else None,
             "distance_normal": found.normal if known else None,
             "max_bias": found.max_bias if known else None,

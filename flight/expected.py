@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["KINDS", "DensityGroups", "Directions", "ExpectedDistance", "expected_distance"]
+__all__ = ["KINDS", "DensityGroups", "Directions", "ExpectedDistance", "drawn_distances", "expected_distance"]
 
 KINDS = ("ground", "normal")
 RADIAL = 0.04  # h: standard deviation of the radial kernel in ln r
@@ -280,6 +280,11 @@ class ExpectedDistance:
             return math.inf
         return self.standard_error / self.distance if self.distance > 0.0 else 0.0
 
+    @property
+    def uncertainty(self) -> float:
+        """The larger of standard error and `max_bias` over the distance: what more realisations reduce."""
+        return max(self.relative_error, self.max_bias / self.distance if self.distance > 0.0 else 0.0)
+
 
 def expected_distance(
     groups: DensityGroups, limit: float, *, draws: int = DRAWS, seed: int = 0, every_direction: bool = True
@@ -307,6 +312,18 @@ def expected_distance(
     if not groups.realisations:
         raise InputError("hazard: no realisation to assess")
     return _Estimate(groups, limit, draws, seed).result(every_direction=every_direction)
+
+
+def drawn_distances(groups: DensityGroups, limit: float, *, draws: int = DRAWS, seed: int = 0) -> tuple[float, Array]:
+    """The distance over all azimuths (m), and in every draw of the bootstrap (b,); as `expected_distance`.
+
+    Draws of the same seed take the same realisations: differences between ensembles of the same random numbers are
+    then known better than the distances themselves.
+    """
+    found = _Estimate(groups, limit, draws, seed)
+    result = found.result(every_direction=False)
+    reach = np.log([max(one, 1e-300) for one in (result.ground, result.normal)])[:, None]
+    return result.distance, np.exp(found._draws_of(reach, 0))
 
 
 class _Estimate:

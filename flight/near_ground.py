@@ -50,7 +50,8 @@ class NearGround:
         grid = self.grid
         return near_ground.NearGround(
             float(self.criteria.person_height), float(self.criteria.energy), float(grid.cell),
-            SHORTEST * float(grid.cell), grid.parts, grid.first, math.radians(grid.start), math.radians(grid.width),
+            1.0 / float(grid.cell), SHORTEST * float(grid.cell), grid.parts, grid.cell / grid.parts, grid.first,
+            math.radians(grid.start), 1.0 / math.radians(grid.width),
         )  # fmt: skip
 
 

@@ -43,10 +43,11 @@ def certainty(hazard: Mapping[str, Any]) -> str:
         if more
         else "no more realisations can be made without the burst's snapshot"
     )
-    return (
-        f"{number} realisations fix the hazard distance to {100.0 * error:.2g} % (standard error), not to "
-        f"{100.0 * hazard['tolerance']:g} %; {ask}"
-    )
+    bias = hazard["max_bias"] / hazard["distance"] if hazard["distance"] else 0.0
+    what = f"{100.0 * error:.2g} % (standard error)"
+    if bias > error:
+        what = f"{100.0 * bias:.2g} % (bound of the bias of taking the worst direction)"
+    return f"{number} realisations fix the hazard distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
 
 
 def basis_words(hazard: Mapping[str, Any]) -> str:

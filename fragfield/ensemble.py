@@ -161,7 +161,7 @@ class _Found:
         most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
         if not more or done >= most or self.balance.reason:
             return done
-        error = self.assess(quick=True).relative_error
+        error = self.assess(quick=True).uncertainty
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most

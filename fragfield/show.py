@@ -244,19 +244,20 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
     if not hazard["determined"]:
         console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
         return
-    table = Table(box=None, show_header=False, pad_edge=False)
-    for _ in range(3):
-        table.add_column(no_wrap=True)
     number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
-    if hazard["upper"] is None:
-        table.add_row("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")
-    else:
-        table.add_row("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard))
+    lines = [("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")]
+    if hazard["upper"] is not None:
         error = f"± {hazard['standard_error']:.2g} m standard error, {number}"
-        table.add_row("distance of the expected density", f"{hazard['distance']:,.0f} m", error)
-    table.add_row("single events, 5 to 95 % (no hazard distance)", single_words(hazard), "of their own densities")
-    table.add_row("largest throw (no hazard distance)", f"{hazard['largest_throw']:,.0f} m", "of a single fragment")
-    console.print(table)
+        lines = [
+            ("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard)),
+            ("distance of the expected density", f"{hazard['distance']:,.0f} m", error),
+        ]
+    lines += [
+        ("no hazard distances: single events", single_words(hazard), "5 to 95 %"),
+        ("  largest throw", f"{hazard['largest_throw']:,.0f} m", "of a single fragment"),
+    ]
+    for label, value, note in lines:
+        console.print(f"{label:37}{value:>16}  {note}", markup=False)
 
 
 def print_info(found: Mapping[str, Any]) -> None:

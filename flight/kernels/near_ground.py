@@ -37,11 +37,13 @@ class NearGround(NamedTuple):
     height: float  # of a person above the ground
     energy: float  # from which a fragment is hazardous at the place that it passes
     cell: float  # width of the distance cells of the tables
+    per_cell: float
     shortest: float  # pieces of paths are no shorter for the sake of their distance
     parts: NDArray[np.int64]  # of every one
+    part_width: Array  # of every one
     first: NDArray[np.int64]  # number of the first part of every one
     start: float  # azimuth at which the first cell begins
-    width: float  # of an azimuth cell
+    per_width: float  # of an azimuth cell
 
 
 @njit(error_model="numpy", _nrt=False)
@@ -75,27 +77,27 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
         angle = math.pi - angle
     if y < 0.0:
         angle = -angle
-    cell = math.floor((angle - near.start) / near.width)
+    cell = math.floor((angle - near.start) * near.per_width)
     return cell + cells if cell < 0 else (cell - cells if cell >= cells else cell)
 
 
 @njit(error_model="numpy", _nrt=False)
-def count_chord(
-    q: Array, lane: int, high: float, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]
-) -> int:
-    """Add a short step below the height over flat ground as its chord; most steps near the ground are such.
+def count_chord(q: Array, lane: int, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]) -> int:
+    """Add a short step over flat ground as its chord, up to the height; most steps near the ground are such.
 
     Returns 1 where it lies within the cells, 0 where it leaves them, and -1 where it needs `count_path`.
     """
-    if not high < limits.ground + near.height:
+    z0, z1 = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
+    low, high, top = min(z0, z1), max(z0, z1), limits.ground + near.height
+    if not low < top:
         return -1
     x0, y0 = q[STATE * LANES + lane] - limits.origin_x, q[(STATE + 1) * LANES + lane] - limits.origin_y
     x1, y1 = q[NEW * LANES + lane] - limits.origin_x, q[(NEW + 1) * LANES + lane] - limits.origin_y
-    rise = q[(NEW + 2) * LANES + lane] - q[(STATE + 2) * LANES + lane]
+    rise = z1 - z0
     level = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)
     first, last = math.sqrt(x0 * x0 + y0 * y0), math.sqrt(x1 * x1 + y1 * y1)
     piece = max(PIECE * min(first, last), near.shortest)
-    if level > piece * piece or level < rise * rise:
+    if level + rise * rise > piece * piece:
         return -1
     squared = 0.0
     for j in range(3, 6):
@@ -103,8 +105,15 @@ def count_chord(
     if 0.5 * mass * squared < near.energy:
         return 1
     turn = _cell_of(x0 + x1, y0 + y1, near, lengths.shape[0])
-    amount = math.sqrt(level + rise * rise) * PER_METRE
-    return 1 if _add(lengths[turn], near, min(first, last), max(first, last), amount) else 0
+    share = 1.0
+    if high > top:  # so short a step is straight
+        share = (top - low) / (high - low)
+        if z0 < z1:
+            last = first + share * (last - first)
+        else:
+            first = last + share * (first - last)
+    amount = share * math.sqrt(level + rise * rise) * PER_METRE
+    return 1 if _add(lengths, turn, near, min(first, last), max(first, last), amount) else 0
 
 
 @njit(error_model="numpy", _nrt=False)
@@ -169,7 +178,7 @@ def _count_part(
         outward = 0.5 * part * h * (x * out[3] + y * out[4]) / radius if radius > 0.0 else 0.0
         turn = _cell_of(x, y, near, lengths.shape[0])
         amount = math.sqrt(squared) * part * h * PER_METRE
-        inside &= _add(lengths[turn], near, radius - abs(outward), radius + abs(outward), amount)
+        inside &= _add(lengths, turn, near, radius - abs(outward), radius + abs(outward), amount)
     return inside
 
 
@@ -183,30 +192,30 @@ def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
 
 
 @njit(error_model="numpy", _nrt=False)
-def _add(row: NDArray[np.int64], near: NearGround, low: float, high: float, amount: float) -> bool:
+def _add(
+    lengths: NDArray[np.int64], turn: int, near: NearGround, low: float, high: float, amount: float
+) -> bool:  # fmt: skip
     """Spread an amount evenly over the distances from low to high; returns whether the cells reach that far."""
     low = max(low, 0.0)
-    big = int(low / near.cell)
+    big = int(low * near.per_cell)
     if big >= near.parts.size:
         return False
-    parts = near.parts[big]
-    width = near.cell / parts
-    small = min(int((low - big * near.cell) / width), parts - 1)
+    parts, width = near.parts[big], near.part_width[big]
+    small = min(int((low - big * near.cell) * (near.per_cell * parts)), parts - 1)
     edge = big * near.cell + (small + 1) * width
     if high <= edge:
-        row[near.first[big] + small] += np.int64(amount + 0.5)
+        lengths[turn, near.first[big] + small] += np.int64(amount + 0.5)
         return True
     rate = amount / (high - low)
     while high > edge:
-        row[near.first[big] + small] += np.int64(rate * max(edge - low, 0.0) + 0.5)
+        lengths[turn, near.first[big] + small] += np.int64(rate * max(edge - low, 0.0) + 0.5)
         low = edge
         small += 1
         if small == parts:
             big, small = big + 1, 0
             if big == near.parts.size:
                 return False
-            parts = near.parts[big]
-            width = near.cell / parts
+            parts, width = near.parts[big], near.part_width[big]
         edge = big * near.cell + (small + 1) * width
-    row[near.first[big] + small] += np.int64(rate * (high - low) + 0.5)
+    lengths[turn, near.first[big] + small] += np.int64(rate * (high - low) + 0.5)
     return True

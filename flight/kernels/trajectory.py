@@ -190,7 +190,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int, bo
                     near_end = built_up or may_end(low, high, limits)
                     passing = low < counted_below and 0.5 * mass[fragment] * _fastest(q, lane) >= near.energy
                     if passing and not near_end:
-                        counted = count_chord(q, lane, high, mass[fragment], limits, near, lengths)
+                        counted = count_chord(q, lane, mass[fragment], limits, near, lengths)
                         passing = counted < 0
                         inside &= counted != 0
                     if near_end or passing or witnesses.shape[0] > 0 or many_points > 0:

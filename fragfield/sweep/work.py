@@ -127,7 +127,7 @@ def _perform(planned: PlannedRun, row: dict[str, Any], options: SweepOptions) ->
     directory = _directory(planned, options)
     same = directory.exists and not differences(directory.stored_case(), planned.case)
     if options.resume and same and _finished(directory, options.stage):
-        row.update(state=KEPT, exit_code=EXIT_DONE, results=results_of(directory.summary()))
+        _fill(row, KEPT, directory)
         return
     case_file = options.folder / f"{planned.name}.toml"
     try:
@@ -141,12 +141,20 @@ def _perform(planned: PlannedRun, row: dict[str, Any], options: SweepOptions) ->
     code, printed = _call(command)
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt
-    results = results_of(directory.summary())
-    if code == EXIT_DONE or (code == EXIT_NUMERICAL and results["determined"] is False):
-        message = "" if code == EXIT_DONE else directory.summary()["hazard"]["reason"]
-        row.update(state=DONE, exit_code=code, results=results, message=message)
+    open_ = results_of(directory.summary())["determined"] is False  # all output is written
+    if code == EXIT_DONE or (code == EXIT_NUMERICAL and open_):
+        _fill(row, DONE, directory)
     else:
         row.update(state=FAILED, exit_code=code, message=_message(code, printed))
+
+
+def _fill(row: dict[str, Any], state: str, directory: RunDirectory) -> None:
+    """Fill the row of a finished run; one whose hazard distance is not determined has the exit code and reason."""
+    summary = directory.summary()
+    results = results_of(summary)
+    known = results["determined"] is not False
+    message = "" if known else str(summary["hazard"]["reason"])
+    row.update(state=state, exit_code=EXIT_DONE if known else EXIT_NUMERICAL, results=results, message=message)
 
 
 def _finished(directory: RunDirectory, stage: str) -> bool:

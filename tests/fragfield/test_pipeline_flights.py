@@ -92,7 +92,7 @@ height = "9 m"
 """
 
 
-@pytest.mark.filterwarnings("ignore::flight.FlightWarning")
+@pytest.mark.filterwarnings("ignore::flight.FlightWarning", "ignore:overflow:RuntimeWarning")
 @pytest.mark.parametrize(
     ("case", "rows", "words"),
     [

@@ -143,6 +143,12 @@ def hazard(**changes) -> dict:
         ),
         (
             "hazard",
+            hazard(converged=False, max_bias=4.0),
+            "warning",
+            "fix the hazard distance to 4 % (bound of the bias of taking the worst direction), not to 2 %",
+        ),
+        (
+            "hazard",
             hazard(determined=False, converged=False, distance=None, reason="there are no fragments"),
             "stop",
             "The hazard distance is not determined: there are no fragments",

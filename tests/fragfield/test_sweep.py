@@ -171,6 +171,9 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
         assert (row["state"], row["exit_code"], row["message"]) == ("done", 3, reason)
         assert row["results"]["hazard_distance"] is None
         assert row["results"]["mean_initial_speed"] == 1000.0
+    kept = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
+    assert kept.exit_code == 3
+    assert [(row["state"], row["exit_code"]) for row in json.loads(kept.stdout)["runs"]] == [("kept", 3)] * 2
     done = _invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other")
     assert "not determined" in done.stdout
 

@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flight.hazard import hazard_of
-from flight.tally import Criteria, Tally
 from validation.__main__ import main
 from validation.grid import grid_index
 from validation.runs import ROOT, STOPPED, StudyError, changed_case
 from validation.sensitivities import check, figure, study, variations
-from validation.sensitivities.responses import Response, pooled_distances
+from validation.sensitivities.responses import Response
 
 CASE = ROOT / variations.REFERENCE["case"]
 
@@ -179,25 +177,6 @@ def test_the_grid_index_wants_its_whole_family():
     assert [one.variation.size for one in study._family([answers], BASE)] == ["6 mm", "4.5 mm", "3.375 mm"]
     short = check.Answers(cells, BASE, tuple(one for one in answers.responses if one.variation.size != "4.5 mm"))
     assert study._family([short], BASE) == []
-
-
-def _tally(seed, n=30):
-    rng = np.random.default_rng(seed)
-    edges = np.arange(13) * 10.0
-    mean = 40.0 * np.exp(-np.arange(12) / 3.0)
-    piled = rng.poisson(mean / 4.0, size=(n, 4, 12)).astype(float)
-    numbers = np.zeros((n, 4), dtype=np.int64)
-    return Tally(edges, piled, 1.5 * piled, numbers, numbers, np.full((n, 4), 100.0))
-
-
-def test_the_pooled_distance_is_that_of_the_hazard_stage():
-    counts = _tally(3)
-    distance, draws = pooled_distances(counts, 1.0 / 55.7)
-    hazard = hazard_of(counts, Criteria())
-    assert distance == pytest.approx(max(hazard.all_round_ground_distance, hazard.all_round_normal_distance))
-    assert draws.mean() == pytest.approx(distance, rel=0.03)
-    _, again = pooled_distances(counts, 1.0 / 55.7)
-    assert np.array_equal(draws, again)
 
 
 class MadeUpRuns:

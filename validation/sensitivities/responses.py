@@ -1,8 +1,8 @@
 """What a round answers to a variation: speeds, number of fragments, hazardous fragment distance.
 
 The distance is the hazard stage's, over all azimuths: a round that stands upright is one of revolution, so that its
-sectors differ by chance alone, and the worst of them by much. It is that of the density pooled over the realisations,
-which the criterion of one hazardous fragment per 55.7 m2 is about.
+sectors differ at random alone. It is that of the expected density, the mean over the realisations, as in
+`flight.expected`.
 
 All ensembles have one seed: a realisation draws the same chance whatever is varied, and a bootstrap draws the same
 realisations. Differences between two variations are therefore known better than the values are.
@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard import distances_through
-from flight.tally import Tally, tally
+from flight.expected import DensityGroups, Directions, drawn_distances
+from flight.near_ground import NearGround, fields_of
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case
 from validation.sensitivities.variations import REFERENCE
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fragfield.case.schema import Case
     from validation.sensitivities.variations import Variation
 
-__all__ = ["Response", "pooled_distances", "respond"]
+__all__ = ["Response", "respond"]
 
 DRAWS = 200  # of the bootstrap
 _AT_ONCE = 20  # realisations held in memory
@@ -105,13 +105,14 @@ def respond(
         Of break-up and flight; the result does not depend on it.
     """
     from fragfield.case.convert import break_up_settings, flight_arguments, hazard_criteria
-    from fragfield.ensemble import above_ground
+    from fragfield.ensemble import above_ground, hazard_grid
 
     case = _case(variation)
     arguments = flight_arguments(case) | {"witnesses": [], "sample": 0}
-    criteria, width = hazard_criteria(case), 360.0 / case.hazard.sectors
+    criteria, grid = hazard_criteria(case), hazard_grid(case)
+    arguments |= {"near_ground": NearGround(grid, criteria)}
     prepared = BreakUp(Snapshot.read(folder / "burst_snapshot.h5"), break_up_settings(case))
-    parts, sizes = [], []
+    groups, sizes = DensityGroups(Directions(grid)), []
     for start in range(0, realisations, _AT_ONCE):
         numbers = range(start, min(start + _AT_ONCE, realisations))
         for fragments in prepared.many(REFERENCE["seed"], numbers, threads):
@@ -119,9 +120,9 @@ def respond(
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", flight.FlightWarning)
                 landed = flight.fly(started, **arguments, threads=threads)
-            parts.append(tally(landed, criteria, sector_width=width, distance=case.hazard.distance_cell))
+            groups.add(*fields_of(landed))
             sizes.append(len(fragments))
-    distance, draws = pooled_distances(Tally.join(parts), criteria.density)
+    distance, draws = drawn_distances(groups, criteria.density, draws=DRAWS)
     return Response(
         variation, burst["mean_initial_speed"], burst["max_initial_speed"], np.array(sizes), distance, draws,
         burst["cells"],
@@ -134,27 +135,3 @@ def _case(variation: Variation) -> Case:
     path = ROOT / REFERENCE["case"]
     document = tomllib.loads(changed_case(path, variation.all_changes))
     return case_from_document(document, source=str(path), folder=path.parent)
-
-
-def pooled_distances(counts: Tally, density: float) -> tuple[float, NDArray[np.float64]]:
-    """Hazardous fragment distance (m) of the pooled density over all azimuths, and in every draw of the bootstrap.
-
-    Parameters
-    ----------
-    counts : Tally
-        Of n realisations.
-    density : float
-        Acceptable number per area (1/m2); the larger distance of ground and trajectory-normal density counts.
-    """
-    n, area = counts.realisations, counts.area.sum(axis=0)
-    chosen = np.random.default_rng(n).integers(n, size=(DRAWS, n))
-    weight = np.zeros((DRAWS + 1, n))
-    weight[0] = 1.0 / n
-    np.add.at(weight, (np.arange(1, DRAWS + 1)[:, None], chosen), 1.0 / n)
-    middle = 0.5 * (counts.edges[1:] + counts.edges[:-1])
-    found = [
-        distances_through(middle, weight @ piled.sum(axis=1) / area, density, float(counts.edges[-1]))
-        for piled in (counts.landings, counts.tracks)
-    ]
-    distances = np.maximum(*found)
-    return float(distances[0]), distances[1:]
