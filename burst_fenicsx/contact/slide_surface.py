@@ -108,7 +108,6 @@ def make_contacts(
         point=signs[place],
         bonded=np.ones(count, dtype=np.int8),
         gap=np.zeros(count),
-        press=np.zeros(count),
         stiffness=np.zeros(count),
         slip=np.zeros((count, 3)),
         weight=np.zeros((count, 4)),

@@ -35,7 +35,7 @@ _RINGS = 4  # faces around those in contact that a rank keeps up to date ...
 _MARGIN = 2  # ... until a contact has come this close to others
 _LARGEST_PRESSURE = 2.0**40  # Pa; bounds how finely sums over the cells of a node are rounded
 _MOST_CELLS = 2.0**6
-_STATE = ("face", "point", "bonded", "off", "gap", "press", "stiffness", "slip")
+_STATE = ("face", "point", "weight", "bonded", "off", "gap", "force", "stiffness", "slip")
 INTERFACE_ARRAYS = (*_STATE, "load", "stored")
 """Names of what `SlidingInterface.arrays` gives."""
 

@@ -76,7 +76,6 @@ class SlideContacts(NamedTuple):
     point: np.ndarray  # (contacts, 2) coordinates -1 to 1 in it
     bonded: np.ndarray  # (contacts,) int8, 1 until broken or burnt
     gap: np.ndarray  # (contacts,) m, negative where the charge lies inside the casing
-    press: np.ndarray  # (contacts,) N, normal force of the last step
     stiffness: np.ndarray  # (contacts,) N/m of the last step, 0 where nothing touched
     slip: np.ndarray  # (contacts, 3) m, tangential displacement that the spring holds
     weight: np.ndarray  # (contacts, 4) of the face's corners
@@ -170,6 +169,8 @@ def _slide(
     node = contacts.slave[c]
     px, py, pz = charge_position[node, 0], charge_position[node, 1], charge_position[node, 2]
     face, xi, eta = contacts.face[c], contacts.point[c, 0], contacts.point[c, 1]
+    # Work that contact takes: half of the last force and half of the new one on this step's relative motion.
+    taken = -0.5 * law.step * _power(c, faces[face], contacts, velocity, charge_velocity[node])
     gap, nx, ny, nz, beyond, size = 0.0, 0.0, 0.0, 1.0, 0.0, 1.0
     tolerance = 1e-12  # by which a point may lie over an edge; larger with every face, so that the search ends
     done = False
@@ -262,21 +263,32 @@ def _slide(
             whole = False
             shrink = held / length
             sx, sy, sz = shrink * sx, shrink * sy, shrink * sz
-    # What contact took: the work of the normal force on the motion of node against face, and the tangential spring.
-    taken = -0.5 * (contacts.press[c] + press) * opening
     before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
     stored = 0.5 * stiffness * (gap * gap + held * held)
-    tangential = heat + 0.5 * (old * old_slip + stiffness * held) * (held - old_slip) if not apart else 0.0
-    contacts.tally[c, 0] = stored
-    contacts.tally[c, 1] = heat
-    contacts.tally[c, 2] = stored - before + heat - taken - tangential
     contacts.tally[c, 3] = max(-gap, 0.0) if not apart else 0.0
     contacts.bonded[c] = 1 if (whole and was_bonded) else 0
-    contacts.gap[c], contacts.press[c], contacts.stiffness[c] = gap, press, stiffness
+    contacts.gap[c], contacts.stiffness[c] = gap, stiffness
     contacts.slip[c, 0], contacts.slip[c, 1], contacts.slip[c, 2] = sx, sy, sz
     contacts.force[c, 0] = press * nx - stiffness * sx
     contacts.force[c, 1] = press * ny - stiffness * sy
     contacts.force[c, 2] = press * nz - stiffness * sz
+    taken -= 0.5 * law.step * _power(c, faces[face], contacts, velocity, charge_velocity[node])
+    contacts.tally[c, 0], contacts.tally[c, 1] = stored, heat
+    contacts.tally[c, 2] = stored - before + heat - taken
+
+
+@kernel
+def _power(
+    c: int, nodes: np.ndarray, contacts: SlideContacts, velocity: np.ndarray, charge_velocity: np.ndarray
+) -> float:
+    """Power (W) of a contact's force on the motion of the charge's node relative to the corners `nodes` of its face."""
+    power = 0.0
+    for i in range(3):
+        speed = charge_velocity[i]
+        for k in range(4):
+            speed -= contacts.weight[c, k] * velocity[nodes[k], i]
+        power += contacts.force[c, i] * speed
+    return power
 
 
 @kernel
