@@ -220,7 +220,6 @@ class Passage:
             np.ascontiguousarray(places),
             bodies,
             np.arange(count, dtype=np.int32),
-            np.zeros(count, dtype=np.int8),
             np.zeros((count, 3)),  # without normals, nothing is found in a node's own round
             chosen,
             float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))),
