@@ -37,7 +37,7 @@ pressure and by changes of stiffness, m."""
 _NEWTON, _WALKS = 12, 10
 _CLOSE = 1e-13  # change of a face's coordinates below which a point is found
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
-_TOUCHING = 1e-6  # ... and this share of the distance below
+_BENT = 0.1  # ... and this share of the distance below
 _OFF_EDGE = 0.5  # of the face's size: a node farther beyond the edge of its smooth surface has left it
 
 
@@ -223,12 +223,11 @@ def _slide(
         vx -= weight * velocity[other, 0]
         vy -= weight * velocity[other, 1]
         vz -= weight * velocity[other, 2]
-    # A node that has left over an edge may lie behind the surface when it comes back beside it: only one that comes
-    # from the front is met again, no deeper than it can have come in this step.
+    # A node that has left over an edge may come back behind the surface, through its rim: it is free for good. One that
+    # did not touch is met no deeper than it can have come in this step, and a little more, since the surface bends.
     reach, old = _OFF_EDGE * np.sqrt(0.25 * size), contacts.stiffness[c]
-    opening = law.step * (vx * nx + vy * ny + vz * nz)
-    beside = old == 0.0 and gap < min(_ENTRY * opening, 0.0) - _TOUCHING * reach
-    off = beyond > reach or gap < -reach or beside or (contacts.off[c] != 0 and gap < 0.0)
+    entered = _ENTRY * law.step * np.sqrt(vx * vx + vy * vy + vz * vz) + _BENT * reach
+    off = contacts.off[c] != 0 or beyond > reach or gap < -reach or (old == 0.0 and gap < -entered)
     contacts.off[c] = off
     stiffness = law.budget / inverse_mass
     unreacted = 1.0 - burnt

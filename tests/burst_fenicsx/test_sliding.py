@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import Contact, Part
 from burst_fenicsx.simulation import simulate
 from burst_fenicsx.solver import Hold
+from fragfield.case import load_case
+from fragfield.case.convert import burst_rounds, burst_settings
 from tests.burst_fenicsx.bodies import QUIET, bodies, energy, momentum
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, run_until
 from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -253,6 +256,18 @@ def test_gas_gives_a_strengthless_wall_no_tangential_momentum(layers):
         bend[kind] = (first - second) - (second - third)
     assert abs(bend["bonded"]) < 5.0
     assert bend["shared"] > 20.0
+
+
+def test_products_leave_the_wall_of_a_closed_round_nowhere(tmp_path):
+    """The M107 with coarse cells to 100 us: no contact is lost, nothing sinks in, momentum and energy stay."""
+    case = load_case(Path(__file__).parents[2] / "cases" / "m107_tnt.toml", cell_size="10 mm")
+    settings = replace(burst_settings(case), end_time=100e-6)
+    found = simulate(burst_rounds(case), settings, tmp_path, comm=MPI.COMM_SELF).summary
+    assert found["contact"]["off_surface"] == 0
+    assert found["contact"]["max_interface_penetration_at_front"] < 0.02 * 10e-3
+    assert found["contact"]["max_interface_penetration"] < 0.01 * 10e-3
+    assert found["momentum_error"] < 1e-12
+    assert found["energy_error"] < 0.01
 
 
 def test_a_tube_flies_as_with_shared_nodes_where_nothing_slides_out(tmp_path):
