@@ -171,8 +171,6 @@ class SlidingInterface:
         )  # fmt: skip
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._master_halo.needed)
-        if self._comm.size == 1:
-            self._sums[:] = 0.0
         add_slide_forces(surface, contacts, nodes.rounding, self._load_rounding, self._sums, force)
         self._master_halo.give(self._sums)
         take_reactions(self._sums, rows, masters, self.load, force)
