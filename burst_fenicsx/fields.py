@@ -13,23 +13,27 @@ from burst_fenicsx import compat
 from burst_fenicsx.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.kernels import charge as charge_kernel
 from burst_fenicsx.kernels import solid as solid_kernel
-from burst_fenicsx.kernels.assembly import cell_volumes
+from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
+from burst_fenicsx.kernels.balance import solid_sums
 from burst_fenicsx.kernels.exact import quantise, rounding_constant
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
+from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.problem import CasingMaterial, Part
 from burst_fenicsx.schedule import Blocks, Chunks
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["FUZE", "BurstFields", "hourglass_by_block", "hourglass_by_slot", "make_fields"]
+__all__ = ["FUZE", "BurstFields", "Element", "hourglass_by_block", "hourglass_by_slot", "make_fields"]
+
+_PARTIAL_SUMS = 256
 
 FUZE = CasingMaterial(
     name="fuze",
@@ -41,6 +45,35 @@ FUZE = CasingMaterial(
     source="a light alloy standing in for the fuze; its density is set from the fuze's mass",
 )
 """What fills the cavity in front of the charge: inert, weaker than the casing."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """What a kind of cell gives to the fields; positions (nodes, 3) in m, `dofmap` (cells, corners).
+
+    Attributes
+    ----------
+    volumes : of the cells (cells,) in m3, from positions and dofmap.
+    shares : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
+    burn_rates : of the cells (1/s), from corners (cells, corners, 3), volumes and detonation velocity (m/s), Eq. 5.
+    lengths : of the cells (m), which softening is scaled by, from positions, dofmap and volumes.
+    largest_faces : (cells,) m2, from corners.
+    """
+
+    volumes: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    shares: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    burn_rates: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+    lengths: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+    largest_faces: Callable[[np.ndarray], np.ndarray]
+
+
+HEXAHEDRON = Element(
+    volumes=cell_volumes,
+    shares=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
+    burn_rates=burn_rates,
+    lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
+    largest_faces=largest_faces,
+)
 
 
 @dataclass
@@ -76,6 +109,44 @@ class BurstFields:
     charge: ChargeState
     blocks: Blocks
     chunks: Chunks
+
+    @property
+    def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
+        """Along which coordinates the momentum of all nodes is conserved."""
+        return True, True, True
+
+    def volumes(self) -> np.ndarray:
+        """Volumes of this rank's cells now (cells,) in m3."""
+        found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
+        return found
+
+    def cell_velocities(self) -> np.ndarray:
+        """Mean of each cell's nodal velocities (cells, 3) in m/s."""
+        found: np.ndarray = mean_velocities(self.nodes.velocity, self.mesh.dofmap)
+        return found
+
+    def folded(self) -> np.ndarray:
+        """Whether a corner of a cell is turned inside out (cells,)."""
+        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap)
+        return found
+
+    def solid_sums(self) -> np.ndarray:
+        """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of casings: this rank's (4,)."""
+        mesh, partial = self.mesh, np.zeros((_PARTIAL_SUMS, 4))
+        material = len(Part) * mesh.round + mesh.part
+        solid_sums(
+            self.nodes.position,
+            self.nodes.velocity,
+            mesh.dofmap,
+            mesh.part == Part.CASING,
+            self.cell_mass,
+            self.solid.stress,
+            self.solid.parameters[material, 0],  # zero for a charge
+            self.solid.parameters[material, 1],
+            partial,
+        )
+        total: np.ndarray = partial.sum(axis=0)
+        return total
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks anew by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
@@ -123,6 +194,8 @@ def make_fields(
     axial_part: np.ndarray,
     leakage: np.ndarray,
     lengths: Sequence[float],
+    element: Element = HEXAHEDRON,
+    chunk_size: int | None = None,
 ) -> BurstFields:
     """Allocate the functions on a mesh at rest and unlit.
 
@@ -133,10 +206,12 @@ def make_fields(
     axial_part : (owned cells,) int32, row of `leakage`.
     leakage : (parts + 1,) factors on the products' pressure, shared with `LeakageParts`.
     lengths : of each round (m).
+    element : the kind of the cells.
+    chunk_size : cells of a chunk, see `Chunks`.
     """
     domain = mesh.domain
     vectors = compat.vector_space(domain)
-    if not np.array_equal(compat.cells_dofmap(vectors), mesh.all_dofmap):
+    if not np.array_equal(compat.cells_dofmap(vectors), compat.geometry_dofmap(domain)):
         raise RuntimeError("dolfinx numbers the nodes of the geometry and of the velocity differently")
     points = 8 if settings.quadrature == "full" else 1
     at_points = compat.quadrature_space if points == 8 else compat.cell_space
@@ -157,22 +232,23 @@ def make_fields(
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
     # dolfinx has put neighbours next to each other, cells and nodes alike: in its order the gathers stay in cache.
-    chunks = Chunks(mesh.dofmap, material, is_charge)
+    chunks = Chunks(mesh.dofmap, material, is_charge, chunk_size)
     blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
     position = domain.geometry.x
-    volume = cell_volumes(position, mesh.dofmap)
+    volume = element.volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = _material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    nodal_mass = _nodal_masses(mesh, fem.Function(vectors), cell_mass)
+    nodal_mass = _nodal_masses(mesh, fem.Function(vectors), cell_mass, element.shares(position, mesh.dofmap))
     pressure = max(_largest_pressure(item) for item in rounds)
-    largest_force = 0.5 * pressure * _largest(mesh, largest_faces(position[mesh.dofmap]))
+    largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
     slot_volume = blocks.by_slot(volume)
     reference = np.array([item.casing.softening_length or 0.0 for item in rounds])[mesh.round]
-    inverse_scale = np.where(reference > 0.0, np.cbrt(volume) / np.where(reference > 0.0, reference, 1.0), 1.0)
+    own_length = element.lengths(position, mesh.dofmap, volume)
+    inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
-    light, burn, compression = _ignition(mesh, rounds, lengths, position, volume)
+    light, burn, compression = _ignition(mesh, rounds, lengths, position, volume, element)
     energy = functions["products_energy"].x.array
     for index, model in enumerate(products):
         if isinstance(model, JwlProducts):
@@ -234,11 +310,14 @@ def make_fields(
     )
 
 
-def _nodal_masses(mesh: DistributedMesh, function: fem.Function, cell_mass: np.ndarray) -> np.ndarray:
-    """Lumped mass (local nodes,) in kg: an eighth of each cell's, summed exactly; `function` is scratch."""
-    share = quantise(cell_mass / 8.0, rounding_constant(_largest(mesh, cell_mass)))
+def _nodal_masses(
+    mesh: DistributedMesh, function: fem.Function, cell_mass: np.ndarray, shares: np.ndarray
+) -> np.ndarray:
+    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; `function` is scratch."""
+    rounding = rounding_constant(_largest(mesh, cell_mass))
     mass = function.x.array.reshape(-1, 3)
-    for corner in range(8):
+    for corner in range(shares.shape[1]):
+        share = quantise(cell_mass * shares[:, corner], rounding)
         mass[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(mass))
     compat.add_to_owners(function)
     compat.send_to_ghosts(function)
@@ -262,7 +341,12 @@ def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
 
 
 def _ignition(
-    mesh: DistributedMesh, rounds: Sequence[Round], lengths: Sequence[float], position: np.ndarray, volume: np.ndarray
+    mesh: DistributedMesh,
+    rounds: Sequence[Round],
+    lengths: Sequence[float],
+    position: np.ndarray,
+    volume: np.ndarray,
+    element: Element,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times at which the cells light, burn rates, and times from which compression burns them; infinite where never."""
     light, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
@@ -272,7 +356,7 @@ def _ignition(
         corners = position[mesh.dofmap[own]]
         places, delays = place_ignition(item, lengths[index])
         light[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
-        burn[own] = burn_rates(corners, volume[own], item.explosive.detonation_velocity)
+        burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
         if item.initiation is not None:
             compression[own] = front_near(light[own], burn[own])
         else:

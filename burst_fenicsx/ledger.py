@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.balance import node_sums, solid_sums
+from burst_fenicsx.kernels.balance import node_sums
 from burst_fenicsx.materials.products import JwlProducts
 from burst_fenicsx.problem import Part
 
@@ -109,22 +109,11 @@ class Ledger:
         """
         mesh, nodes = fields_now.mesh, fields_now.nodes
         owned = mesh.owned_nodes
-        of_nodes, of_solids = np.zeros((_PARTIAL_SUMS, 5)), np.zeros((_PARTIAL_SUMS, 4))
+        of_nodes = np.zeros((_PARTIAL_SUMS, 5))
         node_sums(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], of_nodes)
-        material = len(Part) * mesh.round + mesh.part
-        solid_sums(
-            nodes.position,
-            nodes.velocity,
-            mesh.dofmap,
-            mesh.part == Part.CASING,
-            fields_now.cell_mass,
-            fields_now.solid.stress,
-            fields_now.solid.parameters[material, 0],  # zero for a charge
-            fields_now.solid.parameters[material, 1],
-            of_solids,
-        )
         moving, momentum, momentum_size = of_nodes[:, 0].sum(), of_nodes[:, 1:4].sum(axis=0), of_nodes[:, 4].sum()
-        strain, casing_mass, casing_momentum, casing_energy = of_solids.sum(axis=0)
+        momentum = np.where(fields_now.momentum_is_conserved, momentum, 0.0)
+        strain, casing_mass, casing_momentum, casing_energy = fields_now.solid_sums()
         local = np.array(
             [
                 moving,

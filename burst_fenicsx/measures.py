@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
-from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -115,8 +113,8 @@ class Measures:
     def distortion(self) -> Distortion:
         """Count lost and folded cells over all ranks."""
         state = self._state
-        folded = folded_cells(state.nodes.position, state.mesh.dofmap)
-        lost = cell_volumes(state.nodes.position, state.mesh.dofmap) <= 0.0
+        folded = state.folded()
+        lost = state.volumes() <= 0.0
         casing = folded & (state.mesh.part == Part.CASING)
         counts = self._sum(np.array([lost.sum(), folded.sum(), state.cell_mass[casing].sum()], dtype=float))
         return Distortion(int(counts[0]), int(counts[1]), float(counts[2]))
@@ -125,7 +123,7 @@ class Measures:
         """Speeds and diameters along every round."""
         state = self._state
         mass = state.cell_mass[self._casing]
-        speed = np.linalg.norm(mean_velocities(state.nodes.velocity, state.mesh.dofmap), axis=1)[self._casing]
+        speed = np.linalg.norm(state.cell_velocities(), axis=1)[self._casing]
         largest = np.zeros(self._bins)
         np.maximum.at(largest, self._casing_bin, speed)
         if self._comm.size > 1:
@@ -144,7 +142,7 @@ class Measures:
         """Casing mass (kg) and mass-weighted casing speed (m/s) of every round's segments; `segments` counts them."""
         state = self._state
         mesh = state.mesh
-        speed = np.linalg.norm(mean_velocities(state.nodes.velocity, mesh.dofmap), axis=1)
+        speed = np.linalg.norm(state.cell_velocities(), axis=1)
         masses, speeds = [], []
         for index, count in enumerate(segments):
             own = np.flatnonzero((mesh.part == Part.CASING) & (mesh.round == index) & (mesh.segment >= 0))

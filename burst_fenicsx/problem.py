@@ -19,6 +19,7 @@ __all__ = [
     "CasingMaterial",
     "Contact",
     "Explosive",
+    "Geometry",
     "Hourglass",
     "IgnitionPoint",
     "JonesWilkinsLee",
@@ -36,6 +37,7 @@ ProductModel = Literal["landau", "landau_cj", "jwl"]
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
 Interface = Literal["bonded", "shared"]
+Geometry = Literal["3d", "axisymmetric"]
 
 
 class Part(IntEnum):
@@ -204,6 +206,7 @@ class BurstSettings:
     """How the burst is computed. SI units."""
 
     cell_size: float
+    geometry: Geometry = "3d"  # "axisymmetric": one round in its meridian
     quadrature: Quadrature = "one_point"
     products: ProductModel = "landau_cj"
     burn: BurnModel = "time_or_compression"

@@ -26,10 +26,8 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
 
     `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.
     """
-    from burst_fenicsx.meshing import cell_volumes
-
     mesh = run.mesh
-    volume = cell_volumes(mesh)
+    volume = mesh.volumes
     records = []
     for index, item in enumerate(run.rounds):
         own = mesh.round == index

@@ -77,16 +77,19 @@ class Chunks:
 
     Parameters
     ----------
-    dofmap : (cells, 8) int32 nodes; neighbours have to lie near each other in the order of the cells.
+    dofmap : (cells, corners) int32 nodes; neighbours have to lie near each other in the order of the cells.
     material : (cells,) int32 row of the cell's material.
     is_charge : (materials,) bool.
+    size : cells of a chunk; by default `chunk_size`.
     """
 
-    def __init__(self, dofmap: np.ndarray, material: np.ndarray, is_charge: np.ndarray) -> None:
+    def __init__(
+        self, dofmap: np.ndarray, material: np.ndarray, is_charge: np.ndarray, size: int | None = None
+    ) -> None:
         cells = len(material)
         self._material, self._materials = material, len(is_charge)
         self._charge = np.asarray(is_charge)[material]
-        self._chunk = np.arange(cells) // chunk_size(cells)
+        self._chunk = np.arange(cells) // (size or chunk_size(cells))
         self._chunks = int(self._chunk[-1]) + 1 if cells else 0
         colour = _colour_chunks(self._chunk, dofmap, self._chunks)
         colours = int(colour.max()) + 1 if len(colour) else 0

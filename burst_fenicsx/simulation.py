@@ -37,6 +37,9 @@ from burst_fenicsx.surfaces import radial_surfaces
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.surfaces import RadialSurfaces
+
 __all__ = ["BurstProgress", "BurstResult", "Simulation", "simulate"]
 
 _log = logging.getLogger(__name__)
@@ -109,7 +112,15 @@ def simulate(
         far are whole.
     """
     comm = comm or MPI.COMM_WORLD
-    simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
+    simulation: Simulation
+    if settings.geometry == "axisymmetric":
+        from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
+
+        if comm.size > 1:
+            raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
+        simulation = AxisymmetricSimulation(rounds, settings, out_dir, dict(provenance or {}), on_progress)
+    else:
+        simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
     if resume and simulation.checkpoint_path.exists():
         simulation.resume()
     simulation.run()
@@ -117,7 +128,14 @@ def simulate(
 
 
 class Simulation:
-    """A burst under way; `simulate` drives it."""
+    """A burst under way; `simulate` drives it.
+
+    Attributes
+    ----------
+    geometry : "3d" or "axisymmetric", written into the snapshot.
+    """
+
+    geometry = "3d"
 
     def __init__(
         self,
@@ -144,40 +162,12 @@ class Simulation:
             )
 
         self.mesh, self.quality = self._make_mesh()
-        _check_planes(self.rounds, settings, self.mesh)
-        mesh = self.mesh
-        bins = int(np.clip(max(mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
-        surfaces = radial_surfaces(mesh, self.rounds, settings.leakage.parts, bins)
-        distributed = distribute(comm, mesh if comm.rank == 0 else None)
-        own = distributed.node[: distributed.owned_nodes]
-        self.leakage = LeakageParts.of_charges(
-            settings.leakage,
-            comm,
-            surfaces.charge_part[own],
-            mesh.nodes[own],
-            surfaces.radius[own],
-            surfaces.outward[own],
-            surfaces.parts,
-        )
         self.fuze_density = [_fuze_density(item) for item in self.rounds]
-        self.fields: BurstFields = make_fields(
-            distributed,
-            self.rounds,
-            settings,
-            fuze_density=self.fuze_density,
-            axial_part=surfaces.cell_part[distributed.cell],
-            leakage=self.leakage.factor,
-            lengths=mesh.lengths,
-        )
-        self.ledger = self._make_ledger()
-        self.contact = ContactForces(mesh, self.fields, settings)
-        self.initiation = ShockInitiations.of_rounds(self.rounds, self.fields)
-        self.solver = BurstSolver(
-            self.fields, settings, self.leakage, self.ledger, contact=self.contact, initiation=self.initiation
-        )
-        self.measures = Measures(self.fields, surfaces, self.rounds, mesh.lengths)
-        self.passage = Passage(mesh, self.fields, self.rounds, settings)
-        self.surfaces = surfaces
+        bins = int(np.clip(max(self.mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
+        self.surfaces = self._make_surfaces(bins)
+        self._make_state()
+        self.measures = Measures(self.fields, self.surfaces, self.rounds, self.mesh.lengths)
+        self.passage = Passage(self.mesh, self.fields, self.rounds, settings)
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
@@ -195,6 +185,45 @@ class Simulation:
         mesh = merge([mesh_round(item, self.settings.cell_size, index) for index, item in enumerate(self.rounds)])
         found = quality(mesh)
         return (split_charges(mesh) if self.settings.contact.charge_casing == "bonded" else mesh), found
+
+    def _make_surfaces(self, bins: int) -> RadialSurfaces:
+        """Where radii are measured, casings in so many `bins` each."""
+        return radial_surfaces(self.mesh, self.rounds, self.settings.leakage.parts, bins)
+
+    def _make_state(self) -> None:
+        """Distribute the mesh and make the fields, what acts on them and the solver."""
+        mesh, settings, comm = self.mesh, self.settings, self.comm
+        _check_planes(self.rounds, settings, mesh)
+        distributed = distribute(comm, mesh if comm.rank == 0 else None)
+        self.leakage = self._make_leakage(distributed)
+        self.fields: BurstFields = make_fields(
+            distributed,
+            self.rounds,
+            settings,
+            fuze_density=self.fuze_density,
+            axial_part=self.surfaces.cell_part[distributed.cell],
+            leakage=self.leakage.factor,
+            lengths=mesh.lengths,
+        )
+        self.ledger = self._make_ledger()
+        self.contact = ContactForces(mesh, self.fields, settings)
+        self.initiation = ShockInitiations.of_rounds(self.rounds, self.fields)
+        self.solver = BurstSolver(
+            self.fields, settings, self.leakage, self.ledger, contact=self.contact, initiation=self.initiation
+        )
+
+    def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:
+        """Axial parts of the charges with this rank's own nodes."""
+        surfaces, own = self.surfaces, distributed.node[: distributed.owned_nodes]
+        return LeakageParts.of_charges(
+            self.settings.leakage,
+            distributed.comm,
+            surfaces.charge_part[own],
+            self.mesh.nodes[own],
+            surfaces.radius[own],
+            surfaces.outward[own],
+            surfaces.parts,
+        )
 
     def _make_ledger(self) -> Ledger:
         state = self.fields
@@ -300,6 +329,7 @@ class Simulation:
     def _write_output(self) -> None:
         points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
         if self._series is not None:
+            self._place(points)
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
@@ -307,6 +337,9 @@ class Simulation:
         due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
         if self.solver.time > 0.0 and due:
             self._write_checkpoint()
+
+    def _place(self, fields: dict[str, np.ndarray]) -> None:
+        """Carry nodal fields, by name, to world coordinates in place: here they are there already."""
 
     def _write_checkpoint(self) -> None:
         self._checkpoint_at = clock.perf_counter()
@@ -343,6 +376,7 @@ class Simulation:
         masses, speeds = self.measures.segment_masses_and_speeds(counts)
         records = round_records(self, masses, speeds)
         nodes, cells = snapshot_fields(self.fields)
+        self._place(nodes)
         history = self.ledger.columns()
         summary = burst_summary(self, along, [record.charge_mass for record in records])
         self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
@@ -365,6 +399,7 @@ class Simulation:
                 history,
                 self.provenance,
                 [plane for plane in self.settings.planes if plane.symmetry],
+                geometry=self.geometry,
             )
         return BurstResult(summary, along, history)
 

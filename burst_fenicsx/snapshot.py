@@ -119,10 +119,12 @@ def write_snapshot(
     history: Mapping[str, np.ndarray],
     provenance: Mapping[str, str],
     symmetry: Sequence[RigidPlane] = (),
+    geometry: str = "3d",
 ) -> None:
     """Write the snapshot; an older one of the same name is replaced only when the new one is whole.
 
-    `symmetry` are the planes behind which mirrored rounds stand, for the break-up to add.
+    `symmetry` are the planes behind which mirrored rounds stand, for the break-up to add. `geometry` is "3d", or
+    "axisymmetric": then cells are quadrilaterals (m, 4) of one round's half plane, with the masses of whole rings.
 
     Raises
     ------
@@ -135,6 +137,7 @@ def write_snapshot(
             file.attrs["format"] = FORMAT
             file.attrs["format_version"] = 1
             file.attrs["time"] = time
+            file.attrs["geometry"] = geometry
             for key, text in provenance.items():
                 file.attrs[key] = text
             for name, values in nodes.items():

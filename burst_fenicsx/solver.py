@@ -154,6 +154,18 @@ class BurstSolver:
             If a cell is lost or the state is not a number any more.
         """
         step = self.choose_step(until)
+        self.advance(step)
+        self.time_step = step
+        self.steps += 1
+        self.cell_steps += self.subcycling.cell_steps
+        self._book_work(0.5 * step)
+        self.check_cells()
+        if self.initiation is not None and self.initiation.update(self.time, step):
+            self.set_burning_times()
+            self.choose_again = self.time
+
+    def advance(self, step: float) -> None:
+        """All parts of a longest step (s): nodes move, venting is found at its end, forces follow."""
         begin, parts = self.time, 2**self.subcycling.highest
         least, kick = 0, 0.5 * (self.time_step + step)
         for part in range(parts):
@@ -168,14 +180,6 @@ class BurstSolver:
             self.add_forces(step, least)
             self.ledger.add(self._totals.energy, self._totals.given)
             kick = step
-        self.time_step = step
-        self.steps += 1
-        self.cell_steps += self.subcycling.cell_steps
-        self._book_work(0.5 * step)
-        self.check_cells()
-        if self.initiation is not None and self.initiation.update(self.time, step):
-            self.set_burning_times()
-            self.choose_again = self.time
 
     def choose_step(self, until: float) -> float:
         """Size of the next (longest) step (s): the CFL fraction of the stable one, or the fixed one."""
@@ -210,6 +214,11 @@ class BurstSolver:
         several = comm.size > 1
         self._fastest_burn = comm.allreduce(rate, op=MPI.MAX) if several else rate
         self._burnt_out = comm.allreduce(end, op=MPI.MAX) if several else end
+
+    @property
+    def front_near(self) -> bool:
+        """Whether a detonation front runs or is being thrown back from the casing."""
+        return self.time < self._burnt_out + _REFLECTION
 
     @property
     def subcycles(self) -> bool:
@@ -320,8 +329,7 @@ class BurstSolver:
             compat.add_to_owners(state.force)
         if self.contact is not None and cycles.contact_level >= least:
             share = 1.0 / 2**cycles.contact_level
-            front_near = self.time < self._burnt_out + _REFLECTION
-            self.contact.add_forces(share * self.free_step, share * step, front_near=front_near)
+            self.contact.add_forces(share * self.free_step, share * step, front_near=self.front_near)
         if comm.size > 1:
             compat.send_to_ghosts(state.force)
         if self._external_force is not None and self.external is not None:

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import HexahedralMesh
     from burst_fenicsx.problem import Round
 
-__all__ = ["RadialSurfaces", "radial_surfaces"]
+__all__ = ["LATERAL", "RadialSurfaces", "cut_along", "radial_surfaces"]
 
 # A face belongs to the lateral surface if its normal leans less than this from the radial direction (cosine).
-_LATERAL = 0.5
+LATERAL = 0.5
 
 
 @dataclass(frozen=True)
@@ -82,17 +82,17 @@ def radial_surfaces(
             front = length - height[mesh.cells[charge]].max()
             back = length - height[mesh.cells[charge]].min()
             fraction = (mesh.station[charge] - front) / (back - front)
-            cell_part[charge] = index * parts_per_round + _cut(fraction, parts_per_round)
+            cell_part[charge] = index * parts_per_round + cut_along(fraction, parts_per_round)
             surface = np.flatnonzero(_lateral_nodes(mesh, charge, outward))
             fraction = (length - height[surface] - front) / (back - front)
-            charge_part[surface] = index * parts_per_round + _cut(fraction, parts_per_round)
+            charge_part[surface] = index * parts_per_round + cut_along(fraction, parts_per_round)
 
         # The outer surface of the whole round, of which the casing's share is kept.
         lateral = _lateral_nodes(mesh, mine, outward)
         casing = _marked(mesh.cells[mine[mesh.part[mine] == Part.CASING]], nodes)
         surface = np.flatnonzero(lateral & casing)
         fraction = (length - height[surface]) / length
-        casing_bin[surface] = index * bins_per_round + _cut(fraction, bins_per_round)
+        casing_bin[surface] = index * bins_per_round + cut_along(fraction, bins_per_round)
         bin_station.append((np.arange(bins_per_round) + 0.5) * length / bins_per_round)
     return RadialSurfaces(
         charge_part=charge_part,
@@ -106,7 +106,8 @@ def radial_surfaces(
     )
 
 
-def _cut(fraction: np.ndarray, parts: int) -> np.ndarray:
+def cut_along(fraction: np.ndarray, parts: int) -> np.ndarray:
+    """Number (int32) of the equal part of the length in which each fraction of it lies."""
     return np.clip(np.floor(fraction * parts), 0, parts - 1).astype(np.int32)
 
 
@@ -119,7 +120,7 @@ def _lateral_nodes(mesh: HexahedralMesh, cells: np.ndarray, outward: np.ndarray)
     normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     middle = outward[faces].mean(axis=1)
-    looks_out = np.einsum("ij,ij->i", normal, middle) > _LATERAL
+    looks_out = np.einsum("ij,ij->i", normal, middle) > LATERAL
     return _marked(faces[looks_out], len(mesh.nodes))
 
 

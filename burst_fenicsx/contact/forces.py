@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.problem import BurstSettings
+    from burst_fenicsx.problem import BurstSettings, TimeStep
 
-__all__ = ["ContactForces", "Penetrations"]
+__all__ = ["ContactForces", "Penetrations", "stable_budget"]
 
 _SAFETY = 0.9  # share taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
@@ -52,6 +52,12 @@ class Penetrations:
         return max(self.interface_at_front, self.interface_after, self.collision, self.plane)
 
 
+def stable_budget(step: TimeStep) -> float:
+    """Bound on (omega dt)^2 that the cells' steps leave to the springs of contact."""
+    share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
+    return _SAFETY * 4.0 * (1.0 - share**2)
+
+
 class ContactForces:
     """Contact forces of a burst on one rank.
 
@@ -75,9 +81,7 @@ class ContactForces:
 
     def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> None:
         contact = settings.contact
-        step = settings.time_step
-        share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
-        self._budget = _SAFETY * 4.0 * (1.0 - share**2)
+        self._budget = stable_budget(settings.time_step)
         self._fields = fields
         self.comm = fields.mesh.comm
         self.force = np.zeros_like(fields.nodes.force)

@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import Contact
 
-__all__ = ["INTERFACE_ARRAYS", "SlidingInterface"]
+__all__ = ["INTERFACE_ARRAYS", "INTERFACE_STATE", "SlidingInterface"]
 
 _RINGS = 4  # faces around those in contact that a rank keeps up to date ...
 _MARGIN = 2  # ... until a contact has come this close to others
 _LARGEST_PRESSURE = 2.0**40  # Pa; bounds how finely sums over the cells of a node are rounded
 _MOST_CELLS = 2.0**6
-_STATE = ("face", "point", "weight", "bonded", "off", "gap", "force", "stiffness", "slip")
-INTERFACE_ARRAYS = (*_STATE, "load", "stored")
+INTERFACE_STATE = ("face", "point", "weight", "bonded", "off", "gap", "force", "stiffness", "slip")
+INTERFACE_ARRAYS = (*INTERFACE_STATE, "load", "stored")
 """Names of what `SlidingInterface.arrays` gives."""
 
 
@@ -206,7 +206,7 @@ class SlidingInterface:
     def arrays(self) -> dict[str, np.ndarray]:
         """What the contacts remember, whole on every rank; collective."""
         own, found = self.contacts.contact, {}
-        for name in _STATE:
+        for name in INTERFACE_STATE:
             values = getattr(self.contacts, name)
             whole = np.zeros_like(values)
             whole[own] = values[own]
@@ -219,7 +219,7 @@ class SlidingInterface:
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Put the contacts where `arrays` found them; collective. Raises KeyError for a missing array."""
-        for name in _STATE:
+        for name in INTERFACE_STATE:
             getattr(self.contacts, name)[:] = arrays[name]
         self.load[:] = arrays["load"]
         self.contacts.tally[:, 0] = arrays["stored"]

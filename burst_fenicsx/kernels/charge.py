@@ -43,7 +43,21 @@ from burst_fenicsx.kernels.tensors import (
     symmetric_square,
 )
 
-__all__ = ["PARAMETERS", "charge_block"]
+__all__ = [
+    "BURN",
+    "LEAKAGE",
+    "PARAMETERS",
+    "PRESSURE",
+    "STIFFNESS",
+    "STRESS",
+    "add_work",
+    "burn_by_compression",
+    "charge_block",
+    "hold_by_strength",
+    "load_state",
+    "press_by_jwl",
+    "press_by_landau",
+]
 
 PARAMETERS = (
     "density",
@@ -69,15 +83,15 @@ PARAMETERS = (
 Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone."""
 
 
-_STRESS = FREE  # deviator of the unlit charge, 6 rows, Pa
+STRESS = FREE  # deviator of the unlit charge, 6 rows, Pa
 _STORED = FREE + 6  # the same before the step
 _OLD_VOLUME = FREE + 12  # m3
-_OLD_PRESSURE, _PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
-_BURN = FREE + 15  # burnt fraction
+_OLD_PRESSURE, PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
+BURN = FREE + 15  # burnt fraction
 _BY_COMPRESSION = FREE + 16  # burnt fraction over the compression
 _CONTENT = FREE + 17  # internal energy of the products, J/m3 of initial volume
-_LEAKAGE = FREE + 18
-_STIFFNESS = FREE + 19  # -V dP/dV, Pa
+LEAKAGE = FREE + 18
+STIFFNESS = FREE + 19  # -V dP/dV, Pa
 _HELD = FREE + 20  # power of the deviator, W/m3
 
 
@@ -115,26 +129,26 @@ def charge_block(
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
-    least_burn = _load_state(block, time, material[8], grid, state, scratch)
+    least_burn = load_state(block, time, material[8], grid, state, scratch)
     move_cells(step, scratch)
     if least_burn < 1.0:
-        _burn(material, scratch)
+        burn_by_compression(material, scratch)
     if material[9] == 0.0:
-        _press_by_landau(material, scratch)
+        press_by_landau(material, scratch)
     else:
-        _press_by_jwl(material, scratch)
+        press_by_jwl(material, scratch)
     # The step in which a cell burns out still takes its deviator to zero.
     if least_burn < 1.0:
-        _hold_by_strength(block, step, material, grid, state, scratch, energy)
+        hold_by_strength(block, step, material, grid, state, scratch, energy)
     coming = max(step, share * grid.longest)
     bound_hourglass(coming, _stiffen(coming, material, scratch) > 0, scratch)
     _resist(share, nodes.rounding, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
-    _book(block, step, share, material, grid, state, scratch, energy, limits)
+    add_work(block, step, share, material, grid, state, scratch, energy, limits)
 
 
 @block_kernel
-def _load_state(
+def load_state(
     block: int, time: float, by_compression: float, grid: Grid, state: ChargeState, scratch: np.ndarray
 ) -> float:
     """Bring what the cells remember together by lanes and burn them as far as time does.
@@ -148,26 +162,26 @@ def _load_state(
         old = state.burn_fraction[cell]
         least_burn = min(least_burn, old)
         by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
-        scratch[_BURN * LANES + lane] = max(old, min(by_time, 1.0))
+        scratch[BURN * LANES + lane] = max(old, min(by_time, 1.0))
         scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
         scratch[_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
         scratch[_CONTENT * LANES + lane] = state.energy[cell]
-        scratch[_LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
+        scratch[LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
         scratch[MASS * LANES + lane] = grid.mass[slot + lane]
         scratch[_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
-        scratch[_STRESS * LANES + k] = 0.0
+        scratch[STRESS * LANES + k] = 0.0
     return least_burn
 
 
 @block_kernel
-def _burn(material: np.ndarray, scratch: np.ndarray) -> None:
+def burn_by_compression(material: np.ndarray, scratch: np.ndarray) -> None:
     """Burn the cells as far as their compression burns them."""
     widest_vectors()
     for lane in range(LANES):
         relative = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
         compressed = scratch[_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
-        scratch[_BURN * LANES + lane] = max(scratch[_BURN * LANES + lane], min(compressed, 1.0))
+        scratch[BURN * LANES + lane] = max(scratch[BURN * LANES + lane], min(compressed, 1.0))
 
 
 @lane_function
@@ -175,10 +189,10 @@ def _mix(
     relative: float, products: float, stiffness: float, material: np.ndarray, scratch: np.ndarray, lane: int
 ) -> None:
     """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unlit part."""
-    xi = scratch[_BURN * LANES + lane]
+    xi = scratch[BURN * LANES + lane]
     unlit_stiffness = material[1] / relative + 4.0 / 3.0 * material[2]
-    scratch[_PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * _unlit_pressure(relative, material)
-    scratch[_STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unlit_stiffness
+    scratch[PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * _unlit_pressure(relative, material)
+    scratch[STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unlit_stiffness
 
 
 @lane_function
@@ -188,7 +202,7 @@ def _unlit_pressure(relative: float, material: np.ndarray) -> float:
 
 
 @block_kernel
-def _press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
+def press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
     """Pressure of the products on the isentrope of Landau and Stanyukovich, mixed with that of the unlit part."""
     widest_vectors()
     p0, pk, inverse_knee = material[10], material[11], 1.0 / material[12]
@@ -203,7 +217,7 @@ def _press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
 
 
 @block_kernel
-def _press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
+def press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
     """Pressure of Jones, Wilkins and Lee with its own internal energy, mixed with that of the unlit part.
 
     dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unlit part);
@@ -214,7 +228,7 @@ def _press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
     for lane in range(LANES):
         per_volume = material[0] / scratch[MASS * LANES + lane]
         v = scratch[VOLUME * LANES + lane] * per_volume
-        xi = scratch[_BURN * LANES + lane]
+        xi = scratch[BURN * LANES + lane]
         change = v - scratch[_OLD_VOLUME * LANES + lane] * per_volume
         e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
         cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
@@ -229,7 +243,7 @@ def _press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
 
 
 @block_kernel
-def _hold_by_strength(
+def hold_by_strength(
     block: int,
     step: float,
     material: np.ndarray,
@@ -254,11 +268,11 @@ def _hold_by_strength(
         old = load_symmetric(scratch, _STORED, lane)
         trial = elastic_trial(old, spin(rate, step), rate, step, 0.0, material[2])
         norm = np.sqrt(symmetric_square(trial))
-        limit = (1.0 - scratch[_BURN * LANES + lane]) * material[3]
+        limit = (1.0 - scratch[BURN * LANES + lane]) * material[3]
         factor = limit / norm if norm > limit else 1.0
         txx, tyy, tzz = scaled(factor, (trial[0], trial[1], trial[2]))
         txy, tyz, tzx = scaled(factor, (trial[3], trial[4], trial[5]))
-        store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, _STRESS, lane)
+        store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, STRESS, lane)
         scratch[_HELD * LANES + lane] = 0.5 * (
             dot((txx + old[0], tyy + old[1], tzz + old[2]), (rate[0][0], rate[1][1], rate[2][2]))
             + dot((txy + old[3], tyz + old[4], tzx + old[5]), (xy + yx, yz + zy, zx + xz))
@@ -267,7 +281,7 @@ def _hold_by_strength(
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
-            state.stress[cell, 0, k] = scratch[(_STRESS + k) * LANES + lane]
+            state.stress[cell, 0, k] = scratch[(STRESS + k) * LANES + lane]
         work += scratch[_HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane]
     energy[0] += work
 
@@ -286,8 +300,8 @@ def _stiffen(coming: float, material: np.ndarray, scratch: np.ndarray) -> int:
     for lane in range(LANES):
         frequency, mass = scratch[FREQUENCY * LANES + lane], scratch[MASS * LANES + lane]
         density = mass / scratch[VOLUME * LANES + lane]
-        sound = np.sqrt(scratch[_STIFFNESS * LANES + lane] / density)
-        fastest = max(sound, front_speed) if scratch[_BURN * LANES + lane] < 1.0 else sound
+        sound = np.sqrt(scratch[STIFFNESS * LANES + lane] / density)
+        fastest = max(sound, front_speed) if scratch[BURN * LANES + lane] < 1.0 else sound
         viscous, stable = viscosity_and_step(
             trace_of_rate(scratch, lane), 1.0 / frequency, density, sound, fastest, material[4], material[5]
         )
@@ -311,16 +325,14 @@ def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
         q6, q7 = load_vector(scratch, HOURGLASS + 6, lane), load_vector(scratch, HOURGLASS + 9, lane)
         resistance = (scaled(damping, q3), scaled(damping, q5), scaled(damping, q6), scaled(damping, q7))
         scratch[POWER * LANES + lane] = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
-        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
-        pressure = (
-            scratch[_LEAKAGE * LANES + lane] * scratch[_PRESSURE * LANES + lane] + scratch[VISCOUS * LANES + lane]
-        )
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
+        pressure = scratch[LEAKAGE * LANES + lane] * scratch[PRESSURE * LANES + lane] + scratch[VISCOUS * LANES + lane]
         stress = (xx - pressure, yy - pressure, zz - pressure, xy, yz, zx)
         store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, FORCE, lane)
 
 
 @block_kernel
-def _book(
+def add_work(
     block: int,
     step: float,
     share: float,
@@ -337,20 +349,20 @@ def _book(
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
         volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
-        pressure, stable = scratch[_PRESSURE * LANES + lane], scratch[STABLE * LANES + lane]
+        pressure, stable = scratch[PRESSURE * LANES + lane], scratch[STABLE * LANES + lane]
         change = volume - scratch[_OLD_VOLUME * LANES + lane]
         # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
         heating = -0.5 * (grid.viscous[slot + lane] + viscous) * change
         heat += heating
         mean_pressure = 0.5 * (scratch[_OLD_PRESSURE * LANES + lane] + pressure)
-        work += scratch[_LEAKAGE * LANES + lane] * mean_pressure * change
+        work += scratch[LEAKAGE * LANES + lane] * mean_pressure * change
         hourglass += scratch[POWER * LANES + lane]
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
         lower_limits(grid.cells[block, lane], stable, volume, share, limits)
         state.pressure[cell] = pressure
-        state.burn_fraction[cell] = scratch[_BURN * LANES + lane]
+        state.burn_fraction[cell] = scratch[BURN * LANES + lane]
         # The shock's heat enters the products' energy a step late, but whole.
         state.energy[cell] = scratch[_CONTENT * LANES + lane] + heating * material[0] / scratch[MASS * LANES + lane]
     energy[1] += heat

@@ -20,7 +20,7 @@ def colour_groups(
     Parameters
     ----------
     order : (cells,) cells, group after group. first : (groups + 1,) into `order`.
-    dofmap : (cells, 8) nodes.
+    dofmap : (cells, corners) nodes.
     taken : (nodes, words) uint64, zero: the colours that each node has seen, a bit each.
     colour : (groups,) int32, overwritten.
 
@@ -33,7 +33,7 @@ def colour_groups(
     for group in range(first.size - 1):
         seen[:] = 0
         for k in range(first[group], first[group + 1]):
-            for corner in range(8):
+            for corner in range(dofmap.shape[1]):
                 for word in range(words):
                     seen[word] |= taken[dofmap[order[k], corner], word]
         least = 0
@@ -43,6 +43,6 @@ def colour_groups(
             return False
         colour[group] = least
         for k in range(first[group], first[group + 1]):
-            for corner in range(8):
+            for corner in range(dofmap.shape[1]):
                 taken[dofmap[order[k], corner], least // _BITS] |= np.uint64(1) << np.uint64(least % _BITS)
     return True

@@ -92,12 +92,16 @@ def _user_cache() -> Path:
     return folder if os.access(folder, os.W_OK) else Path(tempfile.gettempdir()) / f"fragfield-{os.getuid()}"
 
 
-def _digest_of_sources() -> str:
+def _digest_of_sources(*folders: str) -> str:
     package = Path(__file__).resolve().parent.parent
-    files = sorted(
-        [*(package / "kernels").glob("*.py"), *(package / "materials").glob("*.py"), package / "detonation.py"]
-    )
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
+    files = [package / "detonation.py", *(path for folder in folders for path in (package / folder).glob("*.py"))]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()[:16]
 
 
-_SOURCES = _digest_of_sources()
+def _sources_of(module: str) -> str:
+    """Digest of what a kernel of the module may call: the axisymmetric ones call the others, not the reverse."""
+    return _AXISYMMETRIC_SOURCES if ".axisymmetric." in module else _SOURCES
+
+
+_SOURCES = _digest_of_sources("kernels", "materials")
+_AXISYMMETRIC_SOURCES = _digest_of_sources("kernels", "materials", "kernels/axisymmetric")

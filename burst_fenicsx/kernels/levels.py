@@ -14,12 +14,12 @@ __all__ = ["blocks_are_mixed", "move_lanes", "node_levels", "raise_levels"]
 def node_levels(dofmap: np.ndarray, level: np.ndarray, finest: np.ndarray, coarsest: np.ndarray) -> None:
     """Highest and lowest level of the cells around each node, (nodes,) int8, overwritten.
 
-    `dofmap` (cells, 8) int32; `level` (cells,) int8.
+    `dofmap` (cells, corners) int32; `level` (cells,) int8.
     """
     finest[:] = 0
     coarsest[:] = 127
     for cell in range(dofmap.shape[0]):
-        for n in range(8):
+        for n in range(dofmap.shape[1]):
             node = dofmap[cell, n]
             finest[node] = max(finest[node], level[cell])
             coarsest[node] = min(coarsest[node], level[cell])
@@ -29,12 +29,12 @@ def node_levels(dofmap: np.ndarray, level: np.ndarray, finest: np.ndarray, coars
 def raise_levels(dofmap: np.ndarray, finest: np.ndarray, level: np.ndarray) -> int:
     """Raise cells that lie more than one level below a neighbour; how many were raised.
 
-    `dofmap` (cells, 8) int32; `finest` (nodes,) as from `node_levels`; `level` (cells,) int8, in place.
+    `dofmap` (cells, corners) int32; `finest` (nodes,) as from `node_levels`; `level` (cells,) int8, in place.
     """
     raised = 0
     for cell in numba.prange(dofmap.shape[0]):
         highest = 0
-        for n in range(8):
+        for n in range(dofmap.shape[1]):
             highest = max(highest, finest[dofmap[cell, n]])
         if level[cell] < highest - 1:
             level[cell] = highest - 1
@@ -48,12 +48,12 @@ def blocks_are_mixed(
 ) -> None:
     """Tell for each block whether a node of its cells takes shorter steps than they do, `mixed` (blocks,) int8.
 
-    `cells` (blocks, LANES) int32; `level` (blocks,); `dofmap` (cells, 8) int32; `finest` (nodes,) as in `Nodes`.
+    `cells` (blocks, LANES) int32; `level` (blocks,); `dofmap` (cells, corners) int32; `finest` (nodes,) as in `Nodes`.
     """
     for block in numba.prange(cells.shape[0]):
         highest = 0
         for lane in range(LANES):
-            for n in range(8):
+            for n in range(dofmap.shape[1]):
                 highest = max(highest, finest[dofmap[cells[block, lane], n]])
         mixed[block] = highest > level[block]
 

@@ -50,7 +50,26 @@ from burst_fenicsx.kernels.tensors import (
 from burst_fenicsx.kernels.transposition import WIDTH, address, later, load_triples, places, prefetch, store_triples
 from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
-__all__ = ["PARAMETERS", "SCRATCH_ROWS", "elastic_trial", "is_elastic", "return_if_plastic", "solid_block", "spin"]
+__all__ = [
+    "DISSIPATION",
+    "PARAMETERS",
+    "SCRATCH_ROWS",
+    "SPRING",
+    "STORED",
+    "STRESS",
+    "add_work",
+    "elastic_trial",
+    "is_elastic",
+    "load_state",
+    "moduli",
+    "resist_mode",
+    "return_if_plastic",
+    "return_plastic",
+    "solid_block",
+    "spin",
+    "store_state",
+    "strengths",
+]
 
 PARAMETERS = (
     "modulus",
@@ -72,12 +91,12 @@ SCRATCH_ROWS = 160
 """Rows of `LANES` doubles that a block of any kind needs."""
 
 
-_STRESS = FREE  # 6 rows, Pa
+STRESS = FREE  # 6 rows, Pa
 _SHEAR_STRAIN, _VOLUME_STRAIN = FREE + 6, FREE + 7
 _SOFTENING = FREE + 8  # inverse factor on the limit strains
-_DISSIPATION = FREE + 9  # J/m3 in this step
-_SPRING = FREE + 10  # hourglass springs' coefficient times the step, N s/m
-_STORED = FREE + 11  # stored elastic hourglass forces, 12 rows, N
+DISSIPATION = FREE + 9  # J/m3 in this step
+SPRING = FREE + 10  # hourglass springs' coefficient times the step, N s/m
+STORED = FREE + 11  # stored elastic hourglass forces, 12 rows, N
 
 _STRESS_BYTES, _HALF_A_STRESS = np.uint64(48), np.uint64(24)  # of a cell's stress
 
@@ -179,28 +198,28 @@ def solid_block(
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
-    _load_state(block, grid, state, scratch)
+    load_state(block, grid, state, scratch)
     _fetch_next(block, grid, state)
     move_cells(step, scratch)
     if _try_elastic(step, material, scratch) > 0:
-        _return_plastic(material, scratch)
+        return_plastic(material, scratch)
     coming = max(step, share * grid.longest)
     bound_hourglass(coming, _stiffen(step, coming, material, scratch) > 0, scratch)
     _resist(share, nodes.rounding, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
-    _store_state(block, grid, state, scratch)
-    _book(block, step, share, grid, scratch, energy, limits)
+    store_state(block, grid, state, scratch)
+    add_work(block, step, share, grid, scratch, energy, limits)
 
 
 @block_kernel
-def _load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Bring what the cells remember together by lanes."""
     slot = block * LANES
     start = address(state.stress)
     for first in range(0, LANES, WIDTH):
         stored = places(start, _STRESS_BYTES, cells_of_lanes(grid.cells[block], first))
-        load_triples(stored, scratch, _STRESS * LANES + first)
-        load_triples(later(stored, _HALF_A_STRESS), scratch, (_STRESS + 3) * LANES + first)
+        load_triples(stored, scratch, STRESS * LANES + first)
+        load_triples(later(stored, _HALF_A_STRESS), scratch, (STRESS + 3) * LANES + first)
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
         scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, 0]
@@ -208,7 +227,7 @@ def _load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) 
         scratch[_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
         scratch[MASS * LANES + lane] = grid.mass[slot + lane]
     for k in range(12 * LANES):
-        scratch[_STORED * LANES + k] = state.hourglass[block, k]
+        scratch[STORED * LANES + k] = state.hourglass[block, k]
 
 
 @block_kernel
@@ -224,31 +243,31 @@ def _fetch_next(block: int, grid: Grid, state: SolidState) -> None:
 
 
 @block_kernel
-def _store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+def store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Write back what the cells remember."""
     start = address(state.stress)
     # Lanes that repeat the block's last cell hold the same.
     for first in range(0, LANES, WIDTH):
         stored = places(start, _STRESS_BYTES, cells_of_lanes(grid.cells[block], first))
-        store_triples(scratch, _STRESS * LANES + first, stored)
-        store_triples(scratch, (_STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
+        store_triples(scratch, STRESS * LANES + first, stored)
+        store_triples(scratch, (STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
         state.shear_strain[cell, 0] = scratch[_SHEAR_STRAIN * LANES + lane]
         state.volume_strain[cell, 0] = scratch[_VOLUME_STRAIN * LANES + lane]
     for k in range(12 * LANES):
-        state.hourglass[block, k] = scratch[_STORED * LANES + k]
+        state.hourglass[block, k] = scratch[STORED * LANES + k]
 
 
 @lane_function
-def _moduli(material: np.ndarray) -> tuple[float, float]:
+def moduli(material: np.ndarray) -> tuple[float, float]:
     """Shear modulus and Lame's first parameter (Pa)."""
     shear = 0.5 * material[0] / (1.0 + material[1])
     return shear, 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
 
 
 @lane_function
-def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
+def strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
     """Shear and tensile strength (Pa) after the strains so far."""
     scale = scratch[_SOFTENING * LANES + lane]
     tau = softened_strength(material[2], scratch[_SHEAR_STRAIN * LANES + lane], material[4] * scale)
@@ -259,36 +278,36 @@ def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[fl
 def _try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
     """Turn what is stored and add the elastic increment; count the cells that may be plastic."""
     widest_vectors()
-    shear, lame = _moduli(material)
+    shear, lame = moduli(material)
     plastic = 0
     for lane in range(LANES):
         rate = load_matrix(scratch, RATE, lane)
         rotation = spin(rate, step)
-        stress = elastic_trial(load_symmetric(scratch, _STRESS, lane), rotation, rate, step, lame, shear)
-        store_symmetric(stress, scratch, _STRESS, lane)
-        store_vector(apply(rotation, load_vector(scratch, _STORED, lane)), scratch, _STORED, lane)
-        store_vector(apply(rotation, load_vector(scratch, _STORED + 3, lane)), scratch, _STORED + 3, lane)
-        store_vector(apply(rotation, load_vector(scratch, _STORED + 6, lane)), scratch, _STORED + 6, lane)
-        store_vector(apply(rotation, load_vector(scratch, _STORED + 9, lane)), scratch, _STORED + 9, lane)
-        tau, sigma = _strengths(material, scratch, lane)
+        stress = elastic_trial(load_symmetric(scratch, STRESS, lane), rotation, rate, step, lame, shear)
+        store_symmetric(stress, scratch, STRESS, lane)
+        store_vector(apply(rotation, load_vector(scratch, STORED, lane)), scratch, STORED, lane)
+        store_vector(apply(rotation, load_vector(scratch, STORED + 3, lane)), scratch, STORED + 3, lane)
+        store_vector(apply(rotation, load_vector(scratch, STORED + 6, lane)), scratch, STORED + 6, lane)
+        store_vector(apply(rotation, load_vector(scratch, STORED + 9, lane)), scratch, STORED + 9, lane)
+        tau, sigma = strengths(material, scratch, lane)
         plastic += 0 if is_elastic(stress, tau, sigma) else 1
-        scratch[_DISSIPATION * LANES + lane] = 0.0
+        scratch[DISSIPATION * LANES + lane] = 0.0
     return plastic
 
 
 @block_kernel
-def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
+def return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
     """Return the stresses of a block; those within the strengths stay as they are."""
     widest_vectors()
     for lane in range(LANES):
-        tau, sigma = _strengths(material, scratch, lane)
+        tau, sigma = strengths(material, scratch, lane)
         stress, shear_strain, volume_strain, dissipation = return_if_plastic(
-            load_symmetric(scratch, _STRESS, lane), tau, sigma, material[0], material[1]
+            load_symmetric(scratch, STRESS, lane), tau, sigma, material[0], material[1]
         )
-        store_symmetric(stress, scratch, _STRESS, lane)
+        store_symmetric(stress, scratch, STRESS, lane)
         scratch[_SHEAR_STRAIN * LANES + lane] += shear_strain
         scratch[_VOLUME_STRAIN * LANES + lane] += volume_strain
-        scratch[_DISSIPATION * LANES + lane] = dissipation
+        scratch[DISSIPATION * LANES + lane] = dissipation
 
 
 @block_kernel
@@ -300,7 +319,7 @@ def _stiffen(step: float, coming: float, material: np.ndarray, scratch: np.ndarr
     `coming` step (s).
     """
     widest_vectors()
-    shear, lame = _moduli(material)
+    shear, lame = moduli(material)
     stiff = lame + 2.0 * shear
     # Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
     softened = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
@@ -311,7 +330,7 @@ def _stiffen(step: float, coming: float, material: np.ndarray, scratch: np.ndarr
         mass = scratch[MASS * LANES + lane]
         density = mass / volume
         sound = np.sqrt(stiff / density)
-        tau, _ = _strengths(material, scratch, lane)
+        tau, _ = strengths(material, scratch, lane)
         fastest = sound if tau > 0.0 else softened * sound
         length = 1.0 / frequency
         viscous, stable = viscosity_and_step(
@@ -322,7 +341,7 @@ def _stiffen(step: float, coming: float, material: np.ndarray, scratch: np.ndarr
         scratch[VISCOUS * LANES + lane] = viscous
         scratch[STABLE * LANES + lane] = stable
         scratch[DAMPING * LANES + lane] = damping
-        scratch[_SPRING * LANES + lane] = spring
+        scratch[SPRING * LANES + lane] = spring
         most = max(damping * (1.0 / MOST_DAMPED), spring * (1.0 / _MOST_STIFF))
         count += 1 if may_overdo(most, mass * per_mass, scratch, lane) else 0
     return count
@@ -333,19 +352,19 @@ def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
     """Nodal forces of the stresses, the artificial viscosity and the hourglass control."""
     widest_vectors()
     for lane in range(LANES):
-        h3, p3 = _resist_mode(0, scratch, lane)
-        h5, p5 = _resist_mode(1, scratch, lane)
-        h6, p6 = _resist_mode(2, scratch, lane)
-        h7, p7 = _resist_mode(3, scratch, lane)
+        h3, p3 = resist_mode(0, scratch, lane)
+        h5, p5 = resist_mode(1, scratch, lane)
+        h6, p6 = resist_mode(2, scratch, lane)
+        h7, p7 = resist_mode(3, scratch, lane)
         scratch[POWER * LANES + lane] = p3 + p5 + p6 + p7
         viscous = scratch[VISCOUS * LANES + lane]
-        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
         stress = (xx - viscous, yy - viscous, zz - viscous, xy, yz, zx)
         store_nodal_forces(force_modes(stress, (h3, h5, h6, h7), scratch, lane), share, rounding, scratch, FORCE, lane)
 
 
 @lane_function
-def _resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+def resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
     """Force (N) against one hourglass mode, viscous + stored elastic one, and its power (W).
 
     Both are bounded by what the step lets a cell bear whose hourglass vectors its distortion has made long. The stored
@@ -353,15 +372,15 @@ def _resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]
     """
     rate = load_vector(scratch, HOURGLASS + 3 * a, lane)
     bearable = scratch[(BEARABLE + a) * LANES + lane]
-    spring = min(scratch[_SPRING * LANES + lane], _MOST_STIFF * bearable)
-    elastic = add_scaled(load_vector(scratch, _STORED + 3 * a, lane), spring, rate)
-    store_vector(elastic, scratch, _STORED + 3 * a, lane)
+    spring = min(scratch[SPRING * LANES + lane], _MOST_STIFF * bearable)
+    elastic = add_scaled(load_vector(scratch, STORED + 3 * a, lane), spring, rate)
+    store_vector(elastic, scratch, STORED + 3 * a, lane)
     force = add_scaled(elastic, min(scratch[DAMPING * LANES + lane], MOST_DAMPED * bearable), rate)
     return force, dot(force, rate)
 
 
 @block_kernel
-def _book(
+def add_work(
     block: int,
     step: float,
     share: float,
@@ -376,7 +395,7 @@ def _book(
     for lane in range(grid.filled[block]):
         volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
         stable = scratch[STABLE * LANES + lane]
-        plastic += scratch[_DISSIPATION * LANES + lane] * volume
+        plastic += scratch[DISSIPATION * LANES + lane] * volume
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
         viscous_work -= 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
         hourglass += scratch[POWER * LANES + lane]

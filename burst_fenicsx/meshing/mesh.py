@@ -18,21 +18,18 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Segment
 
-__all__ = ["HexahedralMesh", "cell_centres", "cell_volumes", "merge", "part_volumes"]
+__all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge", "part_volumes"]
 
 
 @dataclass(frozen=True)
-class HexahedralMesh:
-    """Linear hexahedra of one or more rounds in world coordinates.
-
-    Nodes and cells are numbered layer by layer from nose to base, round after round. No node is unused. Parts share
-    their nodes unless `split_charges` has parted them; rounds do not.
+class CellMesh:
+    """Cells of one or more rounds with their names: what hexahedra and quadrilaterals of a meridian share.
 
     Attributes
     ----------
     nodes : numpy.ndarray, float64, shape (n, 3)
         Coordinates (m).
-    cells : numpy.ndarray, int64, shape (m, 8)
+    cells : numpy.ndarray, int64, shape (m, 8) or (m, 4)
         Nodes of the cells in VTK order.
     part : numpy.ndarray, int32, shape (m,)
         `Part` of each cell.
@@ -66,6 +63,20 @@ class HexahedralMesh:
         place = np.arange(len(self.nodes), dtype=np.int64)
         place[self.twins[:, 0]] = self.twins[:, 1]
         return place
+
+
+@dataclass(frozen=True)
+class HexahedralMesh(CellMesh):
+    """Linear hexahedra of one or more rounds in world coordinates, see `CellMesh`.
+
+    Nodes and cells are numbered layer by layer from nose to base, round after round. No node is unused. Parts share
+    their nodes unless `split_charges` has parted them; rounds do not.
+    """
+
+    @property
+    def volumes(self) -> NDArray[np.float64]:
+        """Exact volumes of the trilinear cells (m,) in m3."""
+        return cell_volumes(self)
 
     @cached_property
     def neighbours(self) -> NDArray[np.int32]:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from burst_fenicsx.meshing.mesh import HexahedralMesh
+    from burst_fenicsx.meshing.mesh import CellMesh
 
 __all__ = ["split_charges"]
 
+_Mesh = TypeVar("_Mesh", bound="CellMesh")
 
-def split_charges(mesh: HexahedralMesh) -> HexahedralMesh:
+
+def split_charges(mesh: _Mesh) -> _Mesh:
     """Give every charge nodes of its own where it meets casing or fuze (the paper's Fig. 2.2).
 
     The new nodes are the charge's and come after all others, so that those of the casing keep their numbers.

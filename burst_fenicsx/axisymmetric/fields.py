@@ -1,0 +1,173 @@
+"""The state of the axisymmetric burst: the fields of the burst on quadrilaterals, and what rings have besides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx import compat
+from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
+from burst_fenicsx.fields import BurstFields, Element, make_fields
+from burst_fenicsx.kernels.axisymmetric.step import Rings
+from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.kernels.levels import move_lanes
+from burst_fenicsx.meshing.distributed import DistributedMesh
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from burst_fenicsx.axisymmetric.mesh import MeridianMesh
+    from burst_fenicsx.problem import BurstSettings, Round
+
+__all__ = ["RingFields", "make_ring_fields", "on_dolfinx"]
+
+_TO_TENSOR = [0, 1, 3, 2]  # counter-clockwise to tensor-product order; its own inverse
+
+
+@dataclass
+class RingFields(BurstFields):
+    """State of the axisymmetric burst; `mesh.dofmap` (cells, 4) is counter-clockwise in (r, z).
+
+    Attributes
+    ----------
+    rings : what the kernels need besides.
+    """
+
+    rings: Rings
+
+    @property
+    def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
+        """Along the axis: radial momentum is no vector of the whole ring."""
+        return False, False, True
+
+    def volumes(self) -> np.ndarray:
+        """Volumes of the rings now (cells,) in m3."""
+        return ring_volumes(self.nodes.position, self.mesh.dofmap)
+
+    def cell_velocities(self) -> np.ndarray:
+        """Mean of each cell's nodal velocities (cells, 3) in m/s."""
+        found: np.ndarray = self.nodes.velocity[self.mesh.dofmap].mean(axis=1)
+        return found
+
+    def folded(self) -> np.ndarray:
+        """Whether a corner of a quadrilateral is turned inside out (cells,)."""
+        return folded(self.nodes.position, self.mesh.dofmap)
+
+    def solid_sums(self) -> np.ndarray:
+        """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of the casing, (4,)."""
+        mesh = self.mesh
+        parameters = self.solid.parameters[len(Part) * mesh.round + mesh.part]
+        solid = np.flatnonzero(parameters[:, 0] > 0.0)
+        modulus, poisson = parameters[solid, 0], parameters[solid, 1]
+        stress = self.solid.stress[solid, 0]
+        square = (stress[:, :3] ** 2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
+        twice = (1.0 + poisson) * square - poisson * stress[:, :3].sum(axis=1) ** 2
+        volume = self.blocks.by_cell(self.grid.volume)[solid]
+        casing = mesh.part == Part.CASING
+        mass, speed = self.cell_mass[casing], np.linalg.norm(self.cell_velocities()[casing], axis=1)
+        strain = 0.5 * (volume * twice / modulus).sum()
+        return np.array([strain, mass.sum(), (mass * speed).sum(), 0.5 * (mass * speed**2).sum()])
+
+    def regroup(self, level: np.ndarray, highest: int) -> None:
+        """As `BurstFields.regroup`, with the rings' own arrays."""
+        source = self.blocks.slot_of_cell
+        super().regroup(level, highest)
+        inverse_share = np.empty((len(self.blocks.cells), 4 * LANES))
+        move_lanes(source[self.blocks.cells.ravel()], self.rings.inverse_share, inverse_share)
+        self.rings = self.rings._replace(inverse_share=inverse_share)
+
+
+def on_dolfinx(mesh: MeridianMesh) -> DistributedMesh:
+    """Hand a meridian to dolfinx: quadrilaterals in space, all on the calling rank."""
+    domain = compat.create_quadrilateral_mesh(MPI.COMM_SELF, mesh.cells[:, _TO_TENSOR], mesh.nodes)
+    cell = np.asarray(domain.topology.original_cell_index, dtype=np.int64)
+    dofmap = np.ascontiguousarray(compat.geometry_dofmap(domain)[:, _TO_TENSOR])
+    part, of_round, segment = mesh.part[cell], mesh.round[cell], mesh.segment[cell]
+    every = np.arange(len(cell))
+    return DistributedMesh(
+        domain=domain,
+        dofmap=dofmap,
+        cell=cell,
+        node=np.asarray(domain.geometry.input_global_indices, dtype=np.int64),
+        owned_nodes=int(domain.geometry.index_map().size_local),
+        part=part,
+        round=of_round,
+        segment=segment,
+        station=mesh.station[cell],
+        all_dofmap=dofmap,
+        all_cell=cell,
+        all_part=part,
+        all_round=of_round,
+        tags={
+            "part": compat.meshtags(domain, every, part),
+            "round": compat.meshtags(domain, every, of_round),
+            "segment": compat.meshtags(domain, every, segment + 1),
+        },
+    )
+
+
+def make_ring_fields(
+    mesh: DistributedMesh,
+    item: Round,
+    settings: BurstSettings,
+    *,
+    fuze_density: float,
+    axial_part: np.ndarray,
+    leakage: np.ndarray,
+    length: float,
+) -> RingFields:
+    """Allocate the fields of a round on the origin with its axis along z; parameters as for `make_fields`."""
+    plain = make_fields(
+        mesh,
+        [item],
+        settings,
+        fuze_density=[fuze_density],
+        axial_part=axial_part,
+        leakage=leakage,
+        lengths=[length],
+        element=_RING,
+        chunk_size=max(mesh.cells, 1),
+    )
+    position = plain.nodes.position
+    share = _shares(position, mesh.dofmap) * plain.cell_mass[:, None]
+    of_slots = plain.blocks.by_slot(1.0 / share).reshape(-1, LANES, 4)
+    rings = Rings(
+        inverse_share=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, 4 * LANES),
+        mass=plain.mass,
+        axis=np.flatnonzero(position[:, 0] == 0.0).astype(np.int32),
+    )
+    return RingFields(**{item.name: getattr(plain, item.name) for item in fields(plain)}, rings=rings)
+
+
+def _shares(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
+    found = nodal_volumes(position, dofmap)
+    shares: np.ndarray = found / found.sum(axis=1)[:, None]
+    return shares
+
+
+def _corner_cells(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (cells, 4, 3) as nodes of their own and cells."""
+    return corners.reshape(-1, 3), np.arange(4 * len(corners)).reshape(-1, 4)
+
+
+def _burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.ndarray:  # noqa: ARG001
+    """Rate of the burn fraction (1/s), Eq. 5 in the plane: the longest edge over the area for face over volume."""
+    nodes, cells = _corner_cells(corners)
+    return 2.0 * velocity * longest_edges(nodes, cells) / (3.0 * areas(nodes, cells))
+
+
+def _largest_faces(corners: np.ndarray) -> np.ndarray:
+    """Largest face of each ring (cells,) in m2."""
+    nodes, cells = _corner_cells(corners)
+    return 2.0 * np.pi * corners[..., 0].max(axis=1) * longest_edges(nodes, cells)
+
+
+_RING = Element(
+    volumes=ring_volumes,
+    shares=_shares,
+    burn_rates=_burn_rates,
+    lengths=lambda position, dofmap, volume: np.sqrt(areas(position, dofmap)),  # noqa: ARG005 - as every element
+    largest_faces=_largest_faces,
+)

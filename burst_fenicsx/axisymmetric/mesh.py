@@ -1,0 +1,183 @@
+"""The meridian of a round as quadrilaterals, layer by layer from nose to base, columns from the axis outwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.axisymmetric.rings import ring_volumes
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.meshing.mesh import CellMesh
+from burst_fenicsx.meshing.quality import MeshQuality
+from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, layer_stations
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from burst_fenicsx.geometry import Profile
+
+__all__ = ["LARGEST_MESH", "LEAST_SCALED_JACOBIAN", "MeridianMesh", "mesh_meridian", "meridian_quality"]
+
+LEAST_SCALED_JACOBIAN = 0.2
+LARGEST_MESH = 5_000_000  # quadrilaterals
+_FEWEST_CORE_CELLS = 2
+_LARGEST_MASS_ERROR = 0.02
+
+
+@dataclass(frozen=True)
+class MeridianMesh(CellMesh):
+    """Bilinear quadrilaterals of one round's half plane, see `CellMesh`: nodes (r, 0, z) in m, z from the base.
+
+    The nodes of a cell, (m, 4), are counter-clockwise in (r, z).
+    """
+
+    @property
+    def volumes(self) -> NDArray[np.float64]:
+        """Volumes of the rings (m,) in m3."""
+        return ring_volumes(self.nodes, self.cells)
+
+
+def mesh_meridian(profile: Profile, cell_size: float) -> MeridianMesh:
+    """Mesh the meridian of a profile.
+
+    Columns run from the axis to the cavity's contour and on to the outer contour. In a solid end the boundary between
+    them runs on from the cavity's end to the share of the radius at which all columns are equally wide.
+
+    Parameters
+    ----------
+    profile : Profile
+        The round.
+    cell_size : float
+        Edge of the mean quadrilateral (m). The wall has three cells at least.
+
+    Raises
+    ------
+    InputError
+        The cell size is not allowed, or the shape makes cells below a scaled Jacobian of 0.2 or a mass that is off by
+        more than 2 %.
+    """
+    _check_size(profile, cell_size)
+    stations = layer_stations(profile, cell_size)
+    core, wall = _columns(profile, cell_size)
+    r = _radii(profile, stations, core, wall)
+    z = np.repeat((profile.length - stations)[:, None], core + wall + 1, axis=1)
+    number = np.arange(r.size).reshape(r.shape)
+    # Layer k lies between the stations k (upper) and k + 1 (lower).
+    low, high = number[1:], number[:-1]
+    cells = np.stack([low[:, :-1], low[:, 1:], high[:, 1:], high[:, :-1]], axis=-1).reshape(-1, 4)
+    part, segment, station = _names(profile, stations, core, core + wall)
+    filled = part >= 0
+    used = np.zeros(r.size, dtype=bool)
+    used[cells[filled]] = True
+    nodes = np.stack([r.ravel(), np.zeros(r.size), z.ravel()], axis=1)[used]
+    mesh = MeridianMesh(
+        nodes=nodes,
+        cells=(np.cumsum(used) - 1)[cells[filled]],
+        part=part[filled],
+        round=np.zeros(int(filled.sum()), dtype=np.int32),
+        segment=segment[filled],
+        station=station[filled],
+        segments=(profile.segments,),
+        lengths=(profile.length,),
+    )
+    _check_shape(mesh, profile, cell_size)
+    return mesh
+
+
+def _check_size(profile: Profile, cell_size: float) -> None:
+    if not cell_size > 0.0 or not np.isfinite(cell_size):
+        raise InputError(f"cell_size = {cell_size!r} m; a positive length is expected")
+    if cell_size > profile.max_radius:
+        raise InputError(
+            f"cell_size = {cell_size * 1e3:g} mm; at most the round's radius is allowed "
+            f"({profile.name}: {profile.max_radius * 1e3:g} mm)"
+        )
+    expected = profile.length * profile.max_radius / cell_size**2
+    if expected > LARGEST_MESH:
+        smallest = np.sqrt(profile.length * profile.max_radius / LARGEST_MESH)
+        raise InputError(
+            f"cell_size = {cell_size * 1e3:g} mm makes {expected:.3g} cells in the meridian; at most {LARGEST_MESH:.1g} "
+            f"are allowed ({profile.name}: at least {smallest * 1e3:.2g} mm)"
+        )
+
+
+def _columns(profile: Profile, cell_size: float) -> tuple[int, int]:
+    """Columns within the cavity's contour and through the wall, by their mean widths along the charge."""
+    section = profile.section(np.linspace(profile.charge_front, profile.cavity.end, 201))
+    wall = max(FEWEST_WALL_CELLS, round(float(np.mean(section.wall)) / cell_size))
+    core = max(_FEWEST_CORE_CELLS, round(float(np.sqrt(np.mean(section.inner_radius**2))) / cell_size))
+    return core, wall
+
+
+def _radii(profile: Profile, stations: NDArray[np.float64], core: int, wall: int) -> NDArray[np.float64]:
+    """Radius of every node (stations, core + wall + 1) in m."""
+    cavity, outer = profile.cavity, profile.outer.radius(stations)
+    inner = cavity.radius(np.clip(stations, cavity.start, cavity.end))
+    for end, solid in ((cavity.start, stations < cavity.start), (cavity.end, stations > cavity.end)):
+        if solid.any():
+            share = float(cavity.radius(end) / profile.outer.radius(end))
+            reach = np.clip(np.abs(stations[solid] - end) / profile.max_radius, 0.0, 1.0)
+            blend = reach**2 * (3.0 - 2.0 * reach)
+            inner[solid] = outer[solid] * (share + blend * (core / (core + wall) - share))
+    within, beyond = np.arange(core + 1) / core, np.arange(1, wall + 1) / wall
+    return np.concatenate([inner[:, None] * within, inner[:, None] + (outer - inner)[:, None] * beyond], axis=1)
+
+
+def _names(
+    profile: Profile, stations: NDArray[np.float64], core: int, columns: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
+    """Part (-1: void), segment and station of every cell, (layers * columns,)."""
+    centre = 0.5 * (stations[1:] + stations[:-1])
+    content = np.full(len(centre), Part.CASING, dtype=np.int32)
+    content[(centre > profile.cavity.start) & (centre < profile.cavity.end)] = Part.CHARGE
+    front = (centre > profile.cavity.start) & (centre < profile.charge_front)
+    content[front] = Part.FUZE if profile.fuze is not None and profile.fuze.fill == "inert" else -1
+    within = np.arange(columns) < core
+    part = np.where(within[None, :], content[:, None], np.int32(Part.CASING)).astype(np.int32).ravel()
+    ends = np.array([segment.end for segment in profile.segments[:-1]])
+    of_layer = np.repeat(np.searchsorted(ends, centre), columns)
+    segment = np.where(part == Part.CASING, of_layer, -1).astype(np.int32)
+    return part, segment, np.repeat(centre, columns)
+
+
+def meridian_quality(mesh: MeridianMesh, profile: Profile) -> MeshQuality:
+    """Scaled Jacobian, aspect ratio and edges of the quadrilaterals, and the errors of the parts' volumes."""
+    corner = mesh.nodes[mesh.cells][..., [0, 2]]
+    onward, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
+    length = np.linalg.norm(onward, axis=2)
+    cross = onward[..., 0] * back[..., 1] - onward[..., 1] * back[..., 0]
+    scaled = (cross / np.maximum(length * np.linalg.norm(back, axis=2), 1e-300)).min(axis=1)
+    volumes, exact = mesh.volumes, profile.volumes()
+    wanted = {Part.CASING: exact.casing, Part.CHARGE: exact.charge, Part.FUZE: exact.fuze}
+    errors = {
+        part: float(volumes[mesh.part == part].sum()) / volume - 1.0 for part, volume in wanted.items() if volume > 0.0
+    }
+    return MeshQuality(
+        min_scaled_jacobian=float(scaled.min()),
+        max_aspect_ratio=float((length.max(axis=1) / length.min(axis=1)).max()),
+        min_edge=float(length.min()),
+        cells=len(mesh.cells),
+        nodes=len(mesh.nodes),
+        worst_cell=int(scaled.argmin()),
+        mass_errors=errors,
+    )
+
+
+def _check_shape(mesh: MeridianMesh, profile: Profile, cell_size: float) -> None:
+    found = meridian_quality(mesh, profile)
+    where = f"{profile.name} meshed with {cell_size * 1e3:g} mm"
+    if found.min_scaled_jacobian < LEAST_SCALED_JACOBIAN:
+        raise InputError(
+            f"{where}: scaled Jacobian {found.min_scaled_jacobian:.3f} at station "
+            f"{mesh.station[found.worst_cell] * 1e3:.4g} mm; at least {LEAST_SCALED_JACOBIAN:g} is needed: make the "
+            "contours there less steep, or the cells smaller"
+        )
+    for part, error in found.mass_errors.items():
+        if abs(error) > _LARGEST_MASS_ERROR:
+            raise InputError(
+                f"{where}: the mass of the {part.name.lower()} is off by {error:+.1%}; at most "
+                f"{_LARGEST_MASS_ERROR:.0%} is allowed: the contours need smaller cells"
+            )

@@ -1,0 +1,221 @@
+"""Contact of charge and casing in the meridian: bonded until the charge has reacted, then a gas that presses and slides.
+
+The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.axisymmetric.surfaces import outer_edges
+from burst_fenicsx.contact.forces import ContactForces, Penetrations, stable_budget
+from burst_fenicsx.contact.sliding import INTERFACE_STATE
+from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine, boundary_vectors
+from burst_fenicsx.kernels.axisymmetric.step import LineSettings
+from burst_fenicsx.kernels.charge import PARAMETERS
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from burst_fenicsx.axisymmetric.fields import RingFields
+    from burst_fenicsx.axisymmetric.mesh import MeridianMesh
+    from burst_fenicsx.problem import BurstSettings
+
+__all__ = ["LineInterface", "MeridianContact"]
+
+_SMOOTH = np.cos(np.radians(45.0))  # edges whose normals differ by less are one smooth line
+
+
+class LineInterface:
+    """The slide line of one round and the contacts of its charge.
+
+    Parameters
+    ----------
+    mesh : the meridian, its charge split from the casing.
+    fields : the state.
+
+    Attributes
+    ----------
+    line, contacts : the kernels' arrays.
+    """
+
+    def __init__(self, mesh: MeridianMesh, fields: RingFields) -> None:
+        local = fields.mesh.local_node
+        of_twin = dict(zip(mesh.twins[:, 1].tolist(), mesh.twins[:, 0].tolist(), strict=True))
+        edges, covered = _line_edges(mesh)
+        neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
+        group_node = np.full(len(sides), -1)
+        group_node[end.ravel()] = edges.ravel()
+        nodes = np.unique(np.concatenate([local(edges).ravel(), local(mesh.twins).ravel()]))
+        self.line = SlideLine(
+            edges=local(edges).astype(np.int32),
+            neighbour=neighbour,
+            end=end,
+            sides=sides,
+            on_axis=mesh.nodes[group_node, 0] == 0.0,
+            vector=np.zeros((len(sides), 2)),
+            nodes=nodes.astype(np.int32),
+        )
+        # A contact for every group that has an edge at which the charge lies.
+        at_charge = np.array([any(covered[edge] for edge in pair if edge >= 0) for pair in sides])
+        groups = np.flatnonzero(at_charge)
+        slave = local(np.array([of_twin[int(node)] for node in group_node[groups]])).astype(np.int32)
+        face = np.array([next(e for e in sides[g] if e >= 0 and covered[e]) for g in groups], dtype=np.int32)
+        point = (end[face, 1] == groups).astype(float)
+        side = np.full((len(groups), 2, 2), -1, dtype=np.int32)
+        for c, group in enumerate(groups):
+            for k, edge in enumerate(sides[group]):
+                if edge >= 0 and covered[edge]:
+                    side[c, k] = local(np.array([of_twin[int(node)] for node in edges[edge]]))
+        first_cell, cell = _cells_around(fields, slave)
+        parameters = fields.charge.parameters[Part.CHARGE]
+        count = len(groups)
+        self.contacts = LineContacts(
+            slave=slave,
+            share=np.bincount(slave, minlength=1)[slave].astype(float),
+            strength=np.full(count, parameters[PARAMETERS.index("unlit_strength")]),
+            side=side,
+            first_cell=first_cell,
+            cell=cell,
+            face=face,
+            point=point,
+            bonded=np.ones(count, dtype=np.int8),
+            gap=np.zeros(count),
+            stiffness=np.zeros(count),
+            slip=np.zeros(count),
+            weight=np.zeros((count, 2)),
+            force=np.zeros((count, 2)),
+            off=np.zeros(count, dtype=np.int8),
+            tally=np.zeros((count, 4)),
+            load=np.zeros(len(fields.mass)),
+            last_position=fields.nodes.position.copy(),
+        )
+        boundary_vectors(fields.nodes.position, self.line)
+
+    @property
+    def booked(self) -> np.ndarray:
+        """Spring energy now, friction and work given in the last step (J)."""
+        total: np.ndarray = self.contacts.tally.sum(axis=0)[:3]
+        return total
+
+    def counts(self) -> np.ndarray:
+        """Contacts that are bonded, that touch without a bond, and that have left their line."""
+        bonded, touching = self.contacts.bonded != 0, self.contacts.stiffness > 0.0
+        return np.array([bonded.sum(), (touching & ~bonded).sum(), self.contacts.off.sum()], dtype=float)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What the contacts remember, for the checkpoint; by node in the order of the mesh that was given."""
+        found = {name: getattr(self.contacts, name).copy() for name in INTERFACE_STATE}
+        return {**found, "load": self.contacts.load.copy(), "stored": self.contacts.tally[:, 0].copy()}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put the contacts where `arrays` found them. Raises KeyError for a missing array."""
+        for name in INTERFACE_STATE:
+            getattr(self.contacts, name)[:] = arrays[name]
+        self.contacts.load[:] = arrays["load"]
+        self.contacts.tally[:, 0] = arrays["stored"]
+
+
+class MeridianContact(ContactForces):
+    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes."""
+
+    def __init__(self, mesh: MeridianMesh, fields: RingFields, settings: BurstSettings) -> None:
+        self._fields = fields
+        self.comm = MPI.COMM_SELF
+        self.force = np.zeros_like(fields.nodes.force)
+        self.friction = self.stiffness_work = 0.0
+        self.plane_impulse, self.plane_force = np.zeros(3), np.zeros(3)
+        self.penetrations = Penetrations()
+        self.interface = LineInterface(mesh, fields) if len(mesh.twins) else None
+        self.collisions, self.planes = None, []
+        contact = settings.contact
+        self.settings = LineSettings(
+            level=0,
+            exists=self.exists,
+            stable_budget=stable_budget(settings.time_step),
+            tensile_strength=contact.tensile_strength,
+            cohesion=contact.cohesion,
+            friction=float(np.tan(np.radians(contact.friction_angle))),
+        )
+
+    @property
+    def touched(self) -> np.ndarray:
+        """Whether contact may give a force to the node (nodes,)."""
+        touched = np.zeros(len(self.force), dtype=bool)
+        if self.interface is not None:
+            touched[self.interface.line.nodes] = True
+        return touched
+
+    def set_level(self, level: int) -> None:
+        """Contact takes 2^`level` steps in a longest one from now on."""
+        self.settings = self.settings._replace(level=level)
+        if self.interface is not None:
+            self.interface.contacts.last_position[:] = self._fields.nodes.position
+
+    def take(self, sums: np.ndarray, *, front_near: bool) -> None:
+        """Take the sums of a step, (3,): friction and stiffness work (J), largest penetration (m); they are cleared."""
+        self.friction += float(sums[0])
+        self.stiffness_work += float(sums[1])
+        deepest, found = self.penetrations, float(sums[2])
+        if front_near:
+            deepest.interface_at_front = max(deepest.interface_at_front, found)
+        else:
+            deepest.interface_after = max(deepest.interface_after, found)
+        sums[:] = 0.0
+
+
+def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of casing and fuze on which a charge may slide (edges, 2), and whether a charge lies at each.
+
+    Besides those at a charge the free ones to which these lead on without a crease.
+    """
+    edges, behind = outer_edges(mesh, np.where(mesh.part == Part.CHARGE, -1, 0))
+    covered = behind >= 0
+    neighbour, _, _ = _smooth_groups(mesh.nodes, edges)
+    chosen = covered.copy()
+    while True:
+        onward = neighbour[chosen].ravel()
+        wider = chosen.copy()
+        wider[onward[onward >= 0]] = True
+        if (wider == chosen).all():
+            break
+        chosen = wider
+    return edges[chosen], covered[chosen]
+
+
+def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edge beyond each end (edges, 2) or -1, group of each end (edges, 2), and edges of each group (groups, 2) or -1."""
+    along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    starts = {int(node): edge for edge, node in enumerate(edges[:, 0])}
+    neighbour = np.full((len(edges), 2), -1, dtype=np.int32)
+    end = np.full((len(edges), 2), -1, dtype=np.int32)
+    sides = []
+    for edge, node in enumerate(edges[:, 1]):
+        onward = starts.get(int(node), -1)
+        smooth = onward >= 0 and float(along[edge] @ along[onward]) > _SMOOTH
+        end[edge, 1] = len(sides)
+        sides.append((edge, onward if smooth else -1))
+        if smooth:
+            neighbour[edge, 1], neighbour[onward, 0] = onward, edge
+            end[onward, 0] = end[edge, 1]
+    for edge in np.flatnonzero(end[:, 0] < 0):
+        end[edge, 0] = len(sides)
+        sides.append((int(edge), -1))
+    return neighbour, end, np.array(sides, dtype=np.int32).reshape(-1, 2)
+
+
+def _cells_around(fields: RingFields, slave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The charge's cells around each contact's node: offsets (contacts + 1,) and cells, both int32."""
+    charge = np.flatnonzero(fields.mesh.part == Part.CHARGE)
+    node, cell = fields.mesh.dofmap[charge].ravel(), np.repeat(charge, 4)
+    order = np.argsort(node, kind="stable")
+    node, cell = node[order], cell[order]
+    first, last = np.searchsorted(node, slave), np.searchsorted(node, slave, side="right")
+    around = [cell[a:b] for a, b in zip(first, last, strict=True)]
+    offset = np.concatenate([[0], np.cumsum(last - first)]).astype(np.int32)
+    return offset, np.concatenate(around).astype(np.int32) if around else np.zeros(0, dtype=np.int32)

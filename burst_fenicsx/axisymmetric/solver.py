@@ -1,0 +1,124 @@
+"""The explicit step of the axisymmetric burst: as in three dimensions, with all parts of a longest step in one call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.assembly import make_scratch
+from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine
+from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
+from burst_fenicsx.solver import BurstSolver
+
+if TYPE_CHECKING:
+    from burst_fenicsx.axisymmetric.fields import RingFields
+    from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+    from burst_fenicsx.detonation import LeakageParts
+    from burst_fenicsx.ledger import Ledger
+    from burst_fenicsx.problem import BurstSettings
+
+__all__ = ["RingSolver"]
+
+
+class RingSolver(BurstSolver):
+    """Steps the axisymmetric burst; parameters and attributes as for `BurstSolver`."""
+
+    fields: RingFields
+    contact: MeridianContact
+
+    def __init__(
+        self,
+        fields: RingFields,
+        settings: BurstSettings,
+        leakage: LeakageParts,
+        ledger: Ledger,
+        contact: MeridianContact,
+    ) -> None:
+        self._line, self._contacts = (
+            (contact.interface.line, contact.interface.contacts)
+            if contact.interface is not None
+            else _no_line(len(fields.mass))
+        )
+        self._sums = RingSums(np.zeros(5), np.zeros(3), np.zeros(3), contact.force)
+        self._work = make_scratch(1)[0]
+        super().__init__(fields, settings, leakage, ledger, contact=contact)
+
+    def advance(self, step: float) -> None:
+        """All parts of a longest step (s)."""
+        begin = self.time
+        whole = advance_rings(
+            begin, step, self.time_step, self.free_step, self.subcycling.highest, self.subcycling.moving, *self._arrays
+        )
+        self.time = begin + step
+        if not whole:
+            self._take_sums()
+            self.check_cells()
+        self.leakage.update(self.fields.nodes.position, self.time)
+        self.add_forces(step)
+
+    def add_forces(self, step: float, least: int = 0) -> None:
+        """Resultant at the new places of the nodes of cells of level `least` and higher, as in `BurstSolver`."""
+        moving = int(self.subcycling.moving[least])
+        add_ring_forces(step, self.free_step, self.time, least, moving, *self._arrays)
+        if self._damping_force is not None:
+            self._damping_force[:] = -self.settings.damping * self.fields.mass[:, None] * self.fields.nodes.velocity
+            self.fields.nodes.force[:] += self._damping_force
+        self._take_sums()
+
+    def _take_sums(self) -> None:
+        """Hand what the kernel has summed to ledger and contact, and its limits to the checks."""
+        sums, totals = self._sums, self._totals
+        self.ledger.add(sums.energy[None], sums.energy[None, None, 3:5])
+        sums.energy[:] = 0.0
+        self.contact.take(sums.contact, front_near=self.front_near)
+        self.stable_step = float(sums.limits[0])
+        totals.stable_step[:], totals.smallest_volume[:] = sums.limits[0], sums.limits[1]
+        totals.smallest[:] = int(sums.limits[2])
+
+    @property
+    def _arrays(self) -> tuple[object, ...]:
+        """What both kernels take, in their order."""
+        state = self.fields
+        return (
+            self._work,
+            state.nodes,
+            self.subcycling.motion,
+            state.grid,
+            state.blocks.schedule,
+            state.solid,
+            state.charge,
+            state.rings,
+            self.contact.settings,
+            self._line,
+            self._contacts,
+            self._sums,
+        )
+
+
+def _no_line(nodes: int) -> tuple[SlideLine, LineContacts]:
+    """A line without edges, for parts that share their nodes."""
+    whole, small = np.zeros((0, 2), dtype=np.int32), np.zeros(0, dtype=np.int8)
+    line = SlideLine(whole, whole, whole, whole, np.zeros(0, dtype=bool), np.zeros((0, 2)), np.zeros(0, dtype=np.int32))
+    number, real, pair = np.zeros(0, dtype=np.int32), np.zeros(0), np.zeros((0, 2))
+    contacts = LineContacts(
+        number,
+        real,
+        real,
+        np.zeros((0, 2, 2), dtype=np.int32),
+        np.zeros(1, dtype=np.int32),
+        number,
+        number,
+        real,
+        small,
+        real,
+        real,
+        real,
+        pair,
+        pair,
+        small,
+        np.zeros((0, 4)),
+        np.zeros(nodes),
+        np.zeros((nodes, 3)),
+    )
+    return line, contacts

@@ -1,0 +1,239 @@
+"""One-point quadrilaterals of the half plane (r, z) with mean gradients: volume-weighted Galerkin method.
+
+All quantities are those of the whole ring that a quadrilateral makes around the axis. With V its volume and A_a the
+integral of N_a over 2 pi dA,
+
+    bz_a = dV/dz_a,  br_a = dV/dr_a - A_a,
+    L_rr = br.vr / V,  L_rz = bz.vr / V,  L_zr = br.vz / V,  L_zz = bz.vz / V,  L_tt = A.vr / V,
+    f_r = -(s_rr br + s_rz bz + s_tt A),  f_z = -(s_rz br + s_zz bz),
+
+the analogue of the hexahedron with the mean gradient of Flanagan and Belytschko (1981). The trace of L is (dV/dt) / V,
+so a pressure does exactly p dV of work, and the axial forces of a cell add up to nothing. The hourglass vector
+gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burst_fenicsx.kernels.common import (
+    FREQUENCY,
+    GRADIENT,
+    HOURGLASS,
+    MASS,
+    POSITION,
+    RATE,
+    VELOCITY,
+    VOLUME,
+    WARP,
+)
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.state import Nodes
+from burst_fenicsx.kernels.tensors import Symmetric, store_matrix, store_vector
+
+__all__ = [
+    "AREA",
+    "GAMMA_SQUARE",
+    "INVERSE_SHARE",
+    "Four",
+    "add_forces_to_nodes",
+    "gather_nodes",
+    "move_quadrilaterals",
+    "ring_integrals",
+    "ring_volume",
+    "store_forces",
+]
+
+Four = tuple[float, float, float, float]
+
+# Rows of the scratch besides those of `kernels.common`. Nodal values: four rows of radial, then four of axial ones.
+_BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
+INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
+AREA = GRADIENT + 16  # of the quadrilateral, m2
+GAMMA_SQUARE = GRADIENT + 17  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+_WARP_R, _WARP_Z = WARP, WARP + 1  # hourglass mode of the positions, m
+
+_SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
+
+
+@lane_function
+def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
+    """Integrals br, bz and A (m2), volume (m3) of the ring and area (m2) of a quadrilateral, counter-clockwise."""
+    r0, r1, r2, r3 = r
+    z0, z1, z2, z3 = z
+    area = 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0))
+    # The Jacobian's values at the corners.
+    c0 = (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0)
+    c1 = (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1)
+    c2 = (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2)
+    c3 = (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3)
+    a0, a1 = area * _SIXTH + c0 * _TWELFTH, area * _SIXTH + c1 * _TWELFTH
+    a2, a3 = area * _SIXTH + c2 * _TWELFTH, area * _SIXTH + c3 * _TWELFTH
+    bz0 = _SIXTH * (r3 - r1) * (r3 + r0 + r1)
+    bz1 = _SIXTH * (r0 - r2) * (r0 + r1 + r2)
+    bz2 = _SIXTH * (r1 - r3) * (r1 + r2 + r3)
+    bz3 = _SIXTH * (r2 - r0) * (r2 + r3 + r0)
+    g0 = _SIXTH * ((r3 + 2.0 * r0) * (z0 - z3) + (2.0 * r0 + r1) * (z1 - z0))
+    g1 = _SIXTH * ((r0 + 2.0 * r1) * (z1 - z0) + (2.0 * r1 + r2) * (z2 - z1))
+    g2 = _SIXTH * ((r1 + 2.0 * r2) * (z2 - z1) + (2.0 * r2 + r3) * (z3 - z2))
+    g3 = _SIXTH * ((r2 + 2.0 * r3) * (z3 - z2) + (2.0 * r3 + r0) * (z0 - z3))
+    volume = r0 * a0 + r1 * a1 + r2 * a2 + r3 * a3
+    return (g0 - a0, g1 - a1, g2 - a2, g3 - a3), (bz0, bz1, bz2, bz3), (a0, a1, a2, a3), volume, area
+
+
+@lane_function
+def ring_volume(r: Four, z: Four) -> float:
+    """Volume (m3) of the ring of a quadrilateral."""
+    _, _, _, volume, _ = ring_integrals(r, z)
+    return volume
+
+
+@lane_function
+def _dot(a: Four, b: Four) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+@lane_function
+def _load(scratch: np.ndarray, row: int, lane: int) -> Four:
+    return (
+        scratch[row * LANES + lane],
+        scratch[(row + 1) * LANES + lane],
+        scratch[(row + 2) * LANES + lane],
+        scratch[(row + 3) * LANES + lane],
+    )
+
+
+@lane_function
+def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
+    scratch[row * LANES + lane], scratch[(row + 1) * LANES + lane] = v[0], v[1]
+    scratch[(row + 2) * LANES + lane], scratch[(row + 3) * LANES + lane] = v[2], v[3]
+
+
+@block_kernel
+def gather_nodes(
+    cells: np.ndarray,
+    dofmap: np.ndarray,
+    level: int,
+    nodes: Nodes,
+    inverse_share: np.ndarray,
+    scratch: np.ndarray,
+) -> None:
+    """Positions and velocities of a block's nodes; over the cells' step mean ones where nodes take shorter steps.
+
+    `cells` (LANES,) of the block, `dofmap` (cells, 4), `inverse_share` (4 LANES,) 1/kg.
+    """
+    for lane in range(LANES):
+        cell = np.uint64(cells[lane])
+        for n in range(4):
+            node = np.uint64(dofmap[cell, n])
+            scratch[(POSITION + n) * LANES + lane] = nodes.position[node, 0]
+            scratch[(POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
+            if nodes.finest[node] > level:
+                scratch[(VELOCITY + n) * LANES + lane] = nodes.mean[node, 0]
+                scratch[(VELOCITY + 4 + n) * LANES + lane] = nodes.mean[node, 2]
+            else:
+                scratch[(VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
+                scratch[(VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
+    for k in range(4 * LANES):
+        scratch[INVERSE_SHARE * LANES + k] = inverse_share[k]
+
+
+@block_kernel
+def move_quadrilaterals(step: float, scratch: np.ndarray) -> None:
+    """From nodal positions and velocities to the cells' motion in the step (s) and their shape after it.
+
+    The velocity gradient is the mean one on the mid-step configuration. The length L in c dt <= L is 2 c over the
+    highest frequency, omega^2 = rho c^2 / V times the largest eigenvalue of the sum over the nodes of g g^T / m_a with
+    g = (br + A, bz) and m_a the cell's own share of the node's mass: exact for a pressure. Nodes on the axis do not
+    move radially.
+    """
+    widest_vectors()
+    for lane in range(LANES):
+        r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
+        vr, vz = _load(scratch, VELOCITY, lane), _load(scratch, VELOCITY + 4, lane)
+        h = 0.5 * step
+        middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
+        middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
+        br, bz, a, volume, _ = ring_integrals(middle_r, middle_z)
+        over = 1.0 / volume
+        rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
+        store_matrix(((rr, 0.0, rz), (0.0, over * _dot(a, vr), 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
+        hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
+        hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
+        qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
+        qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
+        store_vector((qr, 0.0, qz), scratch, HOURGLASS, lane)
+
+        br, bz, a, volume, area = ring_integrals(r, z)
+        _store(br, scratch, _BR, lane)
+        _store(bz, scratch, _BZ, lane)
+        _store(a, scratch, _A, lane)
+        scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        w = _load(scratch, INVERSE_SHARE, lane)
+        u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
+        u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
+        g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
+        rr = g0 * g0 * u0 + g1 * g1 * u1 + g2 * g2 * u2 + g3 * g3 * u3
+        zz = bz[0] * bz[0] * w[0] + bz[1] * bz[1] * w[1] + bz[2] * bz[2] * w[2] + bz[3] * bz[3] * w[3]
+        rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
+        largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
+        over = 1.0 / volume
+        scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
+        hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
+        scratch[_WARP_R * LANES + lane], scratch[_WARP_Z * LANES + lane] = hr, hz
+        hr, hz = over * hr, over * hz
+        y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
+        y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
+        scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
+
+
+@lane_function
+def store_forces(
+    stress: Symmetric, resistance: tuple[float, float, float], share: float, scratch: np.ndarray, lane: int
+) -> None:
+    """Nodal forces (N) times `share` in the place of the positions.
+
+    `stress` (Pa) with the viscous pressure taken off; `resistance` the generalised hourglass force (N).
+    """
+    br, bz, a = _load(scratch, _BR, lane), _load(scratch, _BZ, lane), _load(scratch, _A, lane)
+    over = 1.0 / scratch[VOLUME * LANES + lane]
+    hr, hz = over * scratch[_WARP_R * LANES + lane], over * scratch[_WARP_Z * LANES + lane]
+    srr, stt, szz, _, _, srz = stress
+    qr, qz = share * resistance[0], share * resistance[2]
+    # The linear part of gamma acts like a stress, which need not be symmetric.
+    rr, rz, hoop = qr * hr - share * srr, qr * hz - share * srz, share * stt
+    zr, zz = qz * hr - share * srz, qz * hz - share * szz
+    _store(
+        (
+            rr * br[0] + rz * bz[0] - hoop * a[0] - qr,
+            rr * br[1] + rz * bz[1] - hoop * a[1] + qr,
+            rr * br[2] + rz * bz[2] - hoop * a[2] - qr,
+            rr * br[3] + rz * bz[3] - hoop * a[3] + qr,
+        ),
+        scratch,
+        POSITION,
+        lane,
+    )
+    _store(
+        (
+            zr * br[0] + zz * bz[0] - qz,
+            zr * br[1] + zz * bz[1] + qz,
+            zr * br[2] + zz * bz[2] - qz,
+            zr * br[3] + zz * bz[3] + qz,
+        ),
+        scratch,
+        POSITION + 4,
+        lane,
+    )
+
+
+@block_kernel
+def add_forces_to_nodes(
+    count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray
+) -> None:
+    """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
+    for n in range(4):
+        for lane in range(count):
+            node = np.uint64(dofmap[np.uint64(cells[lane]), n])
+            force[node, 0] += scratch[(POSITION + n) * LANES + lane]
+            force[node, 2] += scratch[(POSITION + 4 + n) * LANES + lane]

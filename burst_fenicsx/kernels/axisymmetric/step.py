@@ -1,0 +1,204 @@
+"""One longest step of the axisymmetric burst in one call.
+
+It has up to hundreds of parts (`burst_fenicsx.subcycling`), and a call from Python costs as much as a hundred cells.
+One thread does all of it: the result does not depend on the number of threads.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from burst_fenicsx.kernels.axisymmetric.cells import charge_ring_block, solid_ring_block
+from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine, add_line_forces
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.sliding import SlideLaw
+from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
+
+__all__ = ["LineSettings", "RingSums", "Rings", "add_ring_forces", "advance_rings"]
+
+
+class Rings(NamedTuple):
+    """What quadrilaterals of the meridian have besides the arrays of all cells."""
+
+    inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
+    mass: np.ndarray  # (nodes,) kg
+    axis: np.ndarray  # int32, nodes on the axis
+
+
+class LineSettings(NamedTuple):
+    """How the slide line is stepped: its own step is the longest one over 2^level."""
+
+    level: int
+    exists: bool
+    stable_budget: float  # bound on (omega dt)^2 of the springs
+    tensile_strength: float  # Pa
+    cohesion: float  # Pa
+    friction: float  # tangent of the friction angle
+
+
+class RingSums(NamedTuple):
+    """Sums over the parts of a step, added to, and limits of the last one."""
+
+    energy: np.ndarray  # (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat
+    contact: np.ndarray  # (3,) J: friction heat, stiffness work, and the largest penetration (m)
+    limits: np.ndarray  # (3,) smallest stable longest step (s), smallest volume (m3) and its cell
+    own: np.ndarray  # (nodes, 3) N, forces of contact alone
+
+
+@kernel
+def add_ring_forces(
+    step: float,
+    stable_for: float,
+    time: float,
+    least: int,
+    moving: int,
+    scratch: np.ndarray,
+    nodes: Nodes,
+    motion: Motion,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    rings: Rings,
+    settings: LineSettings,
+    line: SlideLine,
+    contacts: LineContacts,
+    sums: RingSums,
+) -> None:
+    """Advance the cells of level `least` and higher to `time` (s); the forces (N) of their nodes are set.
+
+    `step` is the longest step (s) that led here, `stable_for` the one for which the springs of contact must be stable.
+    """
+    for k in range(moving):
+        node = motion.order[k]
+        for i in range(3):
+            nodes.force[node, i] = 0.0
+    sums.limits[0] = sums.limits[1] = np.inf
+    sums.limits[2] = -1.0
+    for chunk in schedule.chunk:
+        first = schedule.first_solid[chunk]
+        for block in range(first, first + schedule.active[chunk, least, 0]):
+            share = 1.0 / (1 << grid.level[block])
+            solid_ring_block(
+                block, share * step, share, nodes, grid, solid, rings.inverse_share, scratch, sums.energy, sums.limits
+            )
+        first = schedule.first_charge[chunk]
+        for block in range(first, first + schedule.active[chunk, least, 1]):
+            share = 1.0 / (1 << grid.level[block])
+            charge_ring_block(
+                block,
+                share * step,
+                time,
+                share,
+                nodes,
+                grid,
+                charge,
+                rings.inverse_share,
+                scratch,
+                sums.energy,
+                sums.limits,
+            )
+    if settings.exists and settings.level >= least and stable_for > 0.0:
+        share = 1.0 / (1 << settings.level)
+        budget = settings.stable_budget / (share * stable_for) ** 2
+        law = SlideLaw(budget, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
+        add_line_forces(
+            law,
+            share,
+            line,
+            contacts,
+            charge.burn_fraction,
+            charge.pressure,
+            nodes.position,
+            rings.mass,
+            sums.own,
+            nodes.force,
+        )
+        for c in range(contacts.slave.size):
+            sums.contact[0] += contacts.tally[c, 1]
+            sums.contact[1] += contacts.tally[c, 2]
+            sums.contact[2] = max(sums.contact[2], contacts.tally[c, 3])
+    for node in rings.axis:
+        nodes.force[node, 0] = 0.0
+
+
+@kernel
+def advance_rings(
+    begin: float,
+    step: float,
+    last_step: float,
+    stable_for: float,
+    highest: int,
+    moving: np.ndarray,
+    scratch: np.ndarray,
+    nodes: Nodes,
+    motion: Motion,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    rings: Rings,
+    settings: LineSettings,
+    line: SlideLine,
+    contacts: LineContacts,
+    sums: RingSums,
+) -> bool:
+    """All parts of a longest step (s) but for its last forces, before which the caller lets the products vent.
+
+    `begin` (s) is its start, `last_step` (s) the one before; `moving` (levels,) how many nodes take part at each level.
+    Returns whether no cell is lost.
+    """
+    count = 1 << highest
+    kick, least = 0.5 * (last_step + step), 0
+    for part in range(count):
+        _move(moving[least], kick, step, part, highest, nodes, motion)
+        if part + 1 == count:
+            return True
+        # Cells of the shortest steps end one with every part, those of twice the step with every second one, ...
+        least, rest = highest, part + 1
+        while rest % 2 == 0:
+            rest //= 2
+            least -= 1
+        add_ring_forces(
+            step,
+            stable_for,
+            begin + step * ((part + 1) / count),
+            least,
+            moving[least],
+            scratch,
+            nodes,
+            motion,
+            grid,
+            schedule,
+            solid,
+            charge,
+            rings,
+            settings,
+            line,
+            contacts,
+            sums,
+        )
+        if not (sums.limits[0] > 0.0 and sums.limits[1] > 0.0):
+            return False
+        kick = step
+    return True
+
+
+@kernel
+def _move(moving: int, kick: float, step: float, part: int, highest: int, nodes: Nodes, motion: Motion) -> None:
+    """As `kernels.assembly.move_nodes`, in the half plane and on one thread."""
+    for k in range(moving):
+        node, level = motion.order[k], motion.level[k]
+        own, push = step / (1 << level), kick * motion.inverse_mass[k]
+        r = nodes.velocity[node, 0] + push * nodes.force[node, 0]
+        z = nodes.velocity[node, 2] + push * nodes.force[node, 2]
+        nodes.velocity[node, 0], nodes.velocity[node, 2] = r, z
+        nodes.position[node, 0] += own * r
+        nodes.position[node, 2] += own * z
+        if motion.lower[k]:
+            # After the first of the two steps the mean is that step's velocity.
+            before = 0.5 * ((part >> (highest - level)) & 1)
+            nodes.mean[node, 0] = (1.0 - before) * r + before * nodes.mean[node, 0]
+            nodes.mean[node, 2] = (1.0 - before) * z + before * nodes.mean[node, 2]
