@@ -49,6 +49,7 @@ def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
         "stable_step": blocks.by_cell(grid.stable),
         "level": blocks.cell_levels,
         "hourglass": blocks.by_cell(hourglass_by_slot(state.solid.hourglass)),
+        **state.element_arrays(),
     }
 
 
@@ -181,6 +182,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     grid.viscous[:] = blocks.by_slot(file["cells/viscous_pressure"][()][mesh.cell])
     grid.stable[:] = blocks.by_slot(file["cells/stable_step"][()][mesh.cell])
     state.solid.hourglass[:] = hourglass_by_block(blocks.by_slot(file["cells/hourglass"][()][mesh.cell]))
+    state.restore_element_arrays({name: file[f"cells/{name}"][()][mesh.cell] for name in state.element_arrays()})
     if solver.contact is not None:
         solver.contact.set_level(solver.subcycling.contact_level)
         kept: dict[str, np.ndarray] = {}

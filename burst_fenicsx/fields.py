@@ -25,7 +25,7 @@ from burst_fenicsx.problem import CasingMaterial, Part
 from burst_fenicsx.schedule import Blocks, Chunks
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.meshing.distributed import DistributedMesh
@@ -147,6 +147,18 @@ class BurstFields:
         )
         total: np.ndarray = partial.sum(axis=0)
         return total
+
+    @property
+    def released(self) -> np.ndarray:
+        """Whether each of this rank's cells is torn metal that has been released (cells,)."""
+        return np.zeros(self.mesh.cells, dtype=bool)
+
+    def element_arrays(self) -> dict[str, np.ndarray]:
+        """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint: nothing."""
+        return {}
+
+    def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `element_arrays` gave."""
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks anew by the levels of the cells' steps, (owned cells,), and the highest of all ranks.

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
 from burst_fenicsx.fields import BurstFields, Element, make_fields
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS
 from burst_fenicsx.kernels.axisymmetric.step import Rings
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import move_lanes
@@ -18,6 +19,8 @@ from burst_fenicsx.meshing.distributed import DistributedMesh
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
@@ -43,8 +46,8 @@ class RingFields(BurstFields):
         return False, False, True
 
     def volumes(self) -> np.ndarray:
-        """Volumes of the rings now (cells,) in m3."""
-        return ring_volumes(self.nodes.position, self.mesh.dofmap)
+        """Volumes of the rings now (cells,) in m3; of released ones as they were then."""
+        return np.where(self.released, self.blocks.by_cell(self.grid.volume), ring_volumes(self.nodes.position, self.mesh.dofmap))
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
@@ -52,8 +55,8 @@ class RingFields(BurstFields):
         return found
 
     def folded(self) -> np.ndarray:
-        """Whether a corner of a quadrilateral is turned inside out (cells,)."""
-        return folded(self.nodes.position, self.mesh.dofmap)
+        """Whether a corner of a quadrilateral is turned inside out (cells,); released ones are no cells any more."""
+        return folded(self.nodes.position, self.mesh.dofmap) & ~self.released
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of the casing, (4,)."""
@@ -70,13 +73,29 @@ class RingFields(BurstFields):
         strain = 0.5 * (volume * twice / modulus).sum()
         return np.array([strain, mass.sum(), (mass * speed).sum(), 0.5 * (mass * speed**2).sum()])
 
+    @property
+    def released(self) -> np.ndarray:
+        """Whether each cell is torn metal that has been released (cells,)."""
+        flags = self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1].ravel()
+        found: np.ndarray = self.blocks.by_cell(flags) > 0.0
+        return found
+
+    def element_arrays(self) -> dict[str, np.ndarray]:
+        """What rings keep besides the state of all cells, for the checkpoint."""
+        return {"released": self.released}
+
+    def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `element_arrays` gave."""
+        flags = self.blocks.by_slot(arrays["released"].astype(float)).reshape(-1, LANES)
+        self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1] = flags
+
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """As `BurstFields.regroup`, with the rings' own arrays."""
         source = self.blocks.slot_of_cell
         super().regroup(level, highest)
-        inverse_share = np.empty((len(self.blocks.cells), 4 * LANES))
-        move_lanes(source[self.blocks.cells.ravel()], self.rings.inverse_share, inverse_share)
-        self.rings = self.rings._replace(inverse_share=inverse_share)
+        kept = np.empty((len(self.blocks.cells), ROWS_OF_CELLS * LANES))
+        move_lanes(source[self.blocks.cells.ravel()], self.rings.kept, kept)
+        self.rings = self.rings._replace(kept=kept)
 
 
 def on_dolfinx(mesh: MeridianMesh) -> DistributedMesh:
@@ -132,9 +151,10 @@ def make_ring_fields(
     )
     position = plain.nodes.position
     share = _shares(position, mesh.dofmap) * plain.cell_mass[:, None]
-    of_slots = plain.blocks.by_slot(1.0 / share).reshape(-1, LANES, 4)
+    kept = np.column_stack([1.0 / share, plain.blocks.by_cell(plain.grid.volume), np.zeros(len(share))])
+    of_slots = plain.blocks.by_slot(kept).reshape(-1, LANES, ROWS_OF_CELLS)
     rings = Rings(
-        inverse_share=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, 4 * LANES),
+        kept=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, ROWS_OF_CELLS * LANES),
         mass=plain.mass,
         axis=np.flatnonzero(position[:, 0] == 0.0).astype(np.int32),
     )

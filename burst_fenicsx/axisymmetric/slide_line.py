@@ -13,7 +13,12 @@ from mpi4py import MPI
 from burst_fenicsx.axisymmetric.surfaces import outer_edges
 from burst_fenicsx.contact.forces import ContactForces, Penetrations, stable_budget
 from burst_fenicsx.contact.sliding import INTERFACE_STATE
-from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine, boundary_vectors
+from burst_fenicsx.kernels.axisymmetric.slide_line import (
+    SPREAD,
+    LineContacts,
+    SlideLine,
+    spread_pressure,
+)
 from burst_fenicsx.kernels.axisymmetric.step import LineSettings
 from burst_fenicsx.kernels.charge import PARAMETERS
 from burst_fenicsx.problem import Part
@@ -27,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LineInterface", "MeridianContact"]
 
+_STATE = (*INTERFACE_STATE, "pressing")
 _SMOOTH = np.cos(np.radians(45.0))  # edges whose normals differ by less are one smooth line
 
 
@@ -91,10 +97,16 @@ class LineInterface:
             force=np.zeros((count, 2)),
             off=np.zeros(count, dtype=np.int8),
             tally=np.zeros((count, 4)),
+            span=_spans(edges, covered, end, groups),
+            spread_over=np.zeros((count, SPREAD), dtype=np.int32),
+            spread=np.zeros((count, SPREAD)),
+            spread_count=np.zeros(count, dtype=np.int32),
+            pressing=np.zeros((count, 2)),
+            normal=np.zeros((count, 2)),
+            taken=np.zeros(count),
             load=np.zeros(len(fields.mass)),
             last_position=fields.nodes.position.copy(),
         )
-        boundary_vectors(fields.nodes.position, self.line)
 
     @property
     def booked(self) -> np.ndarray:
@@ -109,15 +121,16 @@ class LineInterface:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What the contacts remember, for the checkpoint; by node in the order of the mesh that was given."""
-        found = {name: getattr(self.contacts, name).copy() for name in INTERFACE_STATE}
+        found = {name: getattr(self.contacts, name).copy() for name in _STATE}
         return {**found, "load": self.contacts.load.copy(), "stored": self.contacts.tally[:, 0].copy()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Put the contacts where `arrays` found them. Raises KeyError for a missing array."""
-        for name in INTERFACE_STATE:
+        for name in _STATE:
             getattr(self.contacts, name)[:] = arrays[name]
         self.contacts.load[:] = arrays["load"]
         self.contacts.tally[:, 0] = arrays["stored"]
+        spread_pressure(self.line, self.contacts, self.contacts.last_position)
 
 
 class MeridianContact(ContactForces):
@@ -207,6 +220,14 @@ def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np
         end[edge, 0] = len(sides)
         sides.append((int(edge), -1))
     return neighbour, end, np.array(sides, dtype=np.int32).reshape(-1, 2)
+
+
+def _spans(edges: np.ndarray, covered: np.ndarray, end: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Contacts at the ends of every edge of the charge (spans, 2) int32, in the line's direction."""
+    contact = np.full(int(end.max(initial=-1)) + 1, -1)
+    contact[groups] = np.arange(len(groups))
+    found: np.ndarray = contact[end[: len(edges)][covered]].astype(np.int32)
+    return found
 
 
 def _cells_around(fields: RingFields, slave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -75,7 +75,7 @@ def _compile(function: Callable[..., Any], **options: bool) -> Any:
     elsewhere. Where the cache lies is settled while the decorator runs.
     """
     usual = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(Path(usual or _user_cache()) / f"burst-{_SOURCES}")
+    numba.config.CACHE_DIR = str(Path(usual or _user_cache()) / f"burst-{_sources_of(function.__module__)}")
     try:
         return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)(function)
     finally:

@@ -34,7 +34,11 @@ from burst_fenicsx.kernels.tensors import Symmetric, store_matrix, store_vector
 __all__ = [
     "AREA",
     "GAMMA_SQUARE",
+    "INITIAL_VOLUME",
     "INVERSE_SHARE",
+    "LEAST_CORNER",
+    "RELEASED",
+    "ROWS_OF_CELLS",
     "Four",
     "add_forces_to_nodes",
     "gather_nodes",
@@ -49,16 +53,22 @@ Four = tuple[float, float, float, float]
 # Rows of the scratch besides those of `kernels.common`. Nodal values: four rows of radial, then four of axial ones.
 _BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
 INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-AREA = GRADIENT + 16  # of the quadrilateral, m2
-GAMMA_SQUARE = GRADIENT + 17  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+INITIAL_VOLUME = GRADIENT + 16  # m3
+RELEASED = GRADIENT + 17  # 1 where torn metal has been released, else 0
 _WARP_R, _WARP_Z = WARP, WARP + 1  # hourglass mode of the positions, m
+AREA = WARP + 2  # of the quadrilateral, m2
+GAMMA_SQUARE = WARP + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+LEAST_CORNER = WARP + 4  # least of the Jacobian's values at the corners, m2: not above zero where the cell is folded
+
+ROWS_OF_CELLS = 6
+"""Rows of LANES that a quadrilateral keeps besides the state of all cells: INVERSE_SHARE, INITIAL_VOLUME, RELEASED."""
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
 
 @lane_function
-def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
-    """Integrals br, bz and A (m2), volume (m3) of the ring and area (m2) of a quadrilateral, counter-clockwise."""
+def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
+    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) and least corner of its quadrilateral."""
     r0, r1, r2, r3 = r
     z0, z1, z2, z3 = z
     area = 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0))
@@ -78,13 +88,13 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
     g2 = _SIXTH * ((r1 + 2.0 * r2) * (z2 - z1) + (2.0 * r2 + r3) * (z3 - z2))
     g3 = _SIXTH * ((r2 + 2.0 * r3) * (z3 - z2) + (2.0 * r3 + r0) * (z0 - z3))
     volume = r0 * a0 + r1 * a1 + r2 * a2 + r3 * a3
-    return (g0 - a0, g1 - a1, g2 - a2, g3 - a3), (bz0, bz1, bz2, bz3), (a0, a1, a2, a3), volume, area
+    return (g0 - a0, g1 - a1, g2 - a2, g3 - a3), (bz0, bz1, bz2, bz3), (a0, a1, a2, a3), volume, area, min(min(c0, c1), min(c2, c3))
 
 
 @lane_function
 def ring_volume(r: Four, z: Four) -> float:
     """Volume (m3) of the ring of a quadrilateral."""
-    _, _, _, volume, _ = ring_integrals(r, z)
+    _, _, _, volume, _, _ = ring_integrals(r, z)
     return volume
 
 
@@ -115,12 +125,12 @@ def gather_nodes(
     dofmap: np.ndarray,
     level: int,
     nodes: Nodes,
-    inverse_share: np.ndarray,
+    kept: np.ndarray,
     scratch: np.ndarray,
 ) -> None:
     """Positions and velocities of a block's nodes; over the cells' step mean ones where nodes take shorter steps.
 
-    `cells` (LANES,) of the block, `dofmap` (cells, 4), `inverse_share` (4 LANES,) 1/kg.
+    `cells` (LANES,) of the block, `dofmap` (cells, 4), `kept` (ROWS_OF_CELLS LANES,).
     """
     for lane in range(LANES):
         cell = np.uint64(cells[lane])
@@ -134,8 +144,8 @@ def gather_nodes(
             else:
                 scratch[(VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
                 scratch[(VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
-    for k in range(4 * LANES):
-        scratch[INVERSE_SHARE * LANES + k] = inverse_share[k]
+    for k in range(ROWS_OF_CELLS * LANES):
+        scratch[INVERSE_SHARE * LANES + k] = kept[k]
 
 
 @block_kernel
@@ -154,7 +164,7 @@ def move_quadrilaterals(step: float, scratch: np.ndarray) -> None:
         h = 0.5 * step
         middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
         middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
-        br, bz, a, volume, _ = ring_integrals(middle_r, middle_z)
+        br, bz, a, volume, _, _ = ring_integrals(middle_r, middle_z)
         over = 1.0 / volume
         rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
         store_matrix(((rr, 0.0, rz), (0.0, over * _dot(a, vr), 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
@@ -164,11 +174,12 @@ def move_quadrilaterals(step: float, scratch: np.ndarray) -> None:
         qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
         store_vector((qr, 0.0, qz), scratch, HOURGLASS, lane)
 
-        br, bz, a, volume, area = ring_integrals(r, z)
+        br, bz, a, volume, area, least = ring_integrals(r, z)
         _store(br, scratch, _BR, lane)
         _store(bz, scratch, _BZ, lane)
         _store(a, scratch, _A, lane)
         scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        scratch[LEAST_CORNER * LANES + lane] = least
         w = _load(scratch, INVERSE_SHARE, lane)
         u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
         u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0

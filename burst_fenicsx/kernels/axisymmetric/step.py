@@ -22,7 +22,7 @@ __all__ = ["LineSettings", "RingSums", "Rings", "add_ring_forces", "advance_ring
 class Rings(NamedTuple):
     """What quadrilaterals of the meridian have besides the arrays of all cells."""
 
-    inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
+    kept: np.ndarray  # (blocks, ROWS_OF_CELLS LANES): inverse shares of the nodes' masses (1/kg), and RELEASED
     mass: np.ndarray  # (nodes,) kg
     axis: np.ndarray  # int32, nodes on the axis
 
@@ -82,7 +82,7 @@ def add_ring_forces(
         for block in range(first, first + schedule.active[chunk, least, 0]):
             share = 1.0 / (1 << grid.level[block])
             solid_ring_block(
-                block, share * step, share, nodes, grid, solid, rings.inverse_share, scratch, sums.energy, sums.limits
+                block, share * step, share, nodes, grid, solid, rings.kept, scratch, sums.energy, sums.limits
             )
         first = schedule.first_charge[chunk]
         for block in range(first, first + schedule.active[chunk, least, 1]):
@@ -95,7 +95,7 @@ def add_ring_forces(
                 nodes,
                 grid,
                 charge,
-                rings.inverse_share,
+                rings.kept,
                 scratch,
                 sums.energy,
                 sums.limits,
