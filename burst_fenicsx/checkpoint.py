@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 2"  # 2: interior nodes in contact
+FORMAT = "fragfield burst checkpoint 3"  # 3: when compression begins to burn
 
 _NUMBERS = (
     "time",

@@ -65,13 +65,15 @@ def burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.
     return 2.0 * velocity * largest_faces(corners) / (3.0 * volumes)
 
 
-def front_near(light: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Time from which a cell of a round that waits for a shock may burn by compression (s).
+def front_near(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Time from which a cell may burn by compression (s).
 
-    A few cells ahead of the front from a source: before, compression is the neighbour's shock, which must not burn what
-    it does not initiate. `light` (cells,) s, infinite where nothing has been lit yet; `rates` (cells,) 1/s.
+    A few cells ahead of the front. Before, compression is a neighbour's shock, which must not burn what it does not
+    initiate, or round-off: burnt for good, it presses, compresses and burns more, and grows until the far end of a
+    finely meshed charge is initiated by it. `arrival` (cells,) s of the front, infinite where there is none yet;
+    `rates` (cells,) 1/s.
     """
-    return light - _FRONT_REACH / rates
+    return arrival - _FRONT_REACH / rates
 
 
 @dataclass

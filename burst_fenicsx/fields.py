@@ -260,7 +260,7 @@ def make_fields(
     own_length = element.lengths(position, mesh.dofmap, volume)
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
-    light, burn, compression = _ignition(mesh, rounds, lengths, position, volume, element)
+    light, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
     energy = functions["products_energy"].x.array
     for index, model in enumerate(products):
         if isinstance(model, JwlProducts):
@@ -355,6 +355,7 @@ def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
 def _ignition(
     mesh: DistributedMesh,
     rounds: Sequence[Round],
+    products: Sequence[Products],
     lengths: Sequence[float],
     position: np.ndarray,
     volume: np.ndarray,
@@ -369,10 +370,9 @@ def _ignition(
         places, delays = place_ignition(item, lengths[index])
         light[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
         burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
-        if item.initiation is not None:
-            compression[own] = front_near(light[own], burn[own])
-        else:
-            compression[own] = delays.min(initial=np.inf)
+        # The products' own front may be faster than the timed one, and may burn what it comes to first.
+        fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
+        compression[own] = front_near(ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own])
     return light, burn, compression
 
 

@@ -58,6 +58,8 @@ class ShockInitiations:
         mesh = fields.mesh
         self._fields = fields
         self._velocity = [item.explosive.detonation_velocity for item in rounds]
+        own = zip(self._velocity, fields.products, strict=True)
+        self._fastest = [max(velocity, products.front_speed) for velocity, products in own]
         pressure = np.array([item.initiation.pressure if item.initiation else np.inf for item in rounds])
         duration = np.array([item.initiation.duration if item.initiation else np.inf for item in rounds])
         watched = np.isfinite(pressure)[mesh.round] & (mesh.part == Part.CHARGE)
@@ -131,14 +133,21 @@ class ShockInitiations:
         times = np.array([source.time for source in sources])
         arrival = ignition_times(self._centre[own], places, times, self._velocity[index])
         charge.ignition_time[cells] = np.minimum(charge.ignition_time[cells], arrival)
-        charge.compression_from[cells] = front_near(charge.ignition_time[cells], charge.burn_rate[cells])
+        earliest = front_near(
+            ignition_times(self._centre[own], places, times, self._fastest[index]), charge.burn_rate[cells]
+        )
+        charge.compression_from[cells] = np.minimum(charge.compression_from[cells], earliest)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps, on rank 0, and nothing elsewhere; collective."""
         mesh = self._fields.mesh
         held = np.full(mesh.cells, _BELOW)
         held[self._cell] = self.held
-        gathered = {"held": mesh.gather_cells(held), "light": mesh.gather_cells(self._fields.charge.ignition_time)}
+        gathered = {
+            "held": mesh.gather_cells(held),
+            "light": mesh.gather_cells(self._fields.charge.ignition_time),
+            "compression_from": mesh.gather_cells(self._fields.charge.compression_from),
+        }
         if mesh.comm.rank != 0:
             return {}
         rows = [(one.time, one.cell, *one.place) if one else (np.inf, -1, 0.0, 0.0, 0.0) for one in self.sources]
@@ -149,8 +158,7 @@ class ShockInitiations:
         mesh, charge = self._fields.mesh, self._fields.charge
         self.held[:] = arrays["held"][()][mesh.cell][self._cell]
         charge.ignition_time[:] = arrays["light"][()][mesh.cell]
-        cells = self._cell
-        charge.compression_from[cells] = front_near(charge.ignition_time[cells], charge.burn_rate[cells])
+        charge.compression_from[:] = arrays["compression_from"][()][mesh.cell]
         self.sources = [
             Source(float(row[0]), int(row[1]), _place(row[2:])) if np.isfinite(row[0]) else None
             for row in arrays["sources"][()]

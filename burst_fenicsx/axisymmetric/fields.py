@@ -47,7 +47,9 @@ class RingFields(BurstFields):
 
     def volumes(self) -> np.ndarray:
         """Volumes of the rings now (cells,) in m3; of released ones as they were then."""
-        return np.where(self.released, self.blocks.by_cell(self.grid.volume), ring_volumes(self.nodes.position, self.mesh.dofmap))
+        return np.where(
+            self.released, self.blocks.by_cell(self.grid.volume), ring_volumes(self.nodes.position, self.mesh.dofmap)
+        )
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LineInterface", "MeridianContact"]
 
+_LEFT, _TIED = 1, 2  # values of `off`: the node has left its line; it belongs to both sides
 _STATE = (*INTERFACE_STATE, "pressing")
 _SMOOTH = np.cos(np.radians(45.0))  # edges whose normals differ by less are one smooth line
 
@@ -51,15 +52,18 @@ class LineInterface:
 
     def __init__(self, mesh: MeridianMesh, fields: RingFields) -> None:
         local = fields.mesh.local_node
-        of_twin = dict(zip(mesh.twins[:, 1].tolist(), mesh.twins[:, 0].tolist(), strict=True))
+        # A node that charge and line still share, at the rim of a fuze, is its own twin.
+        of_node = np.arange(len(mesh.nodes))
+        of_node[mesh.twins[:, 1]] = mesh.twins[:, 0]
         edges, covered = _line_edges(mesh)
         neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
         group_node = np.full(len(sides), -1)
         group_node[end.ravel()] = edges.ravel()
-        nodes = np.unique(np.concatenate([local(edges).ravel(), local(mesh.twins).ravel()]))
+        nodes = np.unique(np.concatenate([local(edges).ravel(), local(of_node[edges[covered]]).ravel()]))
         self.line = SlideLine(
             edges=local(edges).astype(np.int32),
             neighbour=neighbour,
+            across=_across_creases(mesh.nodes, edges, neighbour),
             end=end,
             sides=sides,
             on_axis=mesh.nodes[group_node, 0] == 0.0,
@@ -69,14 +73,14 @@ class LineInterface:
         # A contact for every group that has an edge at which the charge lies.
         at_charge = np.array([any(covered[edge] for edge in pair if edge >= 0) for pair in sides])
         groups = np.flatnonzero(at_charge)
-        slave = local(np.array([of_twin[int(node)] for node in group_node[groups]])).astype(np.int32)
+        slave = local(of_node[group_node[groups]]).astype(np.int32)
         face = np.array([next(e for e in sides[g] if e >= 0 and covered[e]) for g in groups], dtype=np.int32)
         point = (end[face, 1] == groups).astype(float)
         side = np.full((len(groups), 2, 2), -1, dtype=np.int32)
         for c, group in enumerate(groups):
             for k, edge in enumerate(sides[group]):
                 if edge >= 0 and covered[edge]:
-                    side[c, k] = local(np.array([of_twin[int(node)] for node in edges[edge]]))
+                    side[c, k] = local(of_node[edges[edge]])
         first_cell, cell = _cells_around(fields, slave)
         parameters = fields.charge.parameters[Part.CHARGE]
         count = len(groups)
@@ -95,7 +99,7 @@ class LineInterface:
             slip=np.zeros(count),
             weight=np.zeros((count, 2)),
             force=np.zeros((count, 2)),
-            off=np.zeros(count, dtype=np.int8),
+            off=np.where(of_node[group_node[groups]] == group_node[groups], _TIED, 0).astype(np.int8),
             tally=np.zeros((count, 4)),
             span=_spans(edges, covered, end, groups),
             spread_over=np.zeros((count, SPREAD), dtype=np.int32),
@@ -116,8 +120,8 @@ class LineInterface:
 
     def counts(self) -> np.ndarray:
         """Contacts that are bonded, that touch without a bond, and that have left their line."""
-        bonded, touching = self.contacts.bonded != 0, self.contacts.stiffness > 0.0
-        return np.array([bonded.sum(), (touching & ~bonded).sum(), self.contacts.off.sum()], dtype=float)
+        bonded, touching = (self.contacts.bonded != 0) & (self.contacts.off == 0), self.contacts.stiffness > 0.0
+        return np.array([bonded.sum(), (touching & ~bonded).sum(), (self.contacts.off == _LEFT).sum()], dtype=float)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What the contacts remember, for the checkpoint; by node in the order of the mesh that was given."""
@@ -182,12 +186,13 @@ class MeridianContact(ContactForces):
 
 
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Edges of casing and fuze on which a charge may slide (edges, 2), and whether a charge lies at each.
+    """Edges of the casing on which a charge may slide (edges, 2), and whether a charge lies at each.
 
     Besides those at a charge the free ones to which these lead on without a crease.
     """
-    edges, behind = outer_edges(mesh, np.where(mesh.part == Part.CHARGE, -1, 0))
-    covered = behind >= 0
+    edges, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
+    at_fuze = (behind >= 0) & (mesh.part[behind] == Part.FUZE)
+    edges, covered = edges[~at_fuze], (behind >= 0)[~at_fuze]
     neighbour, _, _ = _smooth_groups(mesh.nodes, edges)
     chosen = covered.copy()
     while True:
@@ -220,6 +225,18 @@ def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np
         end[edge, 0] = len(sides)
         sides.append((int(edge), -1))
     return neighbour, end, np.array(sides, dtype=np.int32).reshape(-1, 2)
+
+
+def _across_creases(nodes: np.ndarray, edges: np.ndarray, neighbour: np.ndarray) -> np.ndarray:
+    """Edge beyond each end (edges, 2) int32 where a crease there is hollow towards the charge, on the right; else -1."""
+    along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
+    starts = {int(node): edge for edge, node in enumerate(edges[:, 0])}
+    across = np.full((len(edges), 2), -1, dtype=np.int32)
+    for edge in np.flatnonzero(neighbour[:, 1] < 0):
+        onward = starts.get(int(edges[edge, 1]), -1)
+        if onward >= 0 and along[edge, 0] * along[onward, 2] - along[edge, 2] * along[onward, 0] < 0.0:
+            across[edge, 1], across[onward, 0] = onward, edge
+    return across
 
 
 def _spans(edges: np.ndarray, covered: np.ndarray, end: np.ndarray, groups: np.ndarray) -> np.ndarray:

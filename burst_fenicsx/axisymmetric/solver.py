@@ -99,7 +99,9 @@ class RingSolver(BurstSolver):
 def _no_line(nodes: int) -> tuple[SlideLine, LineContacts]:
     """A line without edges, for parts that share their nodes."""
     whole, small = np.zeros((0, 2), dtype=np.int32), np.zeros(0, dtype=np.int8)
-    line = SlideLine(whole, whole, whole, whole, np.zeros(0, dtype=bool), np.zeros((0, 2)), np.zeros(0, dtype=np.int32))
+    line = SlideLine(
+        whole, whole, whole, whole, whole, np.zeros(0, dtype=bool), np.zeros((0, 2)), np.zeros(0, dtype=np.int32)
+    )
     number, real, pair = np.zeros(0, dtype=np.int32), np.zeros(0), np.zeros((0, 2))
     contacts = LineContacts(
         slave=number,

@@ -90,7 +90,7 @@ class ContactForces:
         self.plane_impulse = np.zeros(3)
         self.plane_force = np.zeros(3)
         self.penetrations = Penetrations()
-        self._twins = mesh.twins
+        self._at_interface = np.zeros(0, dtype=np.int64)
         self.surfaces: ContactSurfaces | None = None
         self.interface: SlidingInterface | None = None
         self.collisions: CollidingSurfaces | None = None
@@ -99,6 +99,7 @@ class ContactForces:
             self.surfaces = contact_surfaces(mesh)
         if len(mesh.twins):
             self.interface = SlidingInterface(mesh, fields, contact)
+            self._at_interface = self.interface.nodes
         if contact.surfaces and self.surfaces is not None:
             self.collisions = CollidingSurfaces(
                 self.surfaces,
@@ -130,15 +131,15 @@ class ContactForces:
         if self.surfaces is not None:
             local = self._fields.mesh.local_node(self.surfaces.node)
             touched[local[local >= 0]] = True
-        for nodes in (self._twins, self._at_planes):
+        for nodes in (self._at_interface, self._at_planes):
             local = self._fields.mesh.local_node(nodes)
             touched[local[local >= 0]] = True
         return touched
 
     def _always_pushed(self) -> np.ndarray:
-        """Nodes of bonds and those that planes may push (k,) int32."""
-        twins = self._fields.mesh.local_node(self._twins).ravel()
-        nodes = [twins[twins >= 0], *(plane.state.node for plane in self.planes)]
+        """Nodes of the interface and those that planes may push (k,) int32."""
+        interface = self._fields.mesh.local_node(self._at_interface)
+        nodes = [interface[interface >= 0], *(plane.state.node for plane in self.planes)]
         return np.unique(np.concatenate(nodes)).astype(np.int32)
 
     @property

@@ -54,6 +54,7 @@ class SlidingInterface:
 
     Attributes
     ----------
+    nodes : numbers in the whole mesh of all nodes that may get a force.
     surface, contacts : the kernels' arrays. load : (rows,) sum of the weights with which contacts lie on a node.
     """
 
@@ -72,10 +73,12 @@ class SlidingInterface:
         self.surface, group_row = smooth_surface(mesh.nodes[solid_nodes], faces, rows)
 
         solid = fields.mesh.local_node(solid_nodes)
-        charge = np.full(rows, -1, dtype=np.int32)
+        # The charge's node at each row: the twin, or the node itself at the rim of a fuze, where it belongs to both.
+        charge = np.where(np.isin(solid_nodes, mesh.cells[mesh.part == Part.CHARGE]), solid, -1).astype(np.int32)
         charge[:pairs] = fields.mesh.local_node(mesh.twins[:, 0])
+        self.nodes = np.concatenate([mesh.twins[:, 0], solid_nodes])
         self._master_rows, self._masters = _own(solid, owned)
-        slave_rows, _ = _own(charge, owned)
+        slave_rows, _ = _own(charge[:pairs], owned)
         own = np.zeros(rows, dtype=bool)
         own[slave_rows] = True
         slave = np.where(own[group_row], charge[group_row], -1).astype(np.int32)

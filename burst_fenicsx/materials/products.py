@@ -44,6 +44,14 @@ class LandauProducts:
     energy: float
     cj_volume: float = GAMMA_DENSE / (GAMMA_DENSE + 1.0)
 
+    @property
+    def front_speed(self) -> float:
+        """Speed (m/s) of a front that compression burns by itself: P0 = 27/256 rho D^2.
+
+        For "landau" it is the detonation velocity times the square root of 32/27.
+        """
+        return float(np.sqrt(256.0 / 27.0 * self.initial_pressure / self.density))
+
     def pressure(self, volume: ArrayLike) -> np.ndarray:
         """Pressure (Pa) at the relative volume."""
         v = np.asarray(volume, dtype=float)
@@ -69,6 +77,7 @@ class JwlProducts:
     density: float
     constants: JonesWilkinsLee
     cj_volume: float
+    front_speed: float  # of a front that compression burns by itself (m/s)
 
     @property
     def energy(self) -> float:
@@ -112,7 +121,7 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
             raise InputError(f"explosive '{explosive.name}' has no JWL constants; give them, or choose landau_cj")
         c = explosive.jwl
         cj = 1.0 - _cj_pressure(explosive) / (explosive.density * explosive.detonation_velocity**2)
-        return JwlProducts(density=explosive.density, constants=c, cj_volume=cj)
+        return JwlProducts(explosive.density, c, cj, explosive.detonation_velocity)
     rho, speed, heat = explosive.density, explosive.detonation_velocity, explosive.heat_of_detonation
     inertia = rho * speed**2
     if model == "landau":
@@ -140,7 +149,7 @@ def _cj_pressure(explosive: Explosive) -> float:
     c = explosive.jwl
     inertia = explosive.density * explosive.detonation_velocity**2
     low, high = 0.5, 0.95
-    products = JwlProducts(explosive.density, c, 0.0)
+    products = JwlProducts(explosive.density, c, 0.0, explosive.detonation_velocity)
 
     def mismatch(v: float) -> float:
         # On the Hugoniot E = E0 + P (1 - v)/2; on the Rayleigh line P = rho D^2 (1 - v).

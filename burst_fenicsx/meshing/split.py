@@ -18,9 +18,10 @@ _Mesh = TypeVar("_Mesh", bound="CellMesh")
 
 
 def split_charges(mesh: _Mesh) -> _Mesh:
-    """Give every charge nodes of its own where it meets casing or fuze (the paper's Fig. 2.2).
+    """Give every charge nodes of its own where it meets the casing (the paper's Fig. 2.2).
 
-    The new nodes are the charge's and come after all others, so that those of the casing keep their numbers.
+    Not where it meets a fuze: its front does not slide on it, and a weak fuze that products press on without friction
+    is drawn out into fingers, behind which the charge comes to lie. The new nodes are the charge's and come after all others, so that those of the casing keep their numbers.
 
     Parameters
     ----------
@@ -31,10 +32,10 @@ def split_charges(mesh: _Mesh) -> _Mesh:
     The same mesh with the pairs in `twins`, in the order of the casing's nodes.
     """
     charge = mesh.part == Part.CHARGE
-    in_charge, in_solid = np.zeros(len(mesh.nodes), dtype=bool), np.zeros(len(mesh.nodes), dtype=bool)
-    in_charge[mesh.cells[charge]] = True
-    in_solid[mesh.cells[~charge]] = True
-    shared = np.flatnonzero(in_charge & in_solid)
+    touches = {part: np.zeros(len(mesh.nodes), dtype=bool) for part in Part}
+    for part, touched in touches.items():
+        touched[mesh.cells[mesh.part == part]] = True
+    shared = np.flatnonzero(touches[Part.CHARGE] & touches[Part.CASING] & ~touches[Part.FUZE])
     own = np.arange(len(mesh.nodes), dtype=np.int64)
     own[shared] = len(mesh.nodes) + np.arange(len(shared))
     cells = mesh.cells.copy()

@@ -88,7 +88,14 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, fl
     g2 = _SIXTH * ((r1 + 2.0 * r2) * (z2 - z1) + (2.0 * r2 + r3) * (z3 - z2))
     g3 = _SIXTH * ((r2 + 2.0 * r3) * (z3 - z2) + (2.0 * r3 + r0) * (z0 - z3))
     volume = r0 * a0 + r1 * a1 + r2 * a2 + r3 * a3
-    return (g0 - a0, g1 - a1, g2 - a2, g3 - a3), (bz0, bz1, bz2, bz3), (a0, a1, a2, a3), volume, area, min(min(c0, c1), min(c2, c3))
+    return (
+        (g0 - a0, g1 - a1, g2 - a2, g3 - a3),
+        (bz0, bz1, bz2, bz3),
+        (a0, a1, a2, a3),
+        volume,
+        area,
+        min(min(c0, c1), min(c2, c3)),
+    )
 
 
 @lane_function

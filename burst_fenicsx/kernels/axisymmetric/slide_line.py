@@ -39,6 +39,7 @@ class SlideLine(NamedTuple):
 
     edges: np.ndarray  # (edges, 2) int32 nodes of casing or fuze; the charge lies to the right of their direction
     neighbour: np.ndarray  # (edges, 2) int32, edge beyond each end; -1 beyond a crease
+    across: np.ndarray  # (edges, 2) int32, edge beyond a crease that is hollow towards the charge; else -1
     end: np.ndarray  # (edges, 2) int32, group of each end
     sides: np.ndarray  # (groups, 2) int32, edges of each group, -1 for none
     on_axis: np.ndarray  # (groups,) bool, whether the group's node lies on the axis, beyond which its edge is mirrored
@@ -63,7 +64,7 @@ class LineContacts(NamedTuple):
     slip: np.ndarray  # (contacts,) m, tangential displacement that the spring holds
     weight: np.ndarray  # (contacts, 2) of the edge's ends
     force: np.ndarray  # (contacts, 2) N (r, z) of the springs on the charge's node
-    off: np.ndarray  # (contacts,) int8, 1 where the node has left its line over an end
+    off: np.ndarray  # (contacts,) int8, 1 where the node has left its line, 2 where it belongs to both sides
     tally: np.ndarray  # (contacts, 4), see `kernels.sliding.COLUMNS`
     span: np.ndarray  # (spans, 2) int32, contacts at the ends of each edge of the charge, in the line's direction
     spread_over: np.ndarray  # (contacts, SPREAD) int32, nodes of the line that bear the pressure
@@ -189,7 +190,11 @@ def _find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.nd
         beyond = abs(along) if held else 0.0
         if held or (s >= -tolerance and s <= 1.0 + tolerance):
             break
-        onward = line.neighbour[edge, 0] if s < 0.0 else line.neighbour[edge, 1]
+        beyond_end = 0 if s < 0.0 else 1
+        onward = line.neighbour[edge, beyond_end]
+        if onward < 0 and contacts.share[c] < 1.5:
+            # A node that slides into a hollow corner goes on along the other side; one that began there has both.
+            onward = line.across[edge, beyond_end]
         if onward < 0 or walk == _WALKS - 2:
             s, held = min(max(s, 0.0), 1.0), True
         else:
@@ -205,7 +210,7 @@ def _find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.nd
     reach = 0.5 * _OFF_END * size
     entered = _ENTRY * np.sqrt(ur * ur + uz * uz) + _BENT * reach
     met = contacts.stiffness[c] > 0.0
-    if beyond > reach or gap < -reach or (not met and gap < -entered):
+    if contacts.off[c] == 0 and (beyond > reach or gap < -reach or (not met and gap < -entered)):
         contacts.off[c] = 1
     contacts.gap[c] = gap
 
