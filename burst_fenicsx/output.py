@@ -239,9 +239,10 @@ class TimeSeries:
         return np.array(data[:, 0] if data.shape[1] == 1 else data, dtype=kind, order="C")
 
     def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray[Any]]]) -> str:
+        kind = _TOPOLOGY[self._cells.shape[1]]
         lines = [
             f'      <Grid Name="burst" GridType="Uniform"><Time Value="{time!r}"/>',
-            f'        <Topology TopologyType="{_TOPOLOGY[self._cells.shape[1]]}" NumberOfElements="{len(self._cells)}">',
+            f'        <Topology TopologyType="{kind}" NumberOfElements="{len(self._cells)}">',
             f"          {self._item('/cells', self._cells)}</Topology>",
         ]
         for key, (dataset, data) in where.items():
@@ -289,7 +290,8 @@ def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
     found = np.asarray(cells)
     if found.ndim != 2 or found.shape[1] not in _TOPOLOGY or found.dtype.kind not in "ui":
         raise InputError(
-            f"cells have shape {found.shape} and type {found.dtype}; expected whole numbers of shape (cells, 8) or (cells, 4)"
+            f"cells have shape {found.shape} and type {found.dtype}; "
+            "expected whole numbers of shape (cells, 8) or (cells, 4)"
         )
     return np.ascontiguousarray(found, dtype=np.int64)
 

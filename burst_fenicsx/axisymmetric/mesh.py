@@ -99,8 +99,8 @@ def _check_size(profile: Profile, cell_size: float) -> None:
     if expected > LARGEST_MESH:
         smallest = np.sqrt(profile.length * profile.max_radius / LARGEST_MESH)
         raise InputError(
-            f"cell_size = {cell_size * 1e3:g} mm makes {expected:.3g} cells in the meridian; at most {LARGEST_MESH:.1g} "
-            f"are allowed ({profile.name}: at least {smallest * 1e3:.2g} mm)"
+            f"cell_size = {cell_size * 1e3:g} mm makes {expected:.3g} cells in the meridian; at most "
+            f"{LARGEST_MESH:.1g} are allowed ({profile.name}: at least {smallest * 1e3:.2g} mm)"
         )
 
 

@@ -1,4 +1,4 @@
-"""Contact of charge and casing in the meridian: bonded until the charge has reacted, then a gas that presses and slides.
+"""Contact of charge and casing in the meridian: bonded until the charge has reacted, then products that slide.
 
 The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
 """
@@ -206,7 +206,7 @@ def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edge beyond each end (edges, 2) or -1, group of each end (edges, 2), and edges of each group (groups, 2) or -1."""
+    """Edge beyond each end (edges, 2), group of each end (edges, 2), edges of each group (groups, 2); -1 for none."""
     along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
     along /= np.linalg.norm(along, axis=1)[:, None]
     starts = {int(node): edge for edge, node in enumerate(edges[:, 0])}
@@ -228,7 +228,7 @@ def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _across_creases(nodes: np.ndarray, edges: np.ndarray, neighbour: np.ndarray) -> np.ndarray:
-    """Edge beyond each end (edges, 2) int32 where a crease there is hollow towards the charge, on the right; else -1."""
+    """Edge beyond each end (edges, 2) int32 where a crease there is hollow towards the charge; else -1."""
     along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
     starts = {int(node): edge for edge, node in enumerate(edges[:, 0])}
     across = np.full((len(edges), 2), -1, dtype=np.int32)

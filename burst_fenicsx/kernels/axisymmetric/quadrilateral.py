@@ -94,7 +94,7 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, fl
         (a0, a1, a2, a3),
         volume,
         area,
-        min(min(c0, c1), min(c2, c3)),
+        min(c0, c1, c2, c3),
     )
 
 
