@@ -20,6 +20,7 @@ __all__ = [
     "cell_space",
     "cells_dofmap",
     "create_hexahedral_mesh",
+    "create_quadrilateral_mesh",
     "geometry_dofmap",
     "index_map",
     "meshtags",
@@ -36,12 +37,12 @@ if _VERSION < (0, 5):
     raise ImportError(f"dolfinx {dolfinx.__version__} is too old; 0.5.2, 0.9, 0.10 and 0.11 are supported")
 
 
-def _domain() -> Any:
+def _domain(cell_name: str = "hexahedron", dimension: int = 3) -> Any:
     if _MODERN:
         import basix.ufl
 
-        return ufl.Mesh(basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,)))
-    cell = ufl.Cell("hexahedron", geometric_dimension=3)
+        return ufl.Mesh(basix.ufl.element("Lagrange", cell_name, 1, shape=(dimension,)))
+    cell = ufl.Cell(cell_name, geometric_dimension=dimension)
     return ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1))
 
 
@@ -86,6 +87,26 @@ def create_hexahedral_mesh(
     if found != expected:
         raise RuntimeError(f"dolfinx tore the mesh between ranks: {found} nodes from {expected}")
     return created
+
+
+def create_quadrilateral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray) -> Any:
+    """Mesh of bilinear quadrilaterals in a plane, on one rank.
+
+    Parameters
+    ----------
+    comm : communicator of one rank.
+    cells : (m, 4) int64, nodes in tensor-product order (x fastest).
+    nodes : (n, 2) float64 coordinates (m).
+    """
+    cells = np.ascontiguousarray(cells.reshape(-1, 4), dtype=np.int64)
+    nodes = np.ascontiguousarray(nodes.reshape(-1, 2), dtype=np.float64)
+    domain = _domain("quadrilateral", 2)
+    if _MODERN:
+        return mesh.create_mesh(comm, cells=cells, x=nodes, e=domain)
+    from dolfinx.cpp.graph import AdjacencyList_int64
+
+    adjacency = AdjacencyList_int64(cells.reshape(-1), np.arange(0, cells.size + 1, 4, dtype=np.int32))
+    return mesh.create_mesh(comm, adjacency, nodes, domain, mesh.GhostMode.none)
 
 
 def _count_used(cells: np.ndarray) -> int:
@@ -157,9 +178,9 @@ def _old_space(domain: Any, element: Any) -> Any:
 
 
 def vector_space(domain: Any) -> Any:
-    """Vector-valued continuous trilinear functions."""
+    """Vector-valued continuous functions, trilinear in hexahedra, bilinear in quadrilaterals."""
     if _MODERN:
-        return fem.functionspace(domain, ("Lagrange", 1, (3,)))
+        return fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,)))
     return _old_space(domain, ufl.VectorElement("Lagrange", domain.ufl_cell(), 1))
 
 

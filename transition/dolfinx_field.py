@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from transition.errors import InputError
+from transition.meridian import bilinear
 from transition.shape_functions import trilinear
 
 if TYPE_CHECKING:
@@ -14,9 +15,10 @@ if TYPE_CHECKING:
 
     from transition.snapshot import Snapshot
 
-__all__ = ["VelocityField"]
+__all__ = ["MeridianVelocityField", "VelocityField"]
 
 _TENSOR_ORDER = [0, 1, 3, 2, 4, 5, 7, 6]  # VTK's nodes in dolfinx's order, x fastest
+_TENSOR_ORDER_OF_QUADS = [0, 1, 3, 2]
 
 
 class VelocityField:
@@ -38,16 +40,7 @@ class VelocityField:
     """
 
     def __init__(self, snapshot: Snapshot) -> None:
-        try:
-            from dolfinx import fem
-            from mpi4py import MPI
-
-            from burst_fenicsx import compat
-        except ImportError as error:
-            raise InputError(
-                f"break_up.velocity = 'interpolation' needs dolfinx ({error}); 'mean' works without it"
-            ) from None
-
+        fem, MPI, compat = _dolfinx()
         cells = snapshot.cells[snapshot.casing][:, _TENSOR_ORDER]
         nodes, compact = np.unique(cells, return_inverse=True)
         compact = compact.reshape(cells.shape)
@@ -66,3 +59,57 @@ class VelocityField:
         """Velocities (n, 3) in m/s at the coordinates `point` (n, 3), 0 to 1, of casing cells `cell` (n,)."""
         places = trilinear(self._corners[cell], point)
         return np.asarray(self._velocity.eval(places, self._local[cell])).reshape(-1, 3)
+
+
+class MeridianVelocityField:
+    """Velocity of an axisymmetric casing as a vector Lagrange-1 function on the quadrilaterals of its meridian.
+
+    As `VelocityField`, in radius and height: the function lives on the meridian before the burst.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        End of an axisymmetric burst.
+
+    Raises
+    ------
+    InputError
+        dolfinx is not installed.
+    """
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        fem, MPI, compat = _dolfinx()
+        half = snapshot.half_plane
+        cells = snapshot.cells[snapshot.casing]
+        self._corners = half.coordinates(snapshot.reference[cells])
+        ordered = cells[:, _TENSOR_ORDER_OF_QUADS]
+        nodes, compact = np.unique(ordered, return_inverse=True)
+        domain = compat.create_quadrilateral_mesh(
+            MPI.COMM_SELF, compact.reshape(ordered.shape), half.coordinates(snapshot.reference[nodes])
+        )
+        original = np.asarray(domain.topology.original_cell_index)
+        self._local = np.empty(len(cells), dtype=np.int32)
+        self._local[original] = np.arange(len(cells), dtype=np.int32)
+        self._velocity = fem.Function(compat.vector_space(domain), name="velocity")
+        values = self._velocity.x.array.reshape(-1, 2)
+        at_nodes = half.components(snapshot.velocity)
+        values[compat.cells_dofmap(self._velocity.function_space)] = at_nodes[ordered[original]]
+
+    def at(self, cell: NDArray[np.int64], point: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Radial and axial velocity (n, 2) in m/s at the coordinates `point` (n, 2), 0 to 1, of casing cells `cell`."""
+        places = np.column_stack([bilinear(self._corners[cell], point), np.zeros(len(cell))])
+        return np.asarray(self._velocity.eval(places, self._local[cell])).reshape(-1, 2)
+
+
+def _dolfinx() -> tuple[Any, Any, Any]:
+    """The modules dolfinx.fem, mpi4py.MPI and burst_fenicsx.compat."""
+    try:
+        from dolfinx import fem
+        from mpi4py import MPI
+
+        from burst_fenicsx import compat
+    except ImportError as error:
+        raise InputError(
+            f"break_up.velocity = 'interpolation' needs dolfinx ({error}); 'mean' works without it"
+        ) from None
+    return fem, MPI, compat
