@@ -28,8 +28,8 @@ class Ledger:
 
     The casing's momentum and energy are those of its lumped nodal masses (an eighth of each cell's mass at each of
     its nodes; for a ring the integral of rho N_a 2 pi r dA), as the burst stage steps them. Angular momentum is counted
-    about the origin of coordinates; the casing's is that of the finite-element field with each cell's mass spread evenly
-    over its reference coordinates, or as lumped over the ring.
+    about the origin of coordinates; the casing's is that of the finite-element field with each cell's mass spread
+    evenly over its reference coordinates, or as lumped over the ring.
     Fragments are handed over without spin: what they would have is counted here as lost.
 
     Attributes

@@ -1,7 +1,7 @@
 """Fragments of an axisymmetric burst show neither the meridian's cells nor any azimuth.
 
-Field, samples and null distributions are those of `tests.transition.test_imprint`: v = (k r, c z') on coarse rings, whole
-realisations as the sample, at 1 %. No realisation is turned before.
+Field, samples and null distributions are those of `tests.transition.test_imprint`: v = (k r, c z') on coarse rings,
+whole realisations as the sample, at 1 %. No realisation is turned before.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def test_mass_momentum_and_centre_are_those_of_every_ring(seed):
     mean = np.einsum("ma,maj->mj", node_shares(made.reference), made.state)
     away = points.position - TILTED.origin
     e1, e2, axis = TILTED.frame
-    assert np.abs((points.velocity @ axis)).max() > 100.0
+    assert np.abs(points.velocity @ axis).max() > 100.0
     for values, field in ((away, mean[:, 1]), (points.velocity, mean[:, 3])):
         scale = np.abs(values).max()
         for direction, wanted in ((e1, 0.0 * field), (e2, 0.0 * field), (axis, field)):
@@ -142,7 +142,7 @@ def test_places_follow_the_mass_of_the_ring(count):
 
 
 def test_elevations_of_points_follow_the_exact_field(tmp_path):
-    """Kolmogorov-Smirnov at 1 % on one point of each ring: v = (k r, c z) on an even wall has an even tan(elevation)."""
+    """Kolmogorov-Smirnov at 1 %, one point of each ring: v = (k r, c z) on an even wall has an even tan(elevation)."""
     steep = np.tan(np.radians(20.0))
 
     def field(r, z):
