@@ -34,7 +34,7 @@ def _quantile(a: float, b: float, c: float, share: float) -> float:
         following = x - excess / density if density > 0.0 else low - 1.0
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - x) < 1e-14:
+        if abs(following - x) < 1e-7:  # the next step would be the square of it
             return following
         x = following
     return x
@@ -99,6 +99,7 @@ def sample_rings(
             first = (shift[cell, 0] + four * _STEP[0]) % 1.0
             second = (shift[cell, 1] + four * _STEP[1]) % 1.0
             turn = (shift[cell, 2] + four * _STEP[2]) % 1.0  # of the whole circle: rows taken in strides see all of it
+            cosine, sine = math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn)
             for pair in range(2):
                 s = first if pair == 0 else 1.0 - first
                 t = second if pair == 0 else 1.0 - second
@@ -109,6 +110,8 @@ def sample_rings(
                     c[0, 0] + (c[1, 0] + c[2, 0] * u) * u, c[0, 1] + (c[1, 1] + c[2, 1] * u) * u,
                     c[0, 2] + c[1, 2] * u, t,
                 )  # fmt: skip
+                if pair == 1:
+                    cosine, sine = -sine, cosine
                 for side in range(2):
                     point = begin + 4 * four + 2 * pair + side
                     around = (turn + 0.25 * pair + 0.5 * side) % 1.0
@@ -118,8 +121,7 @@ def sample_rings(
                         excess[j] += f
                     # Opposite points get exactly opposite directions.
                     sign = 1.0 - 2.0 * side
-                    values[point, 4] = sign * math.cos(2.0 * math.pi * (turn + 0.25 * pair))
-                    values[point, 5] = sign * math.sin(2.0 * math.pi * (turn + 0.25 * pair))
+                    values[point, 4], values[point, 5] = sign * cosine, sign * sine
                     mass[point], owner[point] = share, label[cell]
                     if local.shape[0] > 0:
                         local[point, 0], local[point, 1], local[point, 2] = 0.5 + 0.5 * u, 0.5 + 0.5 * v, around
