@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.meshing.placement import frame
+from burst_fenicsx.output import TimeSeries
 from burst_fenicsx.quad_grid import coarsened
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FEWEST_SECTORS", "MOST_CELLS", "MOST_SECTORS", "Revolution", "revolution"]
+__all__ = ["FEWEST_SECTORS", "MOST_CELLS", "MOST_SECTORS", "Revolution", "revolution", "write_revolved"]
 
 MOST_CELLS = 300_000
 FEWEST_SECTORS, MOST_SECTORS = 36, 96
@@ -189,3 +191,43 @@ def revolution(
         origin=origin,
         frame=base,
     )
+
+
+def write_revolved(
+    path: Path,
+    swept: Revolution,
+    time: float,
+    positions: ArrayLike,
+    point_data: Mapping[str, ArrayLike],
+    cell_data: Mapping[str, ArrayLike],
+    provenance: Mapping[str, str] | None = None,
+) -> None:
+    """Write one state, swept around the axis, as `<path>.xdmf` and `<path>.h5` for ParaView.
+
+    Parameters
+    ----------
+    path : Path
+        Without suffix, for example `run/burst_revolved`.
+    swept : Revolution
+        The sweep of the meridian.
+    time : float
+        Simulated time (s).
+    positions : (nodes, 3)
+        Nodes of the meridian now (m), in its half plane.
+    point_data, cell_data : mapping of name to array
+        Fields of the meridian, as `TimeSeries.write` takes them, tensors with six columns.
+    provenance : mapping of str to str, optional
+        Written as attributes of the HDF5 file.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    with TimeSeries(path, swept.cells, provenance) as series:
+        series.write(
+            time,
+            swept.positions(positions),
+            {name: swept.point_field(values) for name, values in point_data.items()},
+            {name: swept.cell_field(values) for name, values in cell_data.items()},
+        )

@@ -7,7 +7,7 @@ import pytest
 
 from burst_fenicsx.meshing.placement import frame, place
 from burst_fenicsx.quad_grid import coarsened, grid_of
-from burst_fenicsx.revolve import FEWEST_SECTORS, MOST_SECTORS, revolution
+from burst_fenicsx.revolve import FEWEST_SECTORS, MOST_SECTORS, revolution, write_revolved
 
 AXIS, POSITION = (0.3, -0.8, 0.4), (1.0, 2.0, -0.5)
 
@@ -67,8 +67,8 @@ def test_wedges_are_not_inside_out_whichever_node_comes_first(turn):
 def test_fields_turn_with_the_sectors():
     """A radial velocity stays radial, a hoop stress stays in the hoop direction, numbers stay with their cells."""
     flat, cells = grid(4, 5)
-    swept = revolution(world(flat), cells, POSITION, AXIS, most_cells=20 * 24)
-    assert swept.sectors == 24
+    swept = revolution(world(flat), cells, POSITION, AXIS, most_cells=20 * 36)
+    assert swept.sectors == 36
     base = frame(AXIS)
     points = swept.positions(world(flat))
     away = points - POSITION
@@ -85,7 +85,7 @@ def test_fields_turn_with_the_sectors():
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     wanted = np.einsum("mi,mj->mij", direction, direction)
     np.testing.assert_allclose(stress[:, [0, 3, 4, 5]], wanted[:, [0, 0, 1, 2], [0, 1, 2, 0]], atol=1e-12)
-    np.testing.assert_array_equal(swept.cell_field(np.arange(len(cells))), np.tile(np.arange(20), 24))
+    np.testing.assert_array_equal(swept.cell_field(np.arange(len(cells))), np.tile(np.arange(20), 36))
 
 
 @pytest.mark.parametrize(("columns", "rows", "most"), [(20, 60, 300_000), (40, 60, 60_000), (64, 128, 20_000)])
@@ -156,3 +156,31 @@ def test_what_is_no_grid_is_left_as_it_is():
     swept = revolution(world(flat), cells[:, ::-1], POSITION, AXIS, most_cells=20)
     assert swept.sectors == 4
     assert len(swept.cells) == 12
+
+
+def test_file_for_paraview_is_read_back(tmp_path):
+    """Hexahedra and wedges with positive volumes; velocity and stress turned; parts as they were."""
+    pyvista = pytest.importorskip("pyvista")
+    flat, cells = grid(4, 5)
+    base = frame(AXIS)
+    swept = revolution(world(flat), cells, POSITION, AXIS)
+    part = (flat[cells].mean(axis=1)[:, 0] < 1.0).astype(np.int32)
+    write_revolved(
+        tmp_path / "burst_revolved", swept, 1.2e-4, world(2.0 * flat), {"velocity": flat[:, :1] * base[0]},
+        {"part": part, "stress": np.ones((len(cells), 6))}, {"seed": "1"},
+    )  # fmt: skip
+    reader = pyvista.get_reader(str(tmp_path / "burst_revolved.xdmf"))
+    assert reader.time_values == [1.2e-4]
+    found = reader.read()
+    assert found.n_cells == 20 * 96
+    assert found.cell_data["stress"].shape == (20 * 96, 9)
+    np.testing.assert_array_equal(found.cell_data["part"], np.tile(part, 96))
+    away = found.points - POSITION
+    outward = away - np.outer(away @ base[2], base[2])
+    np.testing.assert_allclose(found.point_data["velocity"], 0.5 * outward, atol=1e-6)
+    volume = found.compute_cell_sizes()["Volume"]
+    assert volume.min() > 0.0
+    assert volume.sum() == pytest.approx(np.pi * 16.0 * 6.0, rel=1e-3)
+    # The outside is closed: degenerate faces on the axis are not part of what is seen.
+    surface = found.extract_surface(algorithm="dataset_surface").triangulate().clean()
+    assert surface.volume == pytest.approx(volume.sum(), rel=1e-6)
