@@ -115,7 +115,7 @@ def test_coarser_grids_keep_parts_and_are_conforming():
         label[(centre[:, 0] > 0.4) | (centre[:, 1] > 1.0)],
     )
     both = np.concatenate([cells, cells + len(flat)])
-    flat, label = np.concatenate([flat, flat + [5.0, 0.0]]), np.tile(label, 2)
+    flat, label = np.concatenate([flat, flat + np.array([5.0, 0.0])]), np.tile(label, 2)
     names = generator.permutation(len(flat))
     order = generator.permutation(len(both))
     both, label = names[both][order], label[order]

@@ -120,8 +120,8 @@ def test_the_report_is_written_and_names_the_cells(run):
 def test_quality_of_quadrilaterals():
     """A square is 1, a rhombus of 60 degrees its sine, a folded cell below zero; in any plane and either sense."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], dtype=float)
-    rhombus = np.array([[0, 0, 0], [1, 0, 0], [1.5, 0, np.sqrt(0.75)], [0.5, 0, np.sqrt(0.75)]]) + [3.0, 0, 0]
-    folded = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0, 0.2], [0, 0, 1]], dtype=float) + [6.0, 0, 0]
+    rhombus = np.array([[0, 0, 0], [1, 0, 0], [1.5, 0, np.sqrt(0.75)], [0.5, 0, np.sqrt(0.75)]]) + np.array([3.0, 0, 0])
+    folded = np.array([[0, 0, 0], [1, 0, 0], [0.2, 0, 0.2], [0, 0, 1]], dtype=float) + np.array([6.0, 0, 0])
     nodes, cells = np.concatenate([square, rhombus, folded]), np.arange(12).reshape(3, 4)
     turned = nodes @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     for places, order in ((nodes, cells), (turned, cells), (nodes, cells[:, ::-1])):
