@@ -37,13 +37,38 @@ if _VERSION < (0, 5):
     raise ImportError(f"dolfinx {dolfinx.__version__} is too old; 0.5.2, 0.9, 0.10 and 0.11 are supported")
 
 
-def _domain(cell_name: str = "hexahedron", dimension: int = 3) -> Any:
+def _domain(cell_name: str) -> Any:
     if _MODERN:
         import basix.ufl
 
-        return ufl.Mesh(basix.ufl.element("Lagrange", cell_name, 1, shape=(dimension,)))
-    cell = ufl.Cell(cell_name, geometric_dimension=dimension)
+        return ufl.Mesh(basix.ufl.element("Lagrange", cell_name, 1, shape=(3,)))
+    cell = ufl.Cell(cell_name, geometric_dimension=3)
     return ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1))
+
+
+def _create(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, cell_name: str, partitioner: Any) -> Any:
+    if _MODERN:
+        return mesh.create_mesh(comm, cells=cells, x=nodes, e=_domain(cell_name), partitioner=partitioner)
+    from dolfinx.cpp.graph import AdjacencyList_int64
+
+    corners = cells.shape[1]
+    offsets = np.arange(0, corners * len(cells) + 1, corners, dtype=np.int32)
+    adjacency = AdjacencyList_int64(cells.reshape(-1), offsets)
+    return mesh.create_mesh(comm, adjacency, nodes, _domain(cell_name), mesh.GhostMode.shared_facet, partitioner)
+
+
+def create_quadrilateral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray) -> Any:
+    """Make a mesh of bilinear quadrilaterals in space, all of it on this communicator's only rank.
+
+    Parameters
+    ----------
+    comm : communicator of one rank.
+    cells : (m, 4) int64, nodes in tensor-product order.
+    nodes : (n, 3) float64 places (m).
+    """
+    cells = np.ascontiguousarray(cells, dtype=np.int64)
+    nodes = np.ascontiguousarray(nodes, dtype=np.float64)
+    return _create(comm, cells, nodes, "quadrilateral", _partitioner(cells, np.zeros(len(cells), dtype=np.int32)))
 
 
 def create_hexahedral_mesh(
@@ -74,39 +99,12 @@ def create_hexahedral_mesh(
     nodes = np.ascontiguousarray(nodes.reshape(-1, 3), dtype=np.float64)
     places = _merged(cells, twins)
     partitioner = _partitioner(places, np.asarray(destination, dtype=np.int32))
-    if _MODERN:
-        created = mesh.create_mesh(comm, cells=cells, x=nodes, e=_domain(), partitioner=partitioner)
-    else:
-        from dolfinx.cpp.graph import AdjacencyList_int64
-
-        offsets = np.arange(0, 8 * len(cells) + 1, 8, dtype=np.int32)
-        adjacency = AdjacencyList_int64(cells.reshape(-1), offsets)
-        created = mesh.create_mesh(comm, adjacency, nodes, _domain(), mesh.GhostMode.shared_facet, partitioner)
+    created = _create(comm, cells, nodes, "hexahedron", partitioner)
     expected = comm.bcast(_count_used(cells) if comm.rank == 0 else None, root=0)
     found = created.geometry.index_map().size_global
     if found != expected:
         raise RuntimeError(f"dolfinx tore the mesh between ranks: {found} nodes from {expected}")
     return created
-
-
-def create_quadrilateral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray) -> Any:
-    """Mesh of bilinear quadrilaterals in a plane, on one rank.
-
-    Parameters
-    ----------
-    comm : communicator of one rank.
-    cells : (m, 4) int64, nodes in tensor-product order (x fastest).
-    nodes : (n, 2) float64 coordinates (m).
-    """
-    cells = np.ascontiguousarray(cells.reshape(-1, 4), dtype=np.int64)
-    nodes = np.ascontiguousarray(nodes.reshape(-1, 2), dtype=np.float64)
-    domain = _domain("quadrilateral", 2)
-    if _MODERN:
-        return mesh.create_mesh(comm, cells=cells, x=nodes, e=domain)
-    from dolfinx.cpp.graph import AdjacencyList_int64
-
-    adjacency = AdjacencyList_int64(cells.reshape(-1), np.arange(0, cells.size + 1, 4, dtype=np.int32))
-    return mesh.create_mesh(comm, adjacency, nodes, domain, mesh.GhostMode.none)
 
 
 def _count_used(cells: np.ndarray) -> int:
@@ -150,10 +148,10 @@ def _destinations(cells: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.
         return owner.astype(np.int32), np.arange(len(owner) + 1, dtype=np.int32)
     ranks = int(owner.max()) + 1
     touched = np.zeros((int(cells.max()) + 1, ranks), dtype=bool)
-    for corner in range(8):
+    for corner in range(cells.shape[1]):
         touched[cells[:, corner], owner] = True
     reaches = np.zeros((len(cells), ranks), dtype=bool)
-    for corner in range(8):
+    for corner in range(cells.shape[1]):
         reaches |= touched[cells[:, corner]]
     rows = np.arange(len(cells))
     reaches[rows, owner] = False
@@ -178,9 +176,9 @@ def _old_space(domain: Any, element: Any) -> Any:
 
 
 def vector_space(domain: Any) -> Any:
-    """Vector-valued continuous functions, trilinear in hexahedra, bilinear in quadrilaterals."""
+    """Vector-valued continuous trilinear functions."""
     if _MODERN:
-        return fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,)))
+        return fem.functionspace(domain, ("Lagrange", 1, (3,)))
     return _old_space(domain, ufl.VectorElement("Lagrange", domain.ufl_cell(), 1))
 
 
@@ -224,7 +222,7 @@ def cells_dofmap(space: Any) -> np.ndarray:
 
 
 def geometry_dofmap(domain: Any) -> np.ndarray:
-    """Nodes of the geometry, (cells with ghosts, 8) int32, in tensor-product order."""
+    """Nodes of the geometry, (cells with ghosts, corners) int32, in tensor-product order."""
     geometry = domain.geometry
     dofmap = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
     if callable(dofmap):

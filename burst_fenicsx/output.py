@@ -33,12 +33,12 @@ _TO_MATRIX = (0, 3, 5, 3, 1, 4, 5, 4, 2)  # columns of SIX_COMPONENTS, row by ro
 # "open for writing" that would make the file of a killed run unreadable.
 # No locks: ParaView may look at the file while the run goes on, and must not stop it.
 _FILE_OPTIONS: dict[str, Any] = {"libver": ("v108", "v110"), "locking": False}
-_TOPOLOGY = {4: "Quadrilateral", 8: "Hexahedron"}
+_TOPOLOGY = {8: "Hexahedron", 4: "Quadrilateral"}
 _KIND = {1: "Scalar", 3: "Vector", 9: "Tensor"}
 
 
 class TimeSeries:
-    """Writer of `<path>.xdmf` and `<path>.h5`: one temporal collection of grids of hexahedra or quadrilaterals.
+    """Writer of `<path>.xdmf` and `<path>.h5`: one temporal collection of grids of hexahedra, or of quadrilaterals.
 
     Both files are complete after every `write`: the HDF5 file is closed, then the XDMF file is replaced in one
     move. An interrupted run therefore keeps everything written before. An array equal to the one before it (part,
@@ -49,7 +49,7 @@ class TimeSeries:
     path : Path
         Where to write, without suffix, for example `run/burst`.
     cells : array (m, 8) or (m, 4) of int
-        Nodes of each hexahedron, or of each quadrilateral of a meridian, in VTK order.
+        Nodes of each hexahedron or quadrilateral, in VTK order.
     provenance : mapping of str to str, optional
         Written as attributes of the HDF5 file.
     single_precision : bool
@@ -60,8 +60,7 @@ class TimeSeries:
     Raises
     ------
     InputError
-        The folder cannot be written, the cells are neither hexahedra nor quadrilaterals, or the files to continue hold
-        another mesh.
+        The folder cannot be written, the cells have another shape, or the files to continue hold another mesh.
     """
 
     def __init__(
@@ -240,10 +239,9 @@ class TimeSeries:
         return np.array(data[:, 0] if data.shape[1] == 1 else data, dtype=kind, order="C")
 
     def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray[Any]]]) -> str:
-        kind = _TOPOLOGY[self._cells.shape[1]]
         lines = [
             f'      <Grid Name="burst" GridType="Uniform"><Time Value="{time!r}"/>',
-            f'        <Topology TopologyType="{kind}" NumberOfElements="{len(self._cells)}">',
+            f'        <Topology TopologyType="{_TOPOLOGY[self._cells.shape[1]]}" NumberOfElements="{len(self._cells)}">',
             f"          {self._item('/cells', self._cells)}</Topology>",
         ]
         for key, (dataset, data) in where.items():
@@ -291,8 +289,7 @@ def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
     found = np.asarray(cells)
     if found.ndim != 2 or found.shape[1] not in _TOPOLOGY or found.dtype.kind not in "ui":
         raise InputError(
-            f"cells have shape {found.shape} and type {found.dtype}; expected whole numbers of shape "
-            "(cells, 8) or (cells, 4)"
+            f"cells have shape {found.shape} and type {found.dtype}; expected whole numbers of shape (cells, 8) or (cells, 4)"
         )
     return np.ascontiguousarray(found, dtype=np.int64)
 

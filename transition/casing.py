@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from transition.dolfinx_field import MeridianVelocityField, VelocityField
+    from transition.dolfinx_field import VelocityField
     from transition.isometry import Isometry
     from transition.points import MaterialPoints, PointSource
     from transition.segments import CasingSegment
@@ -139,14 +139,14 @@ class RingCasing:
         cell, local = points.cell[chosen], points.local[chosen]
         angle = 2.0 * np.pi * local[:, 2]
         position = bilinear(self._state[cell, :, :2], local[:, :2])
-        velocity = self._field.at(cell, local[:, :2])
+        velocity = self._half.components(self._field.at(cell, local[:, :2]))
         return self._half.origin + self._half.turned(position, angle), self._half.turned(velocity, angle)
 
     @cached_property
-    def _field(self) -> MeridianVelocityField:
-        from transition.dolfinx_field import MeridianVelocityField
+    def _field(self) -> VelocityField:
+        from transition.dolfinx_field import VelocityField
 
-        return MeridianVelocityField(self._snapshot)
+        return VelocityField(self._snapshot)
 
 
 def casing_of(snapshot: Snapshot) -> Casing:
