@@ -131,7 +131,7 @@ class BurstFields:
         return found
 
     def solid_sums(self) -> np.ndarray:
-        """Elastic energy (J); mass (kg), momentum's size (kg m/s) and kinetic energy (J) of this rank's casings, (4,)."""
+        """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings: this rank's (4,)."""
         mesh, partial = self.mesh, np.zeros((_PARTIAL_SUMS, 4))
         material = len(Part) * mesh.round + mesh.part
         solid_sums(

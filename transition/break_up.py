@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.cell_points import POINTS_PER_FRAGMENT, CellPoints, lightest_that_matters, numbers
-from transition.directions import Directions, Shares, cell_shares, compare_directions
+from transition.casing import casing_of
+from transition.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
+from transition.directions import Directions, Shares, compare_directions
 from transition.errors import InputError
 from transition.isometry import Isometry, rotation
 from transition.laws import outside_of, segment_law
-from transition.ledger import CasingSums, casing_sums, ledger
+from transition.ledger import CasingSums, ledger
 from transition.mirroring import Image, images
 from transition.placing import Clusters, place
 from transition.points import MaterialPoints
@@ -24,7 +25,6 @@ from transition.results import BreakUpResult, BrokenRound, SegmentResult
 from transition.samplers import Graded, Quantile, Sampler
 from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
-from transition.shape_functions import trilinear
 from transition.snapshot import Snapshot
 from transition.summary import summarised
 
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-    from transition.dolfinx_field import VelocityField
 
 __all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up", "realisations"]
 
@@ -75,33 +74,19 @@ class BreakUp:
         self.snapshot = snapshot if isinstance(snapshot, Snapshot) else Snapshot.read(snapshot)
         self.settings = settings if settings is not None else BreakUpSettings()
         self.segments = casing_segments(self.snapshot, self.settings.segments)
-        casing = self.snapshot.casing
-        self._mass = self.snapshot.mass[casing]
-        self._corners = self.snapshot.position[self.snapshot.cells[casing]]
-        self._node_velocity = self.snapshot.velocity[self.snapshot.cells[casing]]
+        self._casing = casing_of(self.snapshot)
+        mass = self.snapshot.mass[self.snapshot.casing]
         self.laws = tuple(
-            segment_law(s, float(self._mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
+            segment_law(s, float(mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
             for s in self.segments
         )
         self._outside = outside_of(self.snapshot.rounds, self.settings)
-        self._sources = self._point_sources()
+        self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
         self._turned = self.settings.random_turn and len(self.rounds) == 1
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
-        self._field: VelocityField | None = None
-
-    def _point_sources(self) -> tuple[CellPoints, ...]:
-        """Where the material points of each segment come from."""
-        masses = [self._mass[segment.cells] for segment in self.segments]
-        number = numbers(masses, [lightest_that_matters(law.law) for law in self.laws])
-        return tuple(
-            CellPoints.of_segment(
-                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._node_velocity[s.cells], count
-            )
-            for s, mass, count in zip(self.segments, masses, number, strict=True)
-        )
 
     def realisation(self, seed: int, number: int = 0) -> BreakUpResult:
         """Break the casing up once.
@@ -182,12 +167,7 @@ class BreakUp:
         points, clusters = part.points, part.clusters
         if self.settings.velocity == "mean":
             return clusters.mass, *clusters.means(points)
-        if self._field is None:
-            from transition.dolfinx_field import VelocityField
-
-            self._field = VelocityField(self.snapshot)
-        cell, local = points.cell[clusters.chosen], points.local[clusters.chosen]
-        return clusters.mass, trilinear(self._corners[cell], local), self._field.at(cell, local)
+        return clusters.mass, *self._casing.interpolated(points, clusters.chosen)
 
     def _fragments(
         self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], angle: float | None
@@ -238,17 +218,14 @@ class BreakUp:
     def _casing_sums(self, computed: int) -> CasingSums:
         """Sums over the casing of a computed round."""
         if computed not in self._sums:
-            own = self.snapshot.round[self.snapshot.casing] == computed
-            self._sums[computed] = casing_sums(self._mass[own], self._corners[own], self._node_velocity[own])
+            self._sums[computed] = self._casing.sums(computed)
         return self._sums[computed]
 
     def _directions(self, number: int, fragments: Fragments, angle: float | None) -> Directions:
         broken, motion = self.rounds[number], self._motion(number, angle)
         shares = self._cell_shares.get(number)
         if shares is None:
-            own = self.snapshot.round[self.snapshot.casing] == broken.computed
-            velocity = self._node_velocity[own]
-            shares = cell_shares(self._mass[own], motion.vector(velocity) if motion else velocity, broken.axis)
+            shares = self._casing.shares(broken.computed, broken.axis, motion)
             if angle is None:
                 self._cell_shares[number] = shares
         mine = fragments.round == number

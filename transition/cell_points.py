@@ -52,9 +52,13 @@ def lightest_that_matters(law: MottLaw) -> float:
 
 
 def numbers(
-    cell_mass: Sequence[NDArray[np.float64]], lightest: Sequence[float], most: int = MOST_POINTS
+    cell_mass: Sequence[NDArray[np.float64]],
+    lightest: Sequence[float],
+    most: int = MOST_POINTS,
+    *,
+    together: int = 2,
 ) -> list[NDArray[np.int64]]:
-    """Points of every cell of several segments, an even number.
+    """Points of every cell of several segments, a multiple of `together`.
 
     Parameters
     ----------
@@ -63,14 +67,17 @@ def numbers(
     lightest : sequence of float
         The lightest fragment that matters (kg), by segment: it spans `POINTS_PER_FRAGMENT` points or more.
     most : int
-        Where all segments together would need more points, every segment has fewer in proportion, down to two a cell.
+        Where all segments together would need more points, every segment has fewer in proportion, down to `together`
+        a cell.
+    together : int
+        How many points a source places at a time: 2 or 4.
     """
     cells = sum(mass.size for mass in cell_mass)
-    fewest = 8 if 8 * cells <= _EIGHT_UP_TO else 2
+    fewest = 8 if 8 * cells <= _EIGHT_UP_TO else together
     coarser = 1.0
     while True:
         needed = [POINTS_PER_FRAGMENT * mass / (m * coarser) for mass, m in zip(cell_mass, lightest, strict=True)]
-        found = [np.maximum(2 * np.ceil(0.5 * number).astype(np.int64), fewest) for number in needed]
+        found = [np.maximum(together * np.ceil(number / together).astype(np.int64), fewest) for number in needed]
         total = sum(int(number.sum()) for number in found)
         if total <= most or total == fewest * cells:
             return found

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transition.meridian import bilinear, mass_density
 from transition.shape_functions import trilinear
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Directions", "Shares", "cell_shares", "compare_directions"]
+__all__ = ["Directions", "Shares", "cell_shares", "compare_directions", "ring_shares"]
 
 Shares = tuple["NDArray[np.float64]", "NDArray[np.float64]"]
 
 _BIN = 5.0
 _SAMPLES = 4  # along each side of a cell: columns of cells may be as wide as a bin
+_CONES, _TURNS = 1440, 360  # polar angles and azimuths that the directions of rings are gathered at
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,53 @@ def cell_shares(
         polar += found[0] / _SAMPLES**3
         azimuth += found[1] / _SAMPLES**3
     return polar, azimuth
+
+
+def ring_shares(
+    ring_mass: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    node_velocity: NDArray[np.float64],
+    axis: tuple[float, float, float],
+) -> Shares:
+    """The same of an axisymmetric casing: its rings fly on cones around the round's axis.
+
+    Parameters
+    ----------
+    ring_mass : (m,)
+        Masses of the rings (kg).
+    reference : (m, 4, 2)
+        Radius and height of the nodes before the burst (m), by which the mass is distributed.
+    node_velocity : (m, 4, 2)
+        Radial and axial velocity of the nodes now (m/s). Each ring is taken at the middles of 4 x 4 equal parts of its
+        reference square; by azimuth the mass is gathered on cones an eighth of a degree apart.
+    axis : tuple of float
+        Axis of the round.
+    """
+    density = mass_density(reference)
+    middles = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    powers = (2.0 * middles[:, None] - 1.0) ** np.arange(3)
+    weight = np.einsum("mij,ai,bj->mab", density, powers, powers)
+    weight *= (ring_mass / weight.sum(axis=(1, 2)))[:, None, None]
+    polar, cones = np.zeros(36), np.zeros(_CONES)
+    for a, b in np.ndindex(_SAMPLES, _SAMPLES):
+        velocity = bilinear(node_velocity, np.broadcast_to([middles[a], middles[b]], (len(ring_mass), 2)))
+        moving = np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0
+        angle = np.degrees(np.arctan2(np.abs(velocity[moving, 0]), velocity[moving, 1]))
+        mass = weight[moving, a, b]
+        polar += np.bincount(np.minimum(angle // _BIN, 180.0 / _BIN - 1).astype(int), mass, minlength=36)
+        cones += np.bincount(np.minimum(angle * (_CONES / 180.0), _CONES - 1).astype(int), mass, minlength=_CONES)
+    used = np.flatnonzero(cones)
+    angle = np.radians((used + 0.5) * 180.0 / _CONES)
+    unit = np.asarray(axis) / np.linalg.norm(axis)
+    # For an upright axis the turns begin at +x, so that none lies on a bound between sectors.
+    start = np.eye(3)[0 if abs(unit[0]) < 0.9 else 1]
+    first = start - (start @ unit) * unit
+    first /= np.linalg.norm(first)
+    turn = 2.0 * np.pi * np.arange(_TURNS) / _TURNS
+    circle = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * np.cross(unit, first)
+    direction = np.sin(angle)[:, None, None] * circle + np.cos(angle)[:, None, None] * unit
+    each = np.repeat(cones[used] / _TURNS, _TURNS)
+    return polar / ring_mass.sum(), _shares(each, direction.reshape(-1, 3), unit)[1] * (cones.sum() / ring_mass.sum())
 
 
 def compare_directions(

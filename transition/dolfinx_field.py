@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.errors import InputError
+from transition.meridian import bilinear
 from transition.shape_functions import trilinear
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ class VelocityField:
 
     The function lives on the mesh before the burst, where every cell is well shaped; a material point keeps its
     coordinates in the cell, so the weights are those of the deformed cell, and the pull-back never meets a cell that
-    the burst has bent out of shape.
+    the burst has bent out of shape. The cells are hexahedra, or the quadrilaterals of a meridian in its half plane.
 
     Parameters
     ----------
@@ -48,13 +49,17 @@ class VelocityField:
                 f"break_up.velocity = 'interpolation' needs dolfinx ({error}); 'mean' works without it"
             ) from None
 
-        cells = snapshot.cells[snapshot.casing][:, _TENSOR_ORDER]
+        corners = snapshot.cells[snapshot.casing]
+        self._corners = snapshot.reference[corners]
+        self._interpolate = bilinear if snapshot.is_axisymmetric else trilinear
+        cells = corners[:, _TENSOR_ORDER[: corners.shape[1]]]
         nodes, compact = np.unique(cells, return_inverse=True)
-        compact = compact.reshape(cells.shape)
-        self._corners = snapshot.reference[snapshot.cells[snapshot.casing]]
-        domain = compat.create_hexahedral_mesh(
-            MPI.COMM_SELF, compact, snapshot.reference[nodes], np.zeros(len(cells), dtype=np.int32)
-        )
+        compact, places = compact.reshape(cells.shape), snapshot.reference[nodes]
+        if snapshot.is_axisymmetric:
+            domain = compat.create_quadrilateral_mesh(MPI.COMM_SELF, compact, places)
+        else:
+            owner = np.zeros(len(cells), dtype=np.int32)
+            domain = compat.create_hexahedral_mesh(MPI.COMM_SELF, compact, places, owner)
         original = np.asarray(domain.topology.original_cell_index)
         self._local = np.empty(len(cells), dtype=np.int32)
         self._local[original] = np.arange(len(cells), dtype=np.int32)
@@ -63,6 +68,9 @@ class VelocityField:
         values[compat.cells_dofmap(self._velocity.function_space)] = snapshot.velocity[cells[original]]
 
     def at(self, cell: NDArray[np.int64], point: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Velocities (n, 3) in m/s at the coordinates `point` (n, 3), 0 to 1, of casing cells `cell` (n,)."""
-        places = trilinear(self._corners[cell], point)
+        """Velocities (n, 3) in m/s at coordinates 0 to 1 of casing cells `cell` (n,).
+
+        `point` is (n, 3) in hexahedra, (n, 2) in quadrilaterals, whose velocities lie in the half plane.
+        """
+        places = self._interpolate(self._corners[cell], point)
         return np.asarray(self._velocity.eval(places, self._local[cell])).reshape(-1, 3)

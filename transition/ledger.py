@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
     from flight.fragments import Fragments
     from transition.isometry import Isometry
+    from transition.meridian import HalfPlane
 
-__all__ = ["CasingSums", "Ledger", "casing_sums", "ledger"]
+__all__ = ["CasingSums", "Ledger", "casing_sums", "ledger", "ring_sums"]
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,9 @@ class Ledger:
     """Mass, momentum and energy before and after. SI units.
 
     The casing's momentum and energy are those of its lumped nodal masses (an eighth of each cell's mass at each of
-    its nodes), as the burst stage steps them. Angular momentum is counted about the origin of coordinates; the
-    casing's is that of the finite-element field with each cell's mass spread evenly over its reference coordinates.
+    its nodes; for a ring the integral of rho N_a 2 pi r dA), as the burst stage steps them. Angular momentum is counted
+    about the origin of coordinates; the casing's is that of the finite-element field with each cell's mass spread
+    evenly over its reference coordinates, or as lumped over the ring.
     Fragments are handed over without spin: what they would have is counted here as lost.
 
     Attributes
@@ -51,8 +53,8 @@ class Ledger:
     energy_error : float
         (energy - casing_energy)/casing_energy; 0 for a casing at rest.
     cell_energy : float
-        Kinetic energy of the cells moving as one piece each (J). Fragments smaller than a cell keep more of the
-        casing's energy, those of many cells less.
+        Kinetic energy of the cells moving as one piece each (J), rings by their cross-section. Fragments smaller
+        than a cell keep more of the casing's energy, those of many cells less.
     """
 
     mass: float
@@ -113,6 +115,39 @@ def casing_sums(
         angular_scale=float(cell_mass @ (np.linalg.norm(corners, axis=2) * speed).mean(axis=1)),
         energy=0.5 * float(cell_mass @ squares.mean(axis=1)),
         cell_energy=0.5 * float(cell_mass @ np.einsum("ij,ij->i", cell_velocity, cell_velocity)),
+    )
+
+
+def ring_sums(
+    ring_mass: NDArray[np.float64], shares: NDArray[np.float64], state: NDArray[np.float64], half: HalfPlane
+) -> CasingSums:
+    """Sums over the rings of an axisymmetric casing.
+
+    Parameters
+    ----------
+    ring_mass, shares : (m,), (m, 4)
+        Masses (kg) and their shares at the nodes (`transition.meridian.node_shares`).
+    state : (m, 4, 4)
+        Radius and height (m), radial and axial velocity (m/s) of the nodes.
+    half : HalfPlane
+        The half plane of the meridian.
+    """
+    nodal = ring_mass[:, None] * shares
+    squares = (state[..., 2:] ** 2).sum(axis=2)
+    speed = np.sqrt(squares)
+    momentum = float((nodal * state[..., 3]).sum()) * half.axis
+    # Root of the mean square distance from the origin of the circle that a node stands for
+    on_axis = half.origin + state[..., 1:2] * half.axis
+    distance = np.sqrt((on_axis**2).sum(axis=2) + state[..., 0] ** 2)
+    mean = np.einsum("ma,maj->mj", shares, state[..., 2:])
+    return CasingSums(
+        mass=float(ring_mass.sum()),
+        momentum=momentum,
+        scale=float((nodal * speed).sum()),
+        angular_momentum=np.cross(half.origin, momentum),
+        angular_scale=float((nodal * distance * speed).sum()),
+        energy=0.5 * float((nodal * squares).sum()),
+        cell_energy=0.5 * float(ring_mass @ (mean**2).sum(axis=1)),
     )
 
 

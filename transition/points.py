@@ -1,6 +1,7 @@
 """Material points: the form in which a casing's state is handed to the break-up.
 
-Where the points come from is the business of a source: hexahedral cells (`transition.cell_points`) are one.
+Where the points come from is the business of a source: hexahedral cells (`transition.cell_points`) are one, the rings
+of an axisymmetric burst (`transition.ring_points`) another.
 """
 
 from __future__ import annotations
@@ -31,9 +32,10 @@ class MaterialPoints:
     round, segment : (p,) int32
         The round and the segment within it that they belong to.
     cell : (p,) int64
-        The casing cell they lie in, as an index of `Snapshot.casing`; -1 where the source has no cells.
+        The casing cell or ring they lie in, as an index of `Snapshot.casing`; -1 where the source has no cells.
     local : (p, 3) float64
-        Coordinates 0 to 1 in that cell; without rows where they were not asked for, or the source has no cells.
+        Coordinates 0 to 1 in that cell (of a ring: in its quadrilateral, and the turn about the axis); without rows
+        where they were not asked for, or the source has no cells.
     """
 
     position: NDArray[np.float64]
@@ -56,6 +58,6 @@ class MaterialPoints:
 class PointSource(Protocol):
     """Draws the material points of one segment; the same mass and momentum each time, at other places."""
 
-    def draw(self, generator: np.random.Generator) -> MaterialPoints:
-        """Points of one realisation."""
+    def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
+        """Points of one realisation; with their coordinates in the cells on demand."""
         ...

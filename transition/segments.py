@@ -112,11 +112,10 @@ def _recut(
 def _segment(snapshot: Snapshot, index: int, number: int, data: SegmentData, cells: NDArray[np.int64]) -> CasingSegment:
     owner = snapshot.rounds[index]
     axis = np.asarray(owner.axis) / np.linalg.norm(owner.axis)
-    nodes = snapshot.cells[snapshot.casing[cells]]
-    away = snapshot.reference[nodes].mean(axis=1) - np.asarray(owner.position)
+    away = snapshot.casing_means(snapshot.reference, cells) - np.asarray(owner.position)
     away -= np.outer(away @ axis, axis)
     mass = snapshot.mass[snapshot.casing[cells]]
-    velocity = snapshot.velocity[nodes].mean(axis=1)
+    velocity = snapshot.casing_means(snapshot.velocity, cells)
     spread = float(mass @ (away**2).sum(axis=1))
     rate = float(mass @ (away * velocity).sum(axis=1)) / spread if spread > 0.0 else 0.0
     return CasingSegment(index, number, data, cells, max(rate * data.outer_radius, 0.0))
@@ -152,7 +151,7 @@ def _measured(
         charge_radius = float(np.sqrt(charge_mass / data.explosive_density / (last - first) / np.pi))
     if kind != "wall":
         wall = _weighted(shares, [g.wall_thickness for g in data.segments])
-    speeds = np.linalg.norm(snapshot.velocity[snapshot.cells[whole]].mean(axis=1), axis=1)
+    speeds = np.linalg.norm(snapshot.casing_means(snapshot.velocity, cells), axis=1)
     return SegmentData(
         name=f"{start * 1e3:.0f}-{end * 1e3:.0f} mm",
         kind=kind,
@@ -179,7 +178,7 @@ def _weighted(shares: NDArray[np.float64], values: list[float]) -> float:
 def _stations_and_radii(
     snapshot: Snapshot, data: RoundData, cells: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stations and distances from the axis (k, 8) of the cells' nodes before the burst (m)."""
+    """Stations and distances from the axis (k, nodes) of the cells' nodes before the burst (m)."""
     axis = np.asarray(data.axis) / np.linalg.norm(data.axis)
     away = snapshot.reference[snapshot.cells[cells]] - np.asarray(data.position)
     height = away @ axis
@@ -199,7 +198,7 @@ def _outline(snapshot: Snapshot, data: RoundData, cells: NDArray[np.int64]) -> f
     length = float(np.ptp(stations))
     bins = max(1, round(length / float(np.median(np.ptp(stations, axis=1)))))
     place = np.minimum((bins * (centre - stations.min()) / length).astype(int), bins - 1)
-    # Half of the cell's own taper lies beyond its middle: take the mean over the nodes of its outer face.
+    # Half of the cell's own taper lies beyond its middle: take the mean over the nodes of its outer face or edge.
     outer = np.full(bins, 0.0)
-    np.maximum.at(outer, place, np.sort(radii, axis=1)[:, 4:].mean(axis=1))
+    np.maximum.at(outer, place, np.sort(radii, axis=1)[:, radii.shape[1] // 2 :].mean(axis=1))
     return float(mass @ outer[place] / mass.sum())

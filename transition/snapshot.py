@@ -11,19 +11,32 @@ import numpy as np
 
 from transition.errors import InputError
 from transition.expansion import Expansion
+from transition.meridian import HalfPlane, check_meridian, node_shares
 from transition.mirroring import SymmetryPlane
 
 if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-__all__ = ["CASING", "CHARGE", "FORMAT_NAME", "FORMAT_VERSION", "SEGMENT_KINDS", "RoundData", "SegmentData", "Snapshot"]
+__all__ = [
+    "CASING",
+    "CHARGE",
+    "FORMAT_NAME",
+    "FORMAT_VERSION",
+    "GEOMETRIES",
+    "SEGMENT_KINDS",
+    "RoundData",
+    "SegmentData",
+    "Snapshot",
+]
 
 FORMAT_NAME = "fragfield burst snapshot"
 FORMAT_VERSION = 1
 CASING, CHARGE = 0, 1
 _TOUCHING = 1e-6  # of the rounds' extent
 SEGMENT_KINDS = ("nose", "wall", "base")
+GEOMETRIES = {"3d": 8, "axisymmetric": 4}
+"""Nodes of a cell by geometry of the burst."""
 
 
 @dataclass(frozen=True)
@@ -84,18 +97,22 @@ class Snapshot:
         Nodes before the burst and now (m).
     velocity : (n, 3) float64
         Velocity of the nodes (m/s).
-    cells : (m, 8) int64
-        Nodes of the hexahedra in VTK's order.
+    cells : (m, 8) or (m, 4) int64
+        Nodes of the hexahedra in VTK's order; of an axisymmetric burst those of the quadrilaterals of its meridian,
+        counter-clockwise in (r, z), which stand for rings around the round's axis.
     part, round, segment : (m,) int64
         Material (0 casing, 1 charge, 2 fuze), round, and segment within the round (-1: none).
     station : (m,) float64
         Place of the cell's centre along its round, from the nose end (m).
     mass : (m,) float64
-        Mass of the cell (kg).
+        Mass of the cell, or of the whole ring (kg).
     rounds : tuple of RoundData
         The rounds and their segments.
     planes : tuple of SymmetryPlane
         Planes of symmetry, behind which the images of the rounds stand.
+    geometry : str
+        "3d" or "axisymmetric". An axisymmetric snapshot has one round, and all its nodes lie in one half plane through
+        the round's axis.
 
     Raises
     ------
@@ -117,6 +134,7 @@ class Snapshot:
     mass: NDArray[np.float64]
     rounds: tuple[RoundData, ...]
     planes: tuple[SymmetryPlane, ...] = ()
+    geometry: str = "3d"
 
     def __post_init__(self) -> None:
         """Refuse what cannot be broken up."""
@@ -126,6 +144,31 @@ class Snapshot:
     def casing(self) -> NDArray[np.int64]:
         """Indices of the casing's cells."""
         return np.flatnonzero(self.part == CASING)
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether cells are quadrilaterals of a meridian."""
+        return self.geometry == "axisymmetric"
+
+    @cached_property
+    def half_plane(self) -> HalfPlane:
+        """The half plane of an axisymmetric burst."""
+        return HalfPlane.of(self)
+
+    @cached_property
+    def ring_shares(self) -> NDArray[np.float64]:
+        """Shares (c, 4) of each casing ring's mass at its nodes, as the axisymmetric burst lumps them."""
+        return node_shares(self.half_plane.coordinates(self.reference[self.cells[self.casing]]))
+
+    def casing_means(self, values: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Means by mass (k, 3) of nodal vectors (n, 3) over casing cells, given as indices of `casing`.
+
+        Of a ring it is the mean over its cross-section, which lies in the half plane.
+        """
+        at_nodes = values[self.cells[self.casing[cells]]]
+        if not self.is_axisymmetric:
+            return np.asarray(at_nodes.mean(axis=1))
+        return np.asarray(np.einsum("ca,caj->cj", self.ring_shares[cells], at_nodes))
 
     @classmethod
     def read(cls, path: str | Path) -> Snapshot:
@@ -160,7 +203,7 @@ def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
     return cls(
         source=source,
         time=time,
-        provenance={k: v for k, v in attributes.items() if k not in ("format", "format_version", "time")},
+        provenance={k: v for k, v in attributes.items() if k not in ("format", "format_version", "time", "geometry")},
         reference=_reals(file, "nodes/reference", source),
         position=_reals(file, "nodes/position", source),
         velocity=_reals(file, "nodes/velocity", source),
@@ -172,6 +215,7 @@ def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
         mass=_reals(file, "cells/mass", source),
         rounds=tuple(_round(_child(file, f"rounds/{index}", source), f"{source}: rounds/{index}") for index in indices),
         planes=tuple(_plane(group, f"{source}: planes/{key}") for key, group in file.get("planes", {}).items()),
+        geometry=attributes.get("geometry", "3d"),
     )
 
 
@@ -263,8 +307,12 @@ def _wholes(file: h5py.Group, path: str, where: str) -> NDArray[np.int64]:
 def _check(snapshot: Snapshot) -> None:
     where = snapshot.source
     nodes, cells = len(snapshot.reference), len(snapshot.cells)
+    if snapshot.geometry not in GEOMETRIES:
+        raise InputError(f"{where}: geometry is {snapshot.geometry!r}; allowed: {', '.join(GEOMETRIES)}")
     shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("reference", "position", "velocity"), (nodes, 3))
-    shapes |= {"cells": (cells, 8)} | dict.fromkeys(("part", "round", "segment", "station", "mass"), (cells,))
+    shapes |= {"cells": (cells, GEOMETRIES[snapshot.geometry])} | dict.fromkeys(
+        ("part", "round", "segment", "station", "mass"), (cells,)
+    )
     for name, shape in shapes.items():
         array = getattr(snapshot, name)
         if array.shape != shape:
@@ -285,6 +333,8 @@ def _check(snapshot: Snapshot) -> None:
     segment, of_round = snapshot.segment[casing], snapshot.round[casing]
     if (segment < 0).any() or (segment >= numbers[of_round]).any():
         raise InputError(f"{where}: casing cells name segments that /rounds/<i>/segments does not list")
+    if snapshot.is_axisymmetric:
+        check_meridian(snapshot)
     _check_planes(snapshot)
 
 
@@ -296,6 +346,12 @@ def _check_planes(snapshot: Snapshot) -> None:
     nodes = snapshot.reference[np.unique(snapshot.cells[snapshot.casing])]
     for plane in snapshot.planes:
         height = (nodes - plane.point) @ plane.normal
+        if snapshot.is_axisymmetric:
+            # The lowest point of each node's circle around the axis
+            half = snapshot.half_plane
+            radius = half.coordinates(nodes)[:, 0]
+            height -= radius * (half.frame[0] @ plane.normal)
+            height -= radius * np.linalg.norm(half.frame[:2] @ plane.normal)
         if height.min() < -_TOUCHING * float(np.ptp(nodes, axis=0).max()):
             raise InputError(
                 f"{snapshot.source}: casing nodes stand {-height.min():.3g} m behind the plane of symmetry "

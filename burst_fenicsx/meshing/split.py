@@ -21,8 +21,8 @@ def split_charges(mesh: _Mesh) -> _Mesh:
     """Give every charge nodes of its own where it meets the casing (the paper's Fig. 2.2).
 
     Not where it meets a fuze: its front does not slide on it, and a weak fuze that products press on without friction
-    is drawn out into fingers, behind which the charge comes to lie. The new nodes are the charge's and come after all others, so that those of the
-    casing keep their numbers.
+    is drawn out into fingers, behind which the charge comes to lie. The new nodes are the charge's and come after all
+    others, so that those of the casing keep their numbers.
 
     Parameters
     ----------

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
+    from burst_fenicsx.revolve import Revolution
     from flight.ensemble import EnsembleHazard
     from transition.mirroring import SymmetryPlane
 
@@ -30,7 +31,7 @@ STAGE_FILES = {
 }
 """File that tells that a stage has been run."""
 
-_PROVENANCE_SKIPPED = ("format", "format_version", "time")
+_PROVENANCE_SKIPPED = ("format", "format_version", "time", "geometry")
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,13 @@ class RunFiles:
     ensemble: EnsembleHazard | None = None
     witness_ensemble: dict[str, NDArray[Any]] = field(default_factory=dict)
     """Hits by realisation and sector, by the name of the witness surface."""
+    revolution: Revolution | None = None
+    """How the meridian of an axisymmetric burst is revolved; made when it is first drawn."""
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether the burst's cells are quadrilaterals of a meridian."""
+        return "nodes" in self.cells and self.cells["nodes"].shape[1] == 4
 
     @property
     def missing(self) -> list[str]:

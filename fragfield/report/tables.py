@@ -78,7 +78,7 @@ def mesh_rows(run: RunFiles) -> Rows:
         "Mesh",
         (
             from_case("Cell size", run.case.get("burst", {}).get("cell_size", "not stated")),
-            row("Hexahedra", len(cells)),
+            row("Quadrilaterals of the meridian" if run.is_axisymmetric else "Hexahedra", len(cells)),
             row("– of the casings", int((part == 0).sum())),
             row("– of the charges", int((part == 1).sum())),
             row("Nodes", len(nodes)),

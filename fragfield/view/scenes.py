@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
+from fragfield.view.revolve import revolved
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,12 +32,15 @@ __all__ = [
 CASING = 0
 """Part of a cell, as the snapshot numbers them."""
 _SECTION = "section"
-_MIRRORED = (3, 2, 1, 0, 7, 6, 5, 4)
-"""Corners of a mirrored hexahedron in the order in which it is not inside out."""
+_MIRRORED = {8: [3, 2, 1, 0, 7, 6, 5, 4], 6: [0, 2, 1, 3, 5, 4]}
+"""Corners of a mirrored hexahedron and wedge in the order in which it is not inside out."""
 
 
 def final_burst(run: RunFiles) -> pyvista.UnstructuredGrid:
-    """The mesh at the end of the burst with the nodes' speed, from the snapshot, with its images."""
+    """The mesh at the end of the burst with the nodes' speed, from the snapshot, with its images.
+
+    The meridian of an axisymmetric burst is shown revolved around its axis.
+    """
     if not run.nodes:
         raise InputError(f"{run.folder}: burst_snapshot.h5 is missing; run `fragfield burst` first")
     speed = np.linalg.norm(run.nodes["velocity"], axis=1)
@@ -59,7 +63,8 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
     if "velocity" not in grid.point_data or "part" not in grid.cell_data:
         raise InputError(f"{run.folder / 'burst.xdmf'}: velocity or part is missing at {time:g} s")
     speed = np.linalg.norm(grid.point_data["velocity"], axis=1)
-    return _whole(run, grid.points, grid.cell_connectivity.reshape(-1, 8), speed, grid.cell_data["part"])
+    cells = grid.cell_connectivity.reshape(-1, 4 if run.is_axisymmetric else 8)
+    return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])
 
 
 def burst_states(run: RunFiles, number: int) -> list[tuple[float, pyvista.UnstructuredGrid]]:
@@ -86,20 +91,36 @@ def _whole(
     speed: NDArray[np.float64],
     part: NDArray[Any],
 ) -> pyvista.UnstructuredGrid:
-    """The hexahedra that were computed and their images, with speed and part."""
+    """The cells that were computed, or their revolution, and the images of both, with speed and part."""
     import pyvista
 
     from transition.mirroring import images
 
     mirrors = images(run.planes, str(run.folder))
-    places, corners = [points], [cells]
-    for number, image in enumerate(mirrors, start=1):
-        places.append(image.place(points))
-        turned = cells[:, _MIRRORED] if np.linalg.det(image.matrix) < 0.0 else cells
-        corners.append(turned + number * len(points))
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: np.vstack(corners)}, np.vstack(places))
+    part = np.asarray(part).astype(np.int32)
+    kinds = {pyvista.CellType.HEXAHEDRON: (cells, part)}
+    if run.is_axisymmetric:
+        shown = revolved(run, points, speed, part)
+        points, speed = shown.points, shown.speed
+        kinds = {
+            pyvista.CellType.HEXAHEDRON: (shown.hexahedra, shown.part_of_hexahedra),
+            pyvista.CellType.WEDGE: (shown.wedges, shown.part_of_wedges),
+        }
+    places = [points, *(image.place(points) for image in mirrors)]
+    corners, parts = {}, []
+    for kind, (own, of_kind) in kinds.items():
+        if not len(own):
+            continue
+        inside_out = own[:, _MIRRORED[own.shape[1]]]
+        copies = [own]
+        for number, image in enumerate(mirrors, start=1):
+            turned = inside_out if np.linalg.det(image.matrix) < 0.0 else own
+            copies.append(turned + number * len(points))
+        corners[kind] = np.vstack(copies)
+        parts.append(np.tile(of_kind, 1 + len(mirrors)))
+    grid = pyvista.UnstructuredGrid(corners, np.vstack(places))
     grid.point_data["speed"] = np.tile(speed, 1 + len(mirrors))
-    grid.cell_data["part"] = np.tile(np.asarray(part).astype(np.int32), 1 + len(mirrors))
+    grid.cell_data["part"] = np.concatenate(parts)
     grid.field_data[_SECTION] = [_section_plane(run, mirrors)]
     return grid
 

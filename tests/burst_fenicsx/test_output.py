@@ -212,7 +212,24 @@ def test_wrong_input_is_named_and_leaves_the_series_as_it_was(tmp_path: Path) ->
 
 def test_refuses_what_is_no_hexahedron_and_an_unwritable_folder(tmp_path: Path) -> None:
     """Faults of the set-up come before the run."""
-    with pytest.raises(InputError, match=r"shape \(5, 4\).*expected whole numbers of shape \(cells, 8\)"):
-        TimeSeries(tmp_path / "burst", np.zeros((5, 4), int))
+    with pytest.raises(InputError, match=r"shape \(5, 6\).*whole numbers of shape \(cells, 8\) or \(cells, 4\)"):
+        TimeSeries(tmp_path / "burst", np.zeros((5, 6), int))
     with pytest.raises(InputError, match="name a folder that exists and is writable"):
         TimeSeries(tmp_path / "nowhere" / "burst", box()[1])
+
+
+def test_quadrilaterals_of_a_meridian_are_read_back(tmp_path: Path) -> None:
+    """VTK finds quadrilaterals with the fields that were written."""
+    pyvista = pytest.importorskip("pyvista")
+    points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, 1]], dtype=float)
+    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    with TimeSeries(tmp_path / "burst", cells) as series:
+        series.write(0.0, points, {"velocity": points}, {"part": np.array([1, 0])})
+        series.write(1.0, 2.0 * points, {"velocity": 3.0 * points}, {"part": np.array([1, 0])})
+    reader = pyvista.get_reader(str(tmp_path / "burst.xdmf"))
+    reader.set_active_time_value(1.0)
+    grid = reader.read()
+    assert set(grid.celltypes) == {pyvista.CellType.QUAD}
+    np.testing.assert_array_equal(grid.cell_connectivity.reshape(-1, 4), cells)
+    np.testing.assert_allclose(grid.point_data["velocity"], 3.0 * points)
+    assert grid.compute_cell_sizes()["Area"] == pytest.approx([4.0, 4.0])

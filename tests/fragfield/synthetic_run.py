@@ -82,8 +82,13 @@ density = "7850.0 kg/m^3"
 """
 
 
-def write_run(folder: Path, rounds: int = 1, title: str = "Synthetic round", stages: int = 3) -> Path:
-    """Write the files of the first `stages` of burst, break-up and flight, and all that goes with them."""
+def write_run(
+    folder: Path, rounds: int = 1, title: str = "Synthetic round", stages: int = 3, *, axisymmetric: bool = False
+) -> Path:
+    """Write the files of the first `stages` of burst, break-up and flight, and all that goes with them.
+
+    An `axisymmetric` burst has quadrilaterals of the meridian of its one round in place of hexahedra.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     names = [f"round {chr(65 + index)}" for index in range(rounds)]
     places = (np.arange(rounds) - (rounds - 1) / 2) * 0.19
@@ -91,7 +96,7 @@ def write_run(folder: Path, rounds: int = 1, title: str = "Synthetic round", sta
     (folder / "case.toml").write_text(CASE.format(title=title, rounds=tables), encoding="utf-8")
     (folder / "run.log").write_text("burst: 120.0 us reached\nbreak-up: done\n", encoding="utf-8")
     summary: dict[str, Any] = {"case": title, "versions": json.loads(PROVENANCE["versions"]), "seed": 1}
-    mesh = _mesh(places)
+    mesh = _meridian() if axisymmetric else _mesh(places)
     if stages >= 1:
         summary["burst"] = _burst(folder, mesh, names, places)
     if stages >= 2:
@@ -128,6 +133,27 @@ def _mesh(places: np.ndarray) -> dict[str, np.ndarray]:
         "round": np.repeat(np.arange(repeat), len(cells)),
         "segment": np.tile(segment, repeat),
         "station": np.tile(station, repeat),
+    }
+
+
+def _meridian() -> dict[str, np.ndarray]:
+    """Meridian of the tube, from the axis on, in the half plane y = 0."""
+    radii = np.r_[np.linspace(0.0, BORE, 5), np.linspace(BORE, RADIUS, 3)[1:]]
+    r, z = np.meshgrid(radii, np.linspace(0, LENGTH, 31))
+    number = np.arange(r.size).reshape(r.shape)
+    corners = [number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]]
+    cells = np.stack([item.ravel() for item in corners], axis=1)
+    nodes = np.column_stack([r.ravel(), np.zeros(r.size), z.ravel()])
+    part = np.tile(np.where(np.arange(len(radii) - 1) >= 4, 0, 1), 30)
+    station = LENGTH - nodes[cells][:, :, 2].mean(axis=1)
+    return {
+        "reference": nodes,
+        "axis_x": np.zeros(len(nodes)),
+        "cells": cells,
+        "part": part,
+        "round": np.zeros(len(cells), dtype=int),
+        "segment": np.where(part == 0, np.searchsorted([s[3] for s in SEGMENTS], station), -1),
+        "station": station,
     }
 
 
@@ -171,6 +197,8 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
     casing_mass, charge_mass = _masses()
     with h5py.File(folder / "burst_snapshot.h5", "w") as file:
         file.attrs.update({"format": "fragfield burst snapshot", "format_version": 1, "time": END_TIME, **PROVENANCE})
+        if mesh["cells"].shape[1] == 4:
+            file.attrs["geometry"] = "axisymmetric"
         file["nodes/reference"], file["nodes/position"], file["nodes/velocity"] = mesh["reference"], position, velocity
         file["cells/nodes"], file["cells/part"] = mesh["cells"], mesh["part"].astype(np.uint8)
         for name in ("round", "segment", "station"):

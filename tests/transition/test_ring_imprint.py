@@ -1,0 +1,54 @@
+"""Fragments of an axisymmetric burst show neither the meridian's cells nor any azimuth.
+
+Field, samples and null distributions are those of `tests.transition.test_imprint`: v = (k r, c z') on coarse rings,
+whole realisations as the sample, at 1 %. No realisation is turned before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.transition.meridian import Meridian
+from tests.transition.test_imprint import AXIAL, LEVEL, OUTWARD, elevation_test, imprints, phase_test
+from transition import BreakUp, BreakUpSettings
+
+MESHES = {8: {"axial": 37, "radial_cells": 2}, 3: {"axial": 100, "radial_cells": 6}}
+
+
+def linear(r, z):
+    return np.column_stack([OUTWARD * r, AXIAL * (z - 0.15)])
+
+
+def velocities(folder, size, count):
+    """Masses and velocities of `count` realisations on a tube of one segment."""
+    tube = Meridian(**MESHES[size], velocity=linear, ends=(), kinds=("wall",))
+    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(random_turn=False))
+    return [(f.mass, f.velocity) for f in (prepared.fragments(29, number) for number in range(count))]
+
+
+@pytest.mark.parametrize(
+    ("size", "count"),
+    [(8, 60), pytest.param(8, 200, marks=pytest.mark.slow), pytest.param(3, 200, marks=pytest.mark.slow)],
+)
+def test_directions_show_no_mesh_and_no_azimuth(tmp_path, size, count):
+    found = velocities(tmp_path, size, count)
+    chances = imprints(found, 36)  # columns of the hexahedra of this cell size
+    for name, fold in (("opposite points", 2), ("fours of points", 4)):
+        azimuths = [np.degrees(np.arctan2(v[:, 1], v[:, 0])) for _, v in found]
+        chances[f"phase, {name}"] = phase_test(azimuths, fold)
+    assert all(chance > LEVEL for _, chance in chances.values()), chances
+
+
+def test_points_all_in_the_half_plane_would_be_found(tmp_path):
+    """The tests see what they are for: azimuths in fours at fixed places, elevations of whole rings."""
+    found = velocities(tmp_path, 8, 60)
+    height = 0.3 / MESHES[8]["axial"] * AXIAL
+    azimuths, tangents = [], []
+    for _, v in found:
+        bearing = np.degrees(np.arctan2(v[:, 1], v[:, 0]))
+        azimuths.append(np.where(np.arange(bearing.size) % 8 == 0, np.round(bearing / 90.0) * 90.0, bearing))
+        up = np.round(v[:, 2] / height) * height
+        tangents.append(up / np.hypot(v[:, 0], v[:, 1]))
+    assert phase_test(azimuths, 4)[1] < LEVEL
+    assert elevation_test(tangents, np.random.default_rng(1))[1] < LEVEL

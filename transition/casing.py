@@ -1,0 +1,154 @@
+"""The burst casing as the break-up sees it: hexahedra, or rings around the axis of an axisymmetric burst.
+
+Both give sources of material points, sums for the ledger, directions by mass, and positions and velocities at material
+points; the break-up does not know which it has.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from transition.cell_points import CellPoints, numbers
+from transition.directions import Shares, cell_shares, ring_shares
+from transition.ledger import CasingSums, casing_sums, ring_sums
+from transition.meridian import bilinear
+from transition.ring_points import POINTS_TOGETHER, RingPoints
+from transition.shape_functions import trilinear
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from transition.dolfinx_field import VelocityField
+    from transition.isometry import Isometry
+    from transition.points import MaterialPoints, PointSource
+    from transition.segments import CasingSegment
+    from transition.snapshot import Snapshot
+
+__all__ = ["Casing", "HexahedralCasing", "RingCasing", "casing_of"]
+
+
+class Casing(Protocol):
+    """State of the casings at the end of the burst; cells are indices of `Snapshot.casing`."""
+
+    def sources(self, segments: Sequence[CasingSegment], lightest: Sequence[float]) -> tuple[PointSource, ...]:
+        """Source of material points of each segment, for its lightest fragment that matters (kg)."""
+        ...
+
+    def sums(self, computed: int) -> CasingSums:
+        """Mass, momentum and energy of the casing of a computed round."""
+        ...
+
+    def shares(self, computed: int, axis: tuple[float, float, float], motion: Isometry | None) -> Shares:
+        """Shares of its mass by direction after `motion`, which carries its axis to `axis`."""
+        ...
+
+    def interpolated(
+        self, points: MaterialPoints, chosen: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Position (n, 3) in m and velocity (n, 3) in m/s at the chosen points, by dolfinx's shape functions."""
+        ...
+
+
+class HexahedralCasing:
+    """Casings of hexahedra."""
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        nodes = snapshot.cells[snapshot.casing]
+        self._snapshot = snapshot
+        self._mass = snapshot.mass[snapshot.casing]
+        self._corners, self._velocity = snapshot.position[nodes], snapshot.velocity[nodes]
+
+    def sources(self, segments: Sequence[CasingSegment], lightest: Sequence[float]) -> tuple[PointSource, ...]:
+        """See `Casing`."""
+        masses = [self._mass[segment.cells] for segment in segments]
+        number = numbers(masses, lightest)
+        return tuple(
+            CellPoints.of_segment(
+                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._velocity[s.cells], count
+            )
+            for s, mass, count in zip(segments, masses, number, strict=True)
+        )
+
+    def sums(self, computed: int) -> CasingSums:
+        """See `Casing`."""
+        own = self._own(computed)
+        return casing_sums(self._mass[own], self._corners[own], self._velocity[own])
+
+    def shares(self, computed: int, axis: tuple[float, float, float], motion: Isometry | None) -> Shares:
+        """See `Casing`."""
+        own = self._own(computed)
+        velocity = self._velocity[own]
+        return cell_shares(self._mass[own], motion.vector(velocity) if motion else velocity, axis)
+
+    def interpolated(
+        self, points: MaterialPoints, chosen: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See `Casing`."""
+        cell, local = points.cell[chosen], points.local[chosen]
+        return trilinear(self._corners[cell], local), self._field.at(cell, local)
+
+    @cached_property
+    def _field(self) -> VelocityField:
+        from transition.dolfinx_field import VelocityField
+
+        return VelocityField(self._snapshot)
+
+    def _own(self, computed: int) -> NDArray[np.bool_]:
+        return self._snapshot.round[self._snapshot.casing] == computed
+
+
+class RingCasing:
+    """Casing of the one round of an axisymmetric burst: rings around its axis."""
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        nodes = snapshot.cells[snapshot.casing]
+        self._snapshot = snapshot
+        self._half = snapshot.half_plane
+        self._mass = snapshot.mass[snapshot.casing]
+        self._reference = self._half.coordinates(snapshot.reference[nodes])
+        self._state = np.concatenate(
+            [self._half.coordinates(snapshot.position[nodes]), self._half.components(snapshot.velocity[nodes])], axis=2
+        )
+
+    def sources(self, segments: Sequence[CasingSegment], lightest: Sequence[float]) -> tuple[PointSource, ...]:
+        """See `Casing`."""
+        masses = [self._mass[segment.cells] for segment in segments]
+        number = numbers(masses, lightest, together=POINTS_TOGETHER)
+        return tuple(
+            RingPoints(s.index, s.cells, mass, self._reference[s.cells], self._state[s.cells], count, self._half)
+            for s, mass, count in zip(segments, masses, number, strict=True)
+        )
+
+    def sums(self, computed: int) -> CasingSums:  # noqa: ARG002 - there is one round
+        """See `Casing`."""
+        return ring_sums(self._mass, self._snapshot.ring_shares, self._state, self._half)
+
+    def shares(self, computed: int, axis: tuple[float, float, float], motion: Isometry | None) -> Shares:  # noqa: ARG002
+        """See `Casing`; turned about its axis it is the same, so that the direction of the axis is all that counts."""
+        return ring_shares(self._mass, self._reference, self._state[..., 2:], axis)
+
+    def interpolated(
+        self, points: MaterialPoints, chosen: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See `Casing`."""
+        cell, local = points.cell[chosen], points.local[chosen]
+        angle = 2.0 * np.pi * local[:, 2]
+        position = bilinear(self._state[cell, :, :2], local[:, :2])
+        velocity = self._half.components(self._field.at(cell, local[:, :2]))
+        return self._half.origin + self._half.turned(position, angle), self._half.turned(velocity, angle)
+
+    @cached_property
+    def _field(self) -> VelocityField:
+        from transition.dolfinx_field import VelocityField
+
+        return VelocityField(self._snapshot)
+
+
+def casing_of(snapshot: Snapshot) -> Casing:
+    """The casing of a snapshot, in the form that its geometry has."""
+    return RingCasing(snapshot) if snapshot.is_axisymmetric else HexahedralCasing(snapshot)

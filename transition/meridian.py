@@ -1,0 +1,188 @@
+"""The half plane of an axisymmetric burst: its frame, the ring measure of its quadrilaterals, and its checks.
+
+An axisymmetric snapshot holds quadrilaterals in one half plane through the round's axis. Every quadrilateral stands
+for the ring that it sweeps around the axis. The mass of a ring is distributed as the burst stage lumps it: constant
+density before the burst, so that the element of mass is rho 2 pi r dA over the reference quadrilateral and the mass at
+node a is m_a = rho times the integral of N_a 2 pi r dA. Near the axis that is not a quarter of the ring's mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transition.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from transition.snapshot import Snapshot
+
+__all__ = ["HalfPlane", "bilinear", "check_meridian", "mass_density", "node_shares", "quad_modes", "ring_volumes"]
+
+QUAD_CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+"""Reference coordinates of the nodes, counter-clockwise (VTK's order)."""
+
+_XI, _ETA = QUAD_CORNERS.T
+_MODES_AT_CORNERS = np.stack([np.ones(4), _XI, _ETA, _XI * _ETA])
+_IN_PLANE = 1e-9  # of the largest coordinate, or of the largest speed
+_WHOLE_RING = 0.05  # the casing's mass may differ so much from density times ring volume
+
+
+@dataclass(frozen=True, eq=False)
+class HalfPlane:
+    """The half plane of the meridian.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        Centre of the round's base plane (m).
+    frame : (3, 3) float64
+        Rows: the outward direction e1, e2 = axis x e1, and the unit axis, from the base to the nose.
+    """
+
+    origin: NDArray[np.float64]
+    frame: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, snapshot: Snapshot) -> HalfPlane:
+        """Half plane of a snapshot: from the axis of its round towards its outermost node before the burst.
+
+        Raises
+        ------
+        InputError
+            All nodes lie on the axis.
+        """
+        data = snapshot.rounds[0]
+        axis = np.asarray(data.axis, dtype=np.float64)
+        axis = axis / np.linalg.norm(axis)
+        origin = np.asarray(data.position, dtype=np.float64)
+        away = snapshot.reference - origin
+        away = away - np.outer(away @ axis, axis)
+        radius = np.linalg.norm(away, axis=1)
+        farthest = int(radius.argmax())
+        if not radius[farthest] > 0.0:
+            raise InputError(f"{snapshot.source}: all nodes lie on the axis of round {data.name!r}")
+        outward = away[farthest] / radius[farthest]
+        return cls(origin, np.stack([outward, np.cross(axis, outward), axis]))
+
+    @property
+    def axis(self) -> NDArray[np.float64]:
+        """Unit axis, from the base to the nose."""
+        return self.frame[2]
+
+    def coordinates(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Radius and height above the base (..., 2) in m of positions (..., 3)."""
+        return self.components(positions - self.origin)
+
+    def components(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Radial and axial components (..., 2) of vectors (..., 3)."""
+        return np.asarray(vectors @ self.frame[::2].T)
+
+    def turned(self, components: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Vectors (n, 3) of radial and axial components (n, 2), turned by `angle` (n,) in rad about the axis."""
+        radial, axial = components[:, 0], components[:, 1]
+        return np.column_stack([radial * np.cos(angle), radial * np.sin(angle), axial]) @ self.frame
+
+
+def quad_modes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coefficients (m, 4, k) of 1, xi, eta, xi eta from the values (m, 4, k) at the nodes; xi, eta in [-1, 1]."""
+    return np.asarray(np.einsum("ai,mik->mak", _MODES_AT_CORNERS / 4.0, corners, optimize=True))
+
+
+def bilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bilinear interpolation (k, j) of values (k, 4, j) at the nodes, at the coordinates `point` (k, 2), 0 to 1."""
+    x, y = 2.0 * point[:, :1] - 1.0, 2.0 * point[:, 1:] - 1.0
+    weights = 0.25 * (1.0 + _XI * x) * (1.0 + _ETA * y)
+    return np.asarray(np.einsum("ka,kaj->kj", weights, corners))
+
+
+def mass_density(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Radius times Jacobian determinant of quadrilaterals (m, 4, 2) in (r, z): coefficients (m, 3, 3) of xi^i eta^j.
+
+    A ring's mass by area of the reference square is in proportion to it, in m3.
+    """
+    modes = quad_modes(corners)
+    r, z = modes[..., 0], modes[..., 1]
+    area = np.stack([r[:, i] * z[:, j] - r[:, j] * z[:, i] for i, j in ((1, 2), (1, 3), (3, 2))], axis=1)
+    found = np.zeros((len(modes), 3, 3))
+    # r = r0 + r1 xi + r2 eta + r3 xi eta; determinant = a0 + a1 xi + a2 eta
+    for k, (i, j) in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
+        for n, (p, q) in enumerate(((0, 0), (1, 0), (0, 1))):
+            found[:, i + p, j + q] += r[:, k] * area[:, n]
+    return found
+
+
+def _node_volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Integrals (m, 4) of N_a 2 pi r dA (m3) over quadrilaterals (m, 4, 2) in (r, z), counter-clockwise.
+
+    The integrand is a polynomial of degree 3 in each coordinate: 2 x 2 Gauss points integrate it exactly.
+    """
+    density = mass_density(corners)
+    volumes = np.zeros(corners.shape[:2])
+    for xi, eta in QUAD_CORNERS / np.sqrt(3.0):
+        at = 2.0 * np.pi * np.einsum("mij,i,j->m", density, xi ** np.arange(3), eta ** np.arange(3))
+        volumes += np.outer(at, 0.25 * (1.0 + _XI * xi) * (1.0 + _ETA * eta))
+    return volumes
+
+
+def ring_volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Volumes (m,) in m3 of the rings of quadrilaterals (m, 4, 2) in (r, z), counter-clockwise."""
+    return np.asarray(_node_volumes(corners).sum(axis=1))
+
+
+def node_shares(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Shares (m, 4) of a ring's mass at its nodes, as the burst stage lumps it; `corners` (m, 4, 2) in (r, z).
+
+    The mean by mass over a ring of a function that is bilinear in the reference coordinates is the sum of its nodal
+    values by these shares.
+    """
+    volumes = _node_volumes(corners)
+    return np.asarray(volumes / volumes.sum(axis=1, keepdims=True))
+
+
+def check_meridian(snapshot: Snapshot) -> None:
+    """Check that an axisymmetric snapshot is one.
+
+    Raises
+    ------
+    InputError
+        Several rounds, nodes or velocities that leave the half plane, quadrilaterals that are not convex and
+        counter-clockwise, or masses that are not those of whole rings.
+    """
+    where = snapshot.source
+    if len(snapshot.rounds) != 1:
+        raise InputError(f"{where}: {len(snapshot.rounds)} rounds; an axisymmetric burst has one")
+    half = HalfPlane.of(snapshot)
+    largest = float(np.abs(snapshot.reference).max())
+    for name in ("reference", "position"):
+        out = np.abs((getattr(snapshot, name) - half.origin) @ half.frame[1])
+        if out.max() > _IN_PLANE * max(largest, float(np.abs(getattr(snapshot, name)).max())):
+            raise InputError(
+                f"{where}: {name} of node {out.argmax()} lies {out.max():.3g} m outside the half plane of the meridian"
+            )
+    across = np.abs(snapshot.velocity @ half.frame[1])
+    if across.max() > _IN_PLANE * float(np.abs(snapshot.velocity).max()):
+        raise InputError(
+            f"{where}: node {across.argmax()} has a velocity of {across.max():.3g} m/s across the half plane of the "
+            "meridian; an axisymmetric burst does not turn about its axis"
+        )
+    flat = half.coordinates(snapshot.reference)
+    if flat[:, 0].min() < -_IN_PLANE * largest:
+        raise InputError(f"{where}: node {flat[:, 0].argmin()} lies beyond the axis before the burst")
+    corners = flat[snapshot.cells]
+    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    turning = (ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]).min(axis=1)
+    if not (turning > 0.0).all():
+        raise InputError(
+            f"{where}: cell {turning.argmin()} is not convex and counter-clockwise seen in (r, z) before the burst"
+        )
+    mass = float(snapshot.mass[snapshot.casing].sum())
+    rings = snapshot.rounds[0].casing_density * float(ring_volumes(corners[snapshot.casing]).sum())
+    if abs(mass - rings) > _WHOLE_RING * rings:
+        raise InputError(
+            f"{where}: casing cells have {mass:.6g} kg, their rings {rings:.6g} kg by volume and density; "
+            "cells/mass must be that of whole rings"
+        )
