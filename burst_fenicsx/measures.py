@@ -54,12 +54,14 @@ class Distortion:
     """How many cells have left their shape: `lost` have no volume any more, `folded` have a corner turned inside out.
 
     A folded cell still has its volume and carries pressure; one finds them where the wall tears off base or fuze, which
-    the continuum cannot do. `folded_casing_mass` (kg) is the casing's share.
+    the continuum cannot do. `folded_casing_mass` (kg) is the casing's share. `released_casing_mass` (kg) is that of
+    cells which have been taken out as torn metal, whose mass flies on.
     """
 
     lost: int
     folded: int
     folded_casing_mass: float
+    released_casing_mass: float = 0.0
 
 
 class Measures:
@@ -116,8 +118,10 @@ class Measures:
         folded = state.folded()
         lost = state.volumes() <= 0.0
         casing = folded & (state.mesh.part == Part.CASING)
-        counts = self._sum(np.array([lost.sum(), folded.sum(), state.cell_mass[casing].sum()], dtype=float))
-        return Distortion(int(counts[0]), int(counts[1]), float(counts[2]))
+        released = state.released & (state.mesh.part == Part.CASING)
+        masses = (state.cell_mass[casing].sum(), state.cell_mass[released].sum())
+        counts = self._sum(np.array([lost.sum(), folded.sum(), *masses], dtype=float))
+        return Distortion(int(counts[0]), int(counts[1]), float(counts[2]), float(counts[3]))
 
     def rounds(self) -> list[RoundMeasures]:
         """Speeds and diameters along every round."""

@@ -53,6 +53,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     shocks = run.initiation.sources if run.initiation is not None else [None] * len(run.rounds)
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
     return {
+        "geometry": run.geometry,
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
         "ranks": run.comm.size,
@@ -73,6 +74,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "lost_cells": distortion.lost,
         "folded_cells": distortion.folded,
         "folded_casing_mass": distortion.folded_casing_mass,
+        "released_casing_mass": distortion.released_casing_mass,
         "passed_through": run.passage.summary(),
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
         "energy_error_at_outputs": _error_at_outputs(run),

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case import plain
 from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.flight_table import CylinderTable
+from fragfield.case.geometry import burst_geometry
 from fragfield.cost import expected_cost
 from fragfield.places import arrangement, arrangement_warnings, with_images
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.meshing import MeshQuality
+    from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Round
     from fragfield.case import Case
 
@@ -38,24 +40,20 @@ def check_report(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `case`, `rounds`, `arrangement`, `mesh`, `expected` and `warnings`; numbers in SI.
+        `case`, `rounds`, `arrangement`, `geometry`, `mesh`, `expected` and `warnings`; numbers in SI.
 
     Raises
     ------
     InputError
         The mesh cannot be made: the contours do not allow it, or a mesh file is at fault.
     """
-    from burst_fenicsx.meshing import mesh_round, quality
-    from burst_fenicsx.meshing.split import split_charges
-
     settings, rounds = burst_settings(case), burst_rounds(case)
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
     first = _first_alike(case)
-    meshed = {index: mesh_round(rounds[index], settings.cell_size) for index in sorted(set(first))}
-    if settings.contact.charge_casing == "bonded":
-        meshed = {index: split_charges(mesh) for index, mesh in meshed.items()}
+    made = {index: _meshed(rounds[index], settings) for index in sorted(set(first))}
+    meshed = {index: mesh for index, (mesh, _) in made.items()}
     meshes = [meshed[index] for index in first]
-    qualities = {index: quality(mesh) for index, mesh in meshed.items()}
+    qualities = {index: quality for index, (_, quality) in made.items()}
     descriptions = {index: _round(rounds[index], settings, mesh) for index, mesh in meshed.items()}
     described = [{**descriptions[index], "name": entry.name} for index, entry in zip(first, rounds, strict=True)]
     expected = expected_cost(settings, rounds, described, meshes)
@@ -63,6 +61,7 @@ def check_report(case: Case) -> dict[str, Any]:
         "case": plain(case),
         "rounds": described,
         "arrangement": arrangement(case),
+        "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": sum(qualities[index].cells for index in first),
             "nodes": sum(qualities[index].nodes for index in first),
@@ -73,6 +72,24 @@ def check_report(case: Case) -> dict[str, Any]:
         "expected": expected,
         "warnings": [*_warnings(case, settings, described, expected), *_mean_mass_warnings(case, rounds, described)],
     }
+
+
+def _meshed(item: Round, settings: BurstSettings) -> tuple[CellMesh, MeshQuality]:
+    """The mesh on which a round is computed, and its quality."""
+    from burst_fenicsx.meshing import mesh_round, quality
+    from burst_fenicsx.meshing.split import split_charges
+
+    if settings.geometry == "axisymmetric":
+        from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
+
+        assert item.profile is not None
+        meridian = mesh_meridian(item.profile, settings.cell_size)
+        found = meridian_quality(meridian, item.profile)
+        return (split_charges(meridian) if settings.contact.charge_casing == "bonded" else meridian), found
+    mesh = mesh_round(item, settings.cell_size)
+    if settings.contact.charge_casing == "bonded":
+        mesh = split_charges(mesh)
+    return mesh, quality(mesh)
 
 
 def _first_alike(case: Case) -> list[int]:
@@ -92,7 +109,7 @@ def gurney_speed(constant: float, charge_ratio: float) -> float:
     return constant * math.sqrt(charge_ratio / (1.0 + 0.5 * charge_ratio))
 
 
-def _round(entry: Round, settings: BurstSettings, mesh: HexahedralMesh) -> dict[str, Any]:
+def _round(entry: Round, settings: BurstSettings, mesh: CellMesh) -> dict[str, Any]:
     from burst_fenicsx.meshing import part_volumes
     from burst_fenicsx.problem import Part
 
@@ -121,7 +138,7 @@ def _round(entry: Round, settings: BurstSettings, mesh: HexahedralMesh) -> dict[
     return found | _products(entry.explosive, settings)
 
 
-def _mesh_extent(entry: Round, mesh: HexahedralMesh) -> dict[str, float]:
+def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
     """Length, diameter and charge length (m) of a round from a mesh file."""
     import numpy as np
 

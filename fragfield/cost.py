@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
 __all__ = ["expected_cost"]
@@ -60,7 +60,7 @@ def expected_cost(
     settings: BurstSettings,
     rounds: Sequence[Round],
     described: Sequence[dict[str, Any]],
-    meshes: Sequence[HexahedralMesh],
+    meshes: Sequence[CellMesh],
 ) -> dict[str, Any]:
     """Estimate what a burst will cost.
 
@@ -72,7 +72,7 @@ def expected_cost(
         The cased charges.
     described : sequence of dict
         Of each round `charge_length`, `outer_diameter` (m) and `gurney_speed` (m/s).
-    meshes : sequence of HexahedralMesh
+    meshes : sequence of CellMesh
         Of each round.
 
     Returns
@@ -85,14 +85,14 @@ def expected_cost(
     lit = _times_lit(rounds, described)
     shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, lit, strict=True)]
     stable = [_stable_step(entry, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
-    fine = [_mean_edge(mesh) / (0.5 * found["outer_diameter"]) for mesh, found in zip(meshes, described, strict=True)]
+    fine = [mesh.mean_edge / (0.5 * found["outer_diameter"]) for mesh, found in zip(meshes, described, strict=True)]
     end = settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
     stepping = min(
         step * min(_THINNING * edge * end / shell.stretched(end), 1.0)
         for step, edge, shell in zip(stable, fine, shells, strict=True)
     )
     own = min(
-        _OWN_STEP * _mean_edge(mesh) / max(_sound_speed(entry), entry.explosive.detonation_velocity)
+        _OWN_STEP * mesh.mean_edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
         for entry, mesh in zip(rounds, meshes, strict=True)
     )
     together = settings.time_step.cfl * stepping
@@ -100,8 +100,8 @@ def expected_cost(
     step = settings.time_step.fixed or (max(own, together) if subcycles else together)
     cells, steps = sum(len(mesh.cells) for mesh in meshes), math.ceil(end / step)
     memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
-    contact = settings.contact
-    share = 1.0 + _BONDS * (contact.charge_casing == "bonded") + _SURFACES * contact.surfaces
+    contact, rings = settings.contact, settings.geometry == "axisymmetric"
+    share = 1.0 + _BONDS * (contact.charge_casing == "bonded") + _SURFACES * (contact.surfaces and not rings)
     seconds = _SECONDS_PER_CELL_STEP * share * steps * cells
     return {
         "stable_time_step": min(stable),
@@ -144,19 +144,9 @@ def _times_lit(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> 
     return lit
 
 
-def _stable_step(entry: Round, mesh: HexahedralMesh) -> float:
+def _stable_step(entry: Round, mesh: CellMesh) -> float:
     """Stable step (s) before the burst: the shortest edge over the fastest of the waves."""
-    from burst_fenicsx.meshing import edge_lengths
-
-    shortest, _ = edge_lengths(mesh)
-    return float(shortest.min()) / max(_sound_speed(entry), entry.explosive.detonation_velocity)
-
-
-def _mean_edge(mesh: HexahedralMesh) -> float:
-    """Edge of the mean cell (m)."""
-    from burst_fenicsx.meshing import cell_volumes
-
-    return float(cell_volumes(mesh).mean() ** (1.0 / 3.0))
+    return mesh.shortest_edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
 
 
 def _sound_speed(entry: Round) -> float:

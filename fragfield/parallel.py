@@ -45,6 +45,11 @@ class Team:
         return cls(importlib.import_module("mpi4py.MPI").COMM_WORLD)
 
     @property
+    def alone(self) -> Any:  # noqa: ANN401 - a communicator of mpi4py
+        """A communicator of this rank alone; None for one process."""
+        return None if self.comm is None else importlib.import_module("mpi4py.MPI").COMM_SELF
+
+    @property
     def rank(self) -> int:
         """Rank of this process."""
         return 0 if self.comm is None else self.comm.Get_rank()

@@ -68,6 +68,7 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
             console.print(_segment_table(entry["segments"]))
     _print_arrangement(console, found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
+    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})")
     console.print(
         f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "

@@ -90,18 +90,26 @@ def burst(job: Job, stage: Stage) -> None:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
     from fragfield.case.convert import burst_rounds, burst_settings
+    from fragfield.case.geometry import burst_geometry
 
-    result = simulate(
-        burst_rounds(job.case),
-        burst_settings(job.case),
-        job.target.path,
-        comm=job.team.comm,
-        provenance=provenance_of(job.case),
-        on_progress=job.reporter.burst,
-        resume=job.resume,
-    )
+    settings, choice = burst_settings(job.case), burst_geometry(job.case)
+    alone = settings.geometry == "axisymmetric"  # a second's work: of one rank, while the others wait
     if job.team.first:
-        job.note({stage.parts[0]: result.summary})
+        _log.info("burst.geometry: %s", choice.words)
+    if job.team.first or not alone:
+        result = simulate(
+            burst_rounds(job.case),
+            settings,
+            job.target.path,
+            comm=job.team.alone if alone else job.team.comm,
+            provenance=provenance_of(job.case),
+            on_progress=job.reporter.burst,
+            resume=job.resume,
+        )
+        if job.team.first:
+            job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
+    if alone:
+        job.team.tell()
 
 
 def break_up(job: Job, stage: Stage) -> None:

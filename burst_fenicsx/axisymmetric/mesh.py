@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.axisymmetric.rings import ring_volumes
+from burst_fenicsx.axisymmetric.rings import areas, ring_volumes
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.mesh import CellMesh
 from burst_fenicsx.meshing.quality import MeshQuality
@@ -38,6 +38,17 @@ class MeridianMesh(CellMesh):
     def volumes(self) -> NDArray[np.float64]:
         """Volumes of the rings (m,) in m3."""
         return ring_volumes(self.nodes, self.cells)
+
+    @property
+    def mean_edge(self) -> float:
+        """Edge of the mean quadrilateral (m)."""
+        return float(np.sqrt(areas(self.nodes, self.cells).mean()))
+
+    @property
+    def shortest_edge(self) -> float:
+        """Shortest edge (m)."""
+        corner = self.nodes[self.cells]
+        return float(np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).min())
 
 
 def mesh_meridian(profile: Profile, cell_size: float) -> MeridianMesh:

@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
 from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh, meridian_quality, mesh_meridian
 from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.axisymmetric.solver import RingSolver
 from burst_fenicsx.axisymmetric.surfaces import meridian_surfaces
-from burst_fenicsx.errors import InputError
+from burst_fenicsx.errors import InputError, NumericalStop
+from burst_fenicsx.gathered import output_fields
 from burst_fenicsx.meshing.placement import frame, place
 from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.problem import Part
+from burst_fenicsx.revolve import revolution, write_revolved
 from burst_fenicsx.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -24,30 +28,10 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.problem import BurstSettings, Round
-    from burst_fenicsx.simulation import BurstProgress
+    from burst_fenicsx.simulation import BurstProgress, BurstResult
     from burst_fenicsx.surfaces import RadialSurfaces
 
-__all__ = ["AxisymmetricSimulation", "why_not_axisymmetric"]
-
-
-def why_not_axisymmetric(rounds: Sequence[Round], settings: BurstSettings) -> str | None:
-    """Why a burst cannot be computed in the meridian, in words; None where it can.
-
-    Planes are left aside here: whether a casing reaches them is for the caller to judge.
-    """
-    if len(rounds) != 1:
-        return f"{len(rounds)} rounds may meet"
-    (item,) = rounds
-    if item.profile is None:
-        return f"round '{item.name}' comes from a mesh file"
-    off_axis = [point for point in item.ignition if any(point.offset)]
-    if off_axis:
-        return f"round '{item.name}' is initiated off its axis"
-    if item.initiation is not None or not item.ignition:
-        return f"round '{item.name}' may be initiated by shock"
-    if settings.quadrature != "one_point":
-        return "2 x 2 x 2 points belong to hexahedra"
-    return None
+__all__ = ["AxisymmetricSimulation"]
 
 
 class AxisymmetricSimulation(Simulation):
@@ -57,6 +41,8 @@ class AxisymmetricSimulation(Simulation):
     ------
     InputError
         The burst is not axisymmetric; besides what `Simulation` raises.
+    NumericalStop
+        The casing has reached a plane, which only the burst in three dimensions has.
     """
 
     geometry = "axisymmetric"
@@ -72,7 +58,7 @@ class AxisymmetricSimulation(Simulation):
         reason = why_not_axisymmetric(rounds, settings)
         if reason is not None:
             raise InputError(f"the burst is not axisymmetric: {reason}; compute it in three dimensions")
-        # Casings that do not reach a plane do not feel it.
+        self._planes = settings.planes
         super().__init__(rounds, replace(settings, planes=()), out_dir, MPI.COMM_SELF, provenance, on_progress)
 
     def _make_mesh(self) -> tuple[MeridianMesh, MeshQuality]:
@@ -102,6 +88,40 @@ class AxisymmetricSimulation(Simulation):
         self.contact = MeridianContact(mesh, self.fields, settings)
         self.initiation = None
         self.solver = RingSolver(self.fields, settings, self.leakage, self.ledger, self.contact)
+
+    def _write_output(self) -> None:
+        super()._write_output()
+        self._check_planes()
+
+    def _check_planes(self) -> None:
+        """Stop where a ring of the casing reaches a plane."""
+        item, mesh = self.rounds[0], self.fields.mesh
+        nodes = np.unique(mesh.dofmap[mesh.part == Part.CASING])
+        radius, height = self.fields.nodes.position[nodes, 0], self.fields.nodes.position[nodes, 2]
+        axis = frame(item.axis)[2]
+        for plane in self._planes:
+            normal = np.asarray(plane.normal, dtype=float) / np.linalg.norm(plane.normal)
+            along = float(axis @ normal)
+            base = float((np.asarray(item.position) - np.asarray(plane.point)) @ normal)
+            lowest = float((base + along * height - np.sqrt(max(1.0 - along**2, 0.0)) * radius).min())
+            if lowest < 0.0:
+                raise NumericalStop(
+                    f"the casing of round '{item.name}' has reached the plane '{plane.name}', which an axisymmetric "
+                    'burst leaves aside; compute it with burst.geometry = "3d"',
+                    self.solver.time,
+                )
+
+    def finish(self) -> BurstResult:
+        """Write the snapshot and the last state swept around the axis for ParaView, and give the summary."""
+        result = super().finish()
+        points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
+        self._place(points)
+        item, start = self.rounds[0], {"reference": self.mesh.nodes}
+        self._place(start)
+        swept = revolution(start["reference"], self.mesh.cells, item.position, item.axis)
+        path = self.out_dir / "burst_revolved"
+        write_revolved(path, swept, self.solver.time, points.pop("position"), points, cells, self.provenance)
+        return result
 
     def _place(self, fields: dict[str, np.ndarray]) -> None:
         """Carry nodal fields to the half plane of the round's axis and its first direction across it."""

@@ -58,6 +58,21 @@ class CellMesh:
     twins: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
+    def volumes(self) -> NDArray[np.float64]:
+        """Volumes of the cells (m,) in m3."""
+        raise NotImplementedError
+
+    @property
+    def mean_edge(self) -> float:
+        """Edge of the mean cell (m)."""
+        raise NotImplementedError
+
+    @property
+    def shortest_edge(self) -> float:
+        """Shortest edge (m)."""
+        raise NotImplementedError
+
+    @property
     def places(self) -> NDArray[np.int64]:
         """One number for each place (nodes,): a charge's node is named by its twin."""
         place = np.arange(len(self.nodes), dtype=np.int64)
@@ -77,6 +92,19 @@ class HexahedralMesh(CellMesh):
     def volumes(self) -> NDArray[np.float64]:
         """Exact volumes of the trilinear cells (m,) in m3."""
         return cell_volumes(self)
+
+    @property
+    def mean_edge(self) -> float:
+        """Edge of the mean cell (m)."""
+        return float(self.volumes.mean() ** (1.0 / 3.0))
+
+    @property
+    def shortest_edge(self) -> float:
+        """Shortest edge (m)."""
+        from burst_fenicsx.kernels.shapes import edge_extremes
+
+        shortest, _ = edge_extremes(self.nodes, self.cells)
+        return float(shortest.min())
 
     @cached_property
     def neighbours(self) -> NDArray[np.int32]:
@@ -132,7 +160,7 @@ def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
     return volumes
 
 
-def part_volumes(mesh: HexahedralMesh) -> dict[Part, float]:
+def part_volumes(mesh: CellMesh) -> dict[Part, float]:
     """Return the mesh's volume of each part that it has (m3)."""
-    totals = np.bincount(mesh.part, weights=cell_volumes(mesh), minlength=len(Part))
+    totals = np.bincount(mesh.part, weights=mesh.volumes, minlength=len(Part))
     return {part: float(totals[part]) for part in Part if np.any(mesh.part == part)}

@@ -94,7 +94,12 @@ class BurstTable(Table):
     """How the burst is computed."""
 
     cell_size: PositiveLength
-    """Edge of a hexahedron: the only thing to say about the mesh."""
+    """Edge of a cell: the only thing to say about the mesh."""
+    geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
+    """Rings of the round's meridian, or hexahedra; auto: the meridian for one round of revolution that is initiated on
+    its axis, with no plane within reach of its casing."""
+    convergence: Literal["auto", "off"] = "auto"
+    """Whether an axisymmetric burst is computed with coarser cells as well, for the grid convergence of the results."""
     quadrature: Literal["one_point", "full"] = "one_point"
     """One point with hourglass control, or 2 x 2 x 2 points with mean dilatation."""
     products: Literal["landau", "landau_cj", "jwl"] = "landau_cj"

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.flight_table import CylinderTable, PanelTable
+from fragfield.case.geometry import burst_geometry
 from fragfield.case.round_table import CasingTable, ExplosiveTable
 from fragfield.case.surroundings import ground_height, surroundings
 
 if TYPE_CHECKING:
-    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, RigidPlane, Round
+    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, Geometry, RigidPlane, Round
     from flight import Contact as FragmentContact
     from flight import Wind
     from flight.hazard import Criteria
@@ -35,14 +36,15 @@ __all__ = [
 ]
 
 
-def burst_settings(case: Case) -> BurstSettings:
-    """Settings of the burst stage; the case must have a table [burst]."""
+def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSettings:
+    """Settings of the burst stage; the case must have a table [burst]. `geometry` overrides the case's choice."""
     from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity
 
     table = case.burst
     assert table is not None  # checked when the case was loaded
     return BurstSettings(
         cell_size=table.cell_size,
+        geometry=geometry or burst_geometry(case).geometry,
         quadrature=table.quadrature,
         products=table.products,
         burn=table.burn,

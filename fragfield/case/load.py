@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fragfield.case.checks import check_case, check_charges
 from fragfield.case.flight_table import StackRuleTable
+from fragfield.case.geometry import check_geometry
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.plane_table import resolved_plane
 from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
@@ -93,6 +94,7 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     stacked = stacked_names(case) if case.stack is not None else []
     case = _resolved(case, source, folder)
     _raise(source, check_charges(case, stacked))
+    _raise(source, check_geometry(case))
     _check_flight(case, source)
     return case
 

@@ -1,0 +1,58 @@
+"""In which geometry the burst of a case is computed: the meridian of one round, or three dimensions; and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from fragfield.case.schema import Case
+
+__all__ = ["GeometryChoice", "burst_geometry", "check_geometry"]
+
+
+@dataclass(frozen=True)
+class GeometryChoice:
+    """What was chosen, and the reason in words."""
+
+    geometry: Literal["axisymmetric", "3d"]
+    reason: str
+
+    @property
+    def words(self) -> str:
+        """For log, `check` and report."""
+        name = "axisymmetric (the meridian of the round)" if self.geometry == "axisymmetric" else "three dimensions"
+        return f"{name}: {self.reason}"
+
+
+def burst_geometry(case: Case) -> GeometryChoice:
+    """Choose the geometry of a resolved case with a burst.
+
+    An `auto` that can be axisymmetric is: one round of revolution, initiated on its axis, with no plane within reach.
+    """
+    assert case.burst is not None
+    wanted = case.burst.geometry
+    if wanted == "3d":
+        return GeometryChoice("3d", 'asked for by burst.geometry = "3d"')
+    reason = _obstacle(case)
+    if reason is not None:
+        return GeometryChoice("3d", reason)
+    return GeometryChoice("axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane")
+
+
+def check_geometry(case: Case) -> list[str]:
+    """Fault of a resolved case that asks for an axisymmetric burst and cannot have it."""
+    if case.burst is None or case.burst.geometry != "axisymmetric":
+        return []
+    reason = _obstacle(case)
+    if reason is None:
+        return []
+    return [f'burst.geometry: found "axisymmetric", but {reason}; allowed here: "3d", or "auto", which chooses it']
+
+
+def _obstacle(case: Case) -> str | None:
+    """Why the burst cannot be axisymmetric; None where it can."""
+    from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
+    from fragfield.case.convert import burst_rounds, burst_settings
+
+    return why_not_axisymmetric(burst_rounds(case), burst_settings(case, geometry="3d"))
