@@ -93,10 +93,17 @@ STAGES: dict[str, Stage] = {
                 "contours.geojson",
                 "contours.kml",
             ),
-            ("flight", "witness", "obstacle", "hazard"),
-            ("flight", "witness", "hazard", "site", "obstacle"),
+            ("flight", "witness", "obstacle", "hazard", "exposed", "rules"),
+            ("flight", "witness", "hazard", "site", "obstacle", "exposed"),
         ),
-        Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),
+        Stage(
+            "report",
+            "",
+            "report.html",
+            ("view_burst.html", "view_fragments.html", "map.html", "report.html"),
+            (),
+            ("title", "document"),
+        ),
     )
 }
 _MOST_DIFFERENCES = 10

@@ -138,7 +138,7 @@ def fly(job: Job, stage: Stage) -> None:
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
     write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
-    write_contours(job.case, flown.hazard, job.target, provenance)
+    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
     surfaces = []
     for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
@@ -153,7 +153,9 @@ def fly(job: Job, stage: Stage) -> None:
     if job.case.hazard.stack_rule is not None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
-    job.note({"flight": summary, "witness": surfaces, "obstacle": obstacles, "hazard": headline})
+    job.note(
+        {"flight": summary, "witness": surfaces, "obstacle": obstacles, "hazard": headline, "exposed": flown.exposed}
+    )
 
 
 def _realisations(job: Job, stage: Stage) -> list[Fragments]:
