@@ -238,7 +238,7 @@ def _inside(
     known = np.isfinite(np.append(time[1:], np.inf)) & follows
     counted = known & (depth > 0) & (energy >= prism.energy)
     chord = np.where(counted, np.sqrt(((later - place) ** 2).sum(axis=1)), 0.0)
-    lengths = np.bincount(group, weights=chord, minlength=number)
+    lengths = np.asarray(np.bincount(group, weights=chord, minlength=number), dtype=np.float64)
     status = ends["status"] == Status.LANDED
     landed = (kind == 2) & (depth > 0) & status[group] & (energy >= prism.energy)
     return lengths[lengths > 0.0], int(landed.sum())

@@ -14,6 +14,7 @@ import numpy as np
 
 from fragfield.case.ground_table import BuildingTable
 from fragfield.case.surroundings import ground_of
+from fragfield.places import with_images
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -59,6 +60,8 @@ class Shape:
         Whether the last point joins the first.
     properties : dict
         What else is known of it.
+    label : (2,) floats, optional
+        Where its name stands (m); left out: above it.
     """
 
     kind: str
@@ -66,6 +69,7 @@ class Shape:
     points: Array
     closed: bool = True
     properties: dict[str, Any] = field(default_factory=dict)
+    label: tuple[float, float] | None = None
 
 
 def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]]) -> list[Shape]:
@@ -81,7 +85,8 @@ def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, 
         The entries `exposed` of summary.json.
     """
     shapes = [*_distances(case, found), *_obstacles(case), *map(_exposed, exposed)]
-    shapes += [Shape("round", one.name, np.array([one.position[:2]])) for one in case.round]
+    images = with_images(case) if case.round else []
+    shapes += [Shape("round", f"round {number}", place[None, :2]) for number, place in enumerate(images, 1)]
     ground = ground_of(case)
     if isinstance(ground, float):
         return shapes
@@ -158,7 +163,9 @@ def _exposed(entry: Mapping[str, Any]) -> Shape:
         "probability_of_a_hit_upper": _rounded(probability["upper"]),
         "largest_energy_J": _rounded(entry["largest_energy"]),
     }
-    return Shape("exposed", entry["name"], np.array(entry["outline"]), properties=properties)
+    x, y = entry["place"]
+    label = (float(x), float(y)) if entry["kind"] == "road" else None
+    return Shape("exposed", entry["name"], np.array(entry["outline"]), properties=properties, label=label)
 
 
 def _rounded(value: float | None) -> float | None:
@@ -174,6 +181,7 @@ def _terrain(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Shape]:
     (west, south), (east, north) = ground.corner, ground.end
     rows, columns = ground.heights.shape
     x, y = np.linspace(west, east, columns), np.linspace(south, north, rows)
+    half = half + ground.step  # up to the nodes just beyond
     here_x = (x >= (centre - half)[0]) & (x <= (centre + half)[0])
     here_y = (y >= (centre - half)[1]) & (y <= (centre + half)[1])
     if here_x.sum() < 2 or here_y.sum() < 2:

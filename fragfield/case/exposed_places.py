@@ -114,20 +114,22 @@ def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
     if isinstance(entry, ExposedBuildingTable):
         for missing in (k for k in ("length", "width", "height") if getattr(entry, k) is None):
             yield f"{key}.{missing}: missing; a building needs length, width and height, or the name of an obstacle"
-    single = isinstance(entry, PersonTable | ExposedBuildingTable)
-    here = entry.place if single else entry.points
-    on_earth = (
-        (entry.latitude is not None or entry.longitude is not None) if single else entry.points_on_earth is not None
-    )
-    names = ("place", "latitude and longitude") if single else ("points", "points_on_earth")
-    if (here is None) == (not on_earth):
-        found = "neither" if here is None else "both"
-        yield f"{key}.{names[0]}: found {found} {names[0]} and {names[1]}; allowed: one of the two"
-    elif on_earth:
-        if single and (entry.latitude is None or entry.longitude is None):
+    if isinstance(entry, PersonTable | ExposedBuildingTable):
+        parts = [entry.latitude is not None, entry.longitude is not None]
+        yield from _one_of(case, key, ("place", "latitude"), entry.place is not None, any(parts))
+        if sum(parts) == 1:
             yield f"{key}.latitude: found one of latitude and longitude; needed: both"
-        if case.site is None:
-            yield f"{key}.{names[1].split()[0]}: found without a table [site], which says where the rounds stand"
+    else:
+        here, on_earth = entry.points is not None, entry.points_on_earth is not None
+        yield from _one_of(case, key, ("points", "points_on_earth"), here, on_earth)
+
+
+def _one_of(case: Case, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[str]:
+    second = "latitude and longitude" if names[1] == "latitude" else names[1]
+    if here == on_earth:
+        yield f"{key}.{names[0]}: found {'both' if here else 'neither'} {names[0]} and {second}; allowed: one of the two"
+    elif on_earth and case.site is None:
+        yield f"{key}.{names[1]}: found without a table [site], which says where the rounds stand"
 
 
 def resolved_exposed(case: Case) -> list[ExposedTable]:
