@@ -85,7 +85,7 @@ def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, 
         The entries `exposed` of summary.json.
     """
     shapes = [*_distances(case, found), *_obstacles(case), *map(_exposed, exposed)]
-    images = with_images(case) if case.round else []
+    images = with_images(case) if case.round else np.zeros((0, 3))
     shapes += [Shape("round", f"round {number}", place[None, :2]) for number, place in enumerate(images, 1)]
     ground = ground_of(case)
     if isinstance(ground, float):

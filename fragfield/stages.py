@@ -128,6 +128,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
     from fragfield.ensemble import fly_all
+    from fragfield.rules import rules_of
     from fragfield.stack_rule import stack_rule_of
 
     began = time.perf_counter()
@@ -153,8 +154,16 @@ def fly(job: Job, stage: Stage) -> None:
     if job.case.hazard.stack_rule is not None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
+    rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
     job.note(
-        {"flight": summary, "witness": surfaces, "obstacle": obstacles, "hazard": headline, "exposed": flown.exposed}
+        {
+            "flight": summary,
+            "witness": surfaces,
+            "obstacle": obstacles,
+            "hazard": headline,
+            "exposed": flown.exposed,
+            "rules": rules,
+        }
     )
 
 

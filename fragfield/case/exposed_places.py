@@ -127,7 +127,8 @@ def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
 def _one_of(case: Case, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[str]:
     second = "latitude and longitude" if names[1] == "latitude" else names[1]
     if here == on_earth:
-        yield f"{key}.{names[0]}: found {'both' if here else 'neither'} {names[0]} and {second}; allowed: one of the two"
+        found = "both" if here else "neither"
+        yield f"{key}.{names[0]}: found {found} {names[0]} and {second}; allowed: one of the two"
     elif on_earth and case.site is None:
         yield f"{key}.{names[1]}: found without a table [site], which says where the rounds stand"
 

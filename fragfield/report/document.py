@@ -16,7 +16,10 @@ def document_of(run: RunFiles) -> dict[str, Any]:
     """The table with every key; empty texts where the case says nothing."""
     table = run.case.get("document")
     table = table if isinstance(table, dict) else {}
-    return {**{key: str(table.get(key) or "") for key in _KEYS}, "changes": [str(c) for c in table.get("changes") or []]}
+    return {
+        **{key: str(table.get(key) or "") for key in _KEYS},
+        "changes": [str(c) for c in table.get("changes") or []],
+    }
 
 
 def identity_line(run: RunFiles) -> str:

@@ -59,18 +59,17 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
     entries = exposed_entries(run)
     if not entries:
         return
-    lines = []
-    for entry in entries:
-        lines.append(
-            (
-                f"{entry['name']} ({entry['kind']})",
-                _bounded(entry["density_normal"], 55.7),
-                _bounded(entry["density_ground"], 55.7),
-                _bounded(entry["expected_hits"]),
-                _bounded(entry["probability"]),
-                number(entry["pieces"]),
-            )
+    lines = [
+        (
+            f"{entry['name']} ({entry['kind']})",
+            _bounded(entry["density_normal"], 55.7),
+            _bounded(entry["density_ground"], 55.7),
+            _bounded(entry["expected_hits"]),
+            _bounded(entry["probability"]),
+            number(entry["pieces"]),
         )
+        for entry in entries
+    ]
     head = ("Exposed place", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Pieces")  # fmt: skip  # noqa: E501
     note = (
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "

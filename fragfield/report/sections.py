@@ -34,6 +34,7 @@ from fragfield.report.round_tables import (
     round_table,
     segment_table,
 )
+from fragfield.report.rule_tables import rule_tables
 from fragfield.report.tables import (
     azimuth_tables,
     break_up_rows,
@@ -301,11 +302,12 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         ),
         *draw(
             "site_map", "Map of the site",
-            "Hazard distance by direction, exposed places by their verdict, barricades and buildings, and lines of equal "
-            "height, in the site's frame.",
+            "Hazard distance by direction, exposed places by their verdict, barricades and buildings, and lines of "
+            "equal height, in the site's frame.",
             site_figure.site_figure,
         ),
         *beside_map(run),
+        *rule_tables(run),
         *hazard_rows(run),
         *draw(
             "density_curve", "Density by distance",

@@ -101,7 +101,8 @@ def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], 
         place = points[:-1].mean(axis=0)
         if np.ptp(x) + np.ptp(y) < 12.0:  # a person's square is hardly seen
             axis.plot(*place, marker="o", color=color, markersize=5, zorder=5)
-        axis.annotate(shape.name, shape.label or _label_place(points), xytext=(0, 4), textcoords="offset points", ha="center",
+        where = shape.label or _label_place(points)
+        axis.annotate(shape.name, where, xytext=(0, 4), textcoords="offset points", ha="center",
                       fontsize=6.5 if narrow else 7.2, color=color, zorder=6, annotation_clip=True,
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8})  # fmt: skip
 
@@ -141,7 +142,16 @@ def _north(axis: Axes, azimuth: float) -> None:
     tail = np.array([right, high]) - 1.3 * length - 0.5 * way
     style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
     axis.annotate("", tuple(tail + way), tuple(tail), arrowprops=style, zorder=7)
-    axis.text(*(tail + 1.35 * way), "N", ha="center", va="center", fontsize=9, fontweight="bold", zorder=7)
+    axis.text(
+        float(tail[0] + 1.35 * way[0]),
+        float(tail[1] + 1.35 * way[1]),
+        "N",
+        ha="center",
+        va="center",
+        fontsize=9,
+        fontweight="bold",
+        zorder=7,
+    )
 
 
 def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:

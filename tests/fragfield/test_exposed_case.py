@@ -12,6 +12,11 @@ from fragfield.errors import InputError
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
 ROUND = '[[round]]\nname = "a"\nprofile = "m107"\nexplosive = "tnt"\ncasing = "steel_m107"\nposition = ["0 m", "0 m", "1 m"]\n'  # noqa: E501
 
+BUILDING = (
+    '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["40 m", "0 m"]\nlength = "9 m"\n'
+    'width = "9 m"\nheight = "3 m"\n'
+)
+
 
 def load(tmp_path, text):
     path = tmp_path / "case.toml"
@@ -28,8 +33,14 @@ def load(tmp_path, text):
             "exposed[1].max_hits: found together with max_density; allowed: one criterion",
         ),
         ('[[exposed]]\nname = "a"\nlatitude = "5 deg"\nlongitude = "5 deg"\n', "found without a table [site]"),
-        (SITE + '[[exposed]]\nname = "a"\nlatitude = "51.5 deg"\n', "found one of latitude and longitude; needed: both"),
-        ('[[exposed]]\nname = "a"\nkind = "building"\nplace = ["9 m", "0 m"]\n', "exposed[1].length: missing; a building"),
+        (
+            SITE + '[[exposed]]\nname = "a"\nlatitude = "51.5 deg"\n',
+            "found one of latitude and longitude; needed: both",
+        ),
+        (
+            '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["9 m", "0 m"]\n',
+            "exposed[1].length: missing; a building",
+        ),
         (
             '[[exposed]]\nname = "a"\nkind = "building"\nobstacle = "x"\n',
             'exposed[1].obstacle: found "x"; allowed: no [[obstacle]] of kind "building" is there',
@@ -48,8 +59,7 @@ def load(tmp_path, text):
         ),
         (ROUND + '[[exposed]]\nname = "b"\nplace = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
         (
-            '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["40 m", "0 m"]\nlength = "9 m"\nwidth = "9 m"\n'
-            'height = "3 m"\nwall = { material = "masonry", thickness = "24 cm" }\n',
+            BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',
             'found "masonry"',
         ),
         ('[document]\nnumer = "7"\n', "number"),

@@ -50,7 +50,7 @@ max_probability = 0.5
 name = "store"
 kind = "building"
 obstacle = "store"
-max_hits = 5.0
+max_hits = 1.0
 wall = { material = "concrete", thickness = "30 cm" }
 [[exposed]]
 name = "road"
@@ -65,7 +65,9 @@ def flown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("exposed")
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
     cloud(6000, seed=8).write(folder / "fragments.csv")
-    fly = invoke("fly", folder / "case.toml", "--fragments", folder / "fragments.csv", "--out", folder / "run", "--json")
+    fly = invoke(
+        "fly", folder / "case.toml", "--fragments", folder / "fragments.csv", "--out", folder / "run", "--json"
+    )
     assert fly.exit_code == 0, fly.stderr
     done = invoke("report", folder / "run")
     assert done.exit_code == 0, done.stderr
@@ -73,7 +75,7 @@ def flown(tmp_path_factory):
 
 
 def test_summary_holds_every_place(flown):
-    run, summary = flown
+    _, summary = flown
     entries = {entry["name"]: entry for entry in summary["exposed"]}
     assert list(entries) == ["open", "sheltered", "store", "road"]
     store, obstacle = entries["store"], next(one for one in summary["obstacle"] if one["name"] == "store")
@@ -135,7 +137,8 @@ def test_map_page_pans_and_zooms_without_a_network(flown, tmp_path, size):
       document.getElementById("in").click();
       const closer = box();
       const at = (type, x) => new PointerEvent(type, {clientX: x, clientY: 300, pointerId: 7, bubbles: true});
-      map.dispatchEvent(at("pointerdown", 200)); map.dispatchEvent(at("pointermove", 260)); dispatchEvent(at("pointerup", 260));
+      map.dispatchEvent(at("pointerdown", 200)); map.dispatchEvent(at("pointermove", 260));
+      dispatchEvent(at("pointerup", 260));
       const moved = box();
       document.querySelectorAll("#list button")[0].click();
       document.title = JSON.stringify({before, closer, moved, about: document.getElementById("about").textContent,
