@@ -113,7 +113,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
 
     source = Realisations(job, realisations)
     flown = _Flights(job)
-    found = _Found(job) if job.team.first else None
+    found = _Found(job, arena=source.arena is not None) if job.team.first else None
     done, target = 0, source.count
     while done < target:
         batch = range(done, min(done + _AT_ONCE, target))
@@ -133,15 +133,19 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, *, arena: bool) -> None:
         from flight.balance import Balance
         from flight.expected import DensityGroups, Directions
+        from fragfield.arena import arena_basis
         from fragfield.case.convert import hazard_criteria, hazard_directions, kernel_degrees
         from fragfield.case.exposed_places import places_of
         from fragfield.exposed import ExposedSums
 
         self.case, self.criteria = job.case, hazard_criteria(job.case)
-        basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
+        if arena:
+            basis, mirrors = arena_basis(job.case)
+        else:
+            basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         self.groups = DensityGroups(Directions(grid, basis, kernel, used))

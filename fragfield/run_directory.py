@@ -67,7 +67,7 @@ STAGES: dict[str, Stage] = {
             "break-up",
             "burst_snapshot.h5",
             "fragments.h5",
-            ("ensemble_fragments.h5", "fragments.h5", "fragments.csv"),
+            ("ensemble_fragments.h5", "arena.csv", "fragments.h5", "fragments.csv"),
             ("break_up",),
             ("break_up", "seed", "flight.shape_factor"),
         ),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import fragfield
+from fragfield.arena import arena_realisation, read_arena, write_arena
 from fragfield.case import plain
 from fragfield.certainty import certainty
 from fragfield.provenance import provenance_of, versions
@@ -118,6 +119,7 @@ def break_up(job: Job, stage: Stage) -> None:
         write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
     for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
+    write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
     job.note({stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}})
 
 
@@ -172,7 +174,12 @@ def _realisations(job: Job, stage: Stage) -> list[Fragments]:
     import flight
     from flight.ensemble_files import read_fragment_ensemble, write_fragment_ensemble
 
-    fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+    arena = read_arena(job.fragments)
+    if arena is not None:
+        fragments = arena_realisation(arena, job.case, 0)
+        arena.write(job.target.file("arena.csv"), provenance_of(job.case))
+    else:
+        fragments = flight.Fragments.read(job.fragments or job.needed(stage))
     others = job.source.file("ensemble_fragments.h5")
     further = read_fragment_ensemble(others) if job.fragments is None and others.is_file() else []
     if job.fragments is not None or job.source.path != job.target.path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.certainty import WHICH_NUMBER, basis_words
-from fragfield.report import burst_figures, fragment_figures, hazard_figures, site_figure, statements
+from fragfield.report import burst_figures, fragment_figures, hazard_figures, site_figure, statements, zone_blocks
 from fragfield.report.blocks import (
     Beside,
     Block,
@@ -46,6 +46,7 @@ from fragfield.report.tables import (
     provenance_rows,
 )
 from fragfield.report.validation_status import read_record, validation_blocks
+from fragfield.report.zone_blocks import zone_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -246,6 +247,12 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             "realisation (bars) and the velocity field of the casing that they were made from (line).",
             fragment_figures.directions,
         ),
+        *draw(
+            "polar_zones", "Fragments by polar zone",
+            "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
+            zone_blocks.zone_figure,
+        ),
+        *zone_table(run),
         *picture(
             "picture_of_fragments", "Fragment cloud",
             "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "
