@@ -258,6 +258,9 @@ def _cells(corners: Array) -> list[Array]:
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = max(PIECE, math.sqrt(float(np.prod(high - low)) / MOST_PIECES))
     counts = np.maximum(1, np.ceil((high - low) / size - 1e-9)).astype(int)
+    while counts.prod() > MOST_PIECES:
+        size *= 1.05
+        counts = np.maximum(1, np.ceil((high - low) / size - 1e-9)).astype(int)
     steps = (high - low) / counts
     made = []
     for i in range(counts[0]):

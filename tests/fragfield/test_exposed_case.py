@@ -99,3 +99,4 @@ def test_pieces_cover_the_place_once(tmp_path):
     assert sum(prism.area for prism in yard.prisms) == pytest.approx(1000.0, rel=0.01)
     assert sum(prism.area for prism in yard.prisms) <= 1000.0 + 1e-9
     assert len(road.prisms) == 14
+    assert len(yard.prisms) <= 24
