@@ -103,3 +103,19 @@ def test_messages():
         Prism(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]), 0.0, 1.0)
     with pytest.raises(flight.InputError, match="not above the bottom"):
         Prism(square(0.0, 0.0, 1.0), 1.0, 1.0)
+
+
+def test_surfaces_of_one_name_are_found_as_if_each_had_its_own():
+    fragments = cloud(4000, seed=9)
+    prisms = [Prism(square(20.0 * k, 15.0, 8.0), -1.0, 3.0) for k in range(-3, 4)]
+    alike = surfaces_of(prisms)
+    own = [
+        flight.Polygon(one.corners, name=str(k))
+        if isinstance(one, flight.Polygon)
+        else flight.Panel(one.centre, one.normal, one.width, one.height, name=str(k))
+        for k, one in enumerate(alike)
+    ]
+    ring = flight.Cylinder(10.0)
+    first, second = (flight.fly(fragments, witnesses=[ring, *some], sample=0, threads=1) for some in (alike, own))
+    assert len(first.hits) > 1000
+    assert (first.hits == second.hits).all()
