@@ -6,13 +6,12 @@ files for geographic programs, so that all of them hold the same.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.ground_table import BuildingTable
+from fragfield.case.exposed_places import outline_of
 from fragfield.case.surroundings import ground_of
 from fragfield.places import with_images
 
@@ -135,18 +134,7 @@ def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
 
 def _obstacles(case: Case) -> Iterator[Shape]:
     for one in case.obstacle:
-        if isinstance(one, BuildingTable):
-            along = 0.5 * one.length * np.array([math.cos(one.azimuth), math.sin(one.azimuth)])
-            across = 0.5 * one.width * np.array([-math.sin(one.azimuth), math.cos(one.azimuth)])
-            centre = np.asarray(one.centre)
-        else:
-            start, end = np.asarray(one.start), np.asarray(one.end)
-            way, centre = end - start, 0.5 * (start + end)
-            along = 0.5 * way
-            wide = one.thickness if one.kind == "wall" else one.crest_width + 2.0 * one.slope * one.height
-            across = 0.5 * wide * np.array([-way[1], way[0]]) / float(np.hypot(*way))
-        corners = centre + np.array([along + across, across - along, -along - across, along - across])
-        yield Shape("obstacle", one.name, corners, properties={"obstacle": one.kind, "height_m": one.height})
+        yield Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
 
 
 def _exposed(entry: Mapping[str, Any]) -> Shape:

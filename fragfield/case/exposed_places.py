@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from flight.exposed import Prism
     from flight.walls import Wall
     from fragfield.case.exposed_table import BarrierTable, ExposedTable
+    from fragfield.case.ground_table import ObstacleTable
     from fragfield.case.schema import Case
 
     Array = NDArray[np.float64]
 
-__all__ = ["Place", "check_exposed", "places_of", "resolved_exposed", "site_of"]
+__all__ = ["Place", "check_exposed", "outline_of", "places_of", "resolved_exposed", "site_of"]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24
@@ -184,7 +185,25 @@ def _place(case: Case, entry: ExposedTable) -> Place:
     for one in case.round:
         if _contains(place.outline, one.position[:2]):
             raise InputError(f"round {show(one.name)} stands in it; a place of people begins outside of the rounds")
+    if isinstance(entry, PersonTable):
+        for standing in case.obstacle:
+            if _contains(outline_of(standing), place.centre):
+                raise InputError(
+                    f"it stands in obstacle {show(standing.name)}, which lets nothing through; for people in a building "
+                    f'take kind = "building" with obstacle = {show(standing.name)} and its walls'
+                )
     return place
+
+
+def outline_of(obstacle: ObstacleTable) -> Array:
+    """Corners (4, 2) of an obstacle's plan (m); of a bank that of its foot on level ground."""
+    if isinstance(obstacle, BuildingTable):
+        return _rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
+    start, end = np.asarray(obstacle.start), np.asarray(obstacle.end)
+    way, (x, y) = end - start, (0.5 * (start + end)).tolist()
+    wall = obstacle.kind == "wall"
+    foot = obstacle.thickness if wall else obstacle.crest_width + 2.0 * obstacle.slope * obstacle.height
+    return _rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
 
 
 def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:

@@ -12,6 +12,10 @@ from fragfield.errors import InputError
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
 ROUND = '[[round]]\nname = "a"\nprofile = "m107"\nexplosive = "tnt"\ncasing = "steel_m107"\nposition = ["0 m", "0 m", "1 m"]\n'  # noqa: E501
 
+STORE = (
+    '[[obstacle]]\nname = "store"\nkind = "building"\ncentre = ["40 m", "0 m"]\nlength = "9 m"\n'
+    'width = "9 m"\nheight = "3 m"\n'
+)
 BUILDING = (
     '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["40 m", "0 m"]\nlength = "9 m"\n'
     'width = "9 m"\nheight = "3 m"\n'
@@ -61,6 +65,10 @@ def load(tmp_path, text):
         (
             BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',
             'found "masonry"',
+        ),
+        (
+            STORE + '[[exposed]]\nname = "clerk"\nplace = ["42 m", "1 m"]\n',
+            'exposed "clerk": it stands in obstacle "store", which lets nothing through',
         ),
         ('[document]\nnumer = "7"\n', "number"),
     ],

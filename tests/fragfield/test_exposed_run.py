@@ -159,3 +159,18 @@ def test_map_page_pans_and_zooms_without_a_network(flown, tmp_path, size):
     assert found["drawn"] >= 8
     assert found["images"] == 0  # nothing is asked of a network unless its box is ticked
     assert found["wide"] <= 0
+
+
+def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path):
+    text = CASE + '[flight]\ntime_limit = "0.2 s"\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    cloud(300, seed=8).write(tmp_path / "fragments.csv")
+    fly = invoke("fly", tmp_path / "case.toml", "--fragments", tmp_path / "fragments.csv", "--out", tmp_path / "run")
+    assert fly.exit_code == 3
+    assert "exposed open: criterion not determined" in fly.stdout
+    entries = json.loads((tmp_path / "run" / "summary.json").read_text())["exposed"]
+    assert {entry["verdict"] for entry in entries} == {"not determined"}
+    assert all(entry["probability"] is None and entry["margin"] is None for entry in entries)
+    assert invoke("report", tmp_path / "run").exit_code == 0
+    html = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "not determined (density)" in html
