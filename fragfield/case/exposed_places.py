@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.exposed_table import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
-from fragfield.case.ground_table import BuildingTable
+from fragfield.case.ground_table import BuildingTable, WallTable
 from fragfield.case.quantities import show
 from fragfield.case.surroundings import ground_height
 
@@ -189,8 +189,8 @@ def _place(case: Case, entry: ExposedTable) -> Place:
         for standing in case.obstacle:
             if _contains(outline_of(standing), place.centre):
                 raise InputError(
-                    f"it stands in obstacle {show(standing.name)}, which lets nothing through; for people in a building "
-                    f'take kind = "building" with obstacle = {show(standing.name)} and its walls'
+                    f"it stands in obstacle {show(standing.name)}, which lets nothing through; for people in a "
+                    f'building take kind = "building" with obstacle = {show(standing.name)} and its walls'
                 )
     return place
 
@@ -201,8 +201,10 @@ def outline_of(obstacle: ObstacleTable) -> Array:
         return _rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
     start, end = np.asarray(obstacle.start), np.asarray(obstacle.end)
     way, (x, y) = end - start, (0.5 * (start + end)).tolist()
-    wall = obstacle.kind == "wall"
-    foot = obstacle.thickness if wall else obstacle.crest_width + 2.0 * obstacle.slope * obstacle.height
+    if isinstance(obstacle, WallTable):
+        foot = obstacle.thickness
+    else:
+        foot = obstacle.crest_width + 2.0 * obstacle.slope * obstacle.height
     return _rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
 
 
