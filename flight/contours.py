@@ -29,7 +29,10 @@ __all__ = ["Contour", "Site", "contours_of", "write_geojson", "write_kml"]
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
-_STROKES = {"hazard_distance": "#b3361e", "max_throw": "#16365c"}
+_STROKES = {
+    "hazard_distance": "#b3361e", "max_throw": "#16365c", "exposed": "#0b6e4f", "obstacle": "#6b4e16",
+    "round": "#1d2733", "terrain": "#9a8a6f",
+}  # fmt: skip
 _STATISTICS = {"upper": "upper bound (95 %): the distance to apply", "expected": "of the expected density"}
 _LARGEST = "largest of all realisations"
 
@@ -84,16 +87,36 @@ class Site:
         )
         return np.array([(end["lon2"], end["lat2"]) for end in ends], dtype=np.float64).reshape(-1, 2)
 
+    def offsets(self, longitude: ArrayLike, latitude: ArrayLike) -> NDArray[np.float64]:
+        """Where places (degrees) lie: x and y (k, 2) in m from the origin, at their geodesic distance and azimuth.
+
+        Raises
+        ------
+        InputError
+            geographiclib is not installed.
+        """
+        try:
+            from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
+        except ImportError:
+            raise InputError("places on a map need geographiclib: pip install geographiclib") from None
+        pairs = zip(np.atleast_1d(longitude).tolist(), np.atleast_1d(latitude).tolist(), strict=True)
+        found = [Geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
+        turn = np.radians([self.bearing - way["azi1"] for way in found])
+        distance = np.array([way["s12"] for way in found])
+        return np.column_stack([distance * np.cos(turn), distance * np.sin(turn)])
+
 
 @dataclass(frozen=True, eq=False)
 class Contour:
     """A closed line on the map: (k, 2) longitudes and latitudes, counter-clockwise, the first point again at the end.
 
-    `properties` say what it is: name, quantity, statistic, realisations, largest distance (m), convergence.
+    `properties` say what it is: name, quantity, statistic, realisations, largest distance (m), convergence. A line that
+    is not `closed` stays open, and one point alone is a place.
     """
 
     ring: NDArray[np.float64]
     properties: dict[str, Any]
+    closed: bool = True
 
 
 def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
@@ -161,7 +184,7 @@ def write_geojson(
     features = [
         {
             "type": "Feature",
-            "geometry": {"type": "Polygon", "coordinates": [[[round(x, 9), round(y, 9)] for x, y in contour.ring]]},
+            "geometry": _geometry(contour),
             "properties": {**contour.properties, "stroke": _stroke(contour), "fill-opacity": 0.0},
         }
         for contour in contours
@@ -192,12 +215,27 @@ def write_kml(
         _child(line, "width", "2")
         _child(_child(style, "PolyStyle"), "fill", "0")
         _data(place, contour.properties)
-        polygon = _child(place, "Polygon")
-        _child(polygon, "tessellate", "1")
-        boundary = _child(_child(polygon, "outerBoundaryIs"), "LinearRing")
+        if len(contour.ring) == 1:
+            boundary = _child(place, "Point")
+        elif contour.closed:
+            polygon = _child(place, "Polygon")
+            _child(polygon, "tessellate", "1")
+            boundary = _child(_child(polygon, "outerBoundaryIs"), "LinearRing")
+        else:
+            boundary = _child(place, "LineString")
+            _child(boundary, "tessellate", "1")
         _child(boundary, "coordinates", " ".join(f"{x:.9f},{y:.9f}" for x, y in contour.ring))
     ET.indent(root, " ")
     return _write(Path(path), ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n")
+
+
+def _geometry(contour: Contour) -> dict[str, Any]:
+    places = [[round(x, 9), round(y, 9)] for x, y in contour.ring.tolist()]
+    if len(places) == 1:
+        return {"type": "Point", "coordinates": places[0]}
+    if contour.closed:
+        return {"type": "Polygon", "coordinates": [places]}
+    return {"type": "LineString", "coordinates": places}
 
 
 def _stroke(contour: Contour) -> str:

@@ -17,7 +17,7 @@ from flight.near_ground import NearGround, PathLengths
 from flight.polar_grid import PolarGrid
 from flight.result import HITS, LANDING, OBSTACLE_HITS, Trajectories
 from flight.tally import Criteria
-from flight.targets import pack
+from flight.targets import Cylinder, pack
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -261,10 +261,7 @@ class Job:
         rows["witness"], rows["direction"] = witness, buffer[:, 9]
         self._fill_impacts(rows, fragment, buffer)
         centres = np.array(
-            [
-                getattr(surface, "centre", self.origin)[:2] if surface_is_round else self.origin
-                for surface, surface_is_round in zip(self.witnesses, self.rows[:, 0] == 0, strict=True)
-            ]
+            [surface.centre if isinstance(surface, Cylinder) else self.origin for surface in self.witnesses]
         )
         rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
         rows["elevation"] = _angles(buffer[:, 6], _horizontal(buffer[:, 4:6]))

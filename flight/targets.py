@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Cylinder", "Panel", "Polygon", "Witness", "pack"]
 
-CYLINDER, RECTANGLE, POLYGON, COLUMNS = 0, 1, 2, 23  # as in flight.kernels.surfaces
+CYLINDER, RECTANGLE, POLYGON, GROUP, COLUMNS = 0, 1, 2, 3, 25  # as in flight.kernels.surfaces
 SLACK = 1e-9  # by which boxes are wider than their surface, relative and in m: rounding must not cut an edge off
 
 
@@ -140,7 +140,10 @@ Witness = Cylinder | Panel | Polygon
 def pack(
     witnesses: Sequence[Witness],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Rows (n, 23) for the kernels, corners of polygons in their planes (m, 2), and a row whose box holds all boxes."""
+    """Rows (n, 25) for the kernels, corners of polygons in their planes (m, 2), and a row whose box holds all boxes.
+
+    Before neighbouring witnesses of one name stands a row of their common box: what misses it misses them all.
+    """
     rows = np.zeros((len(witnesses), COLUMNS))
     vertices: list[NDArray[np.float64]] = []
     count = 0
@@ -172,10 +175,27 @@ def pack(
         finite = np.abs(box[np.isfinite(box)])
         slack = SLACK * (1.0 + (float(finite.max()) if finite.size else 0.0))
         row[1:7] = (box + slack * np.array([-1.0, 1.0])).ravel()
+    rows[:, 23] = np.arange(len(rows))
     everything = np.zeros(COLUMNS)
     if len(rows):
         everything[1:7:2], everything[2:7:2] = rows[:, 1:7:2].min(axis=0), rows[:, 2:7:2].max(axis=0)
-    return rows, np.concatenate(vertices) if vertices else np.zeros((0, 2)), everything
+    return _grouped(rows, witnesses), np.concatenate(vertices) if vertices else np.zeros((0, 2)), everything
+
+
+def _grouped(rows: NDArray[np.float64], witnesses: Sequence[Witness]) -> NDArray[np.float64]:
+    made, start = [np.zeros((0, COLUMNS))], 0
+    while start < len(rows):
+        end = start + 1
+        while end < len(rows) and witnesses[end].name == witnesses[start].name:
+            end += 1
+        if end - start > 1:
+            head = np.zeros((1, COLUMNS))
+            head[0, 0], head[0, 24] = GROUP, end - start
+            head[0, 1:7:2], head[0, 2:7:2] = rows[start:end, 1:7:2].min(axis=0), rows[start:end, 2:7:2].max(axis=0)
+            made.append(head)
+        made.append(rows[start:end])
+        start = end
+    return np.ascontiguousarray(np.concatenate(made))
 
 
 def _vector(witness: str, what: str, value: Sequence[float], size: int) -> None:

@@ -1,12 +1,13 @@
-"""Distances as maps, where the case says where on Earth it stands."""
+"""Distances and places as maps, where the case says where on Earth it stands."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case.exposed_places import site_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from flight.ensemble import EnsembleHazard
     from fragfield.case import Case
@@ -15,15 +16,20 @@ if TYPE_CHECKING:
 __all__ = ["write_contours"]
 
 
-def write_contours(case: Case, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str]) -> None:
-    """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site]."""
-    if case.site is None:
-        return
-    from flight.contours import Site, contours_of, write_geojson, write_kml
+def write_contours(
+    case: Case, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str],
+    exposed: Sequence[Mapping[str, Any]] = (),
+) -> None:  # fmt: skip
+    """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site].
 
-    # Free of what the way over radians adds in the last digits.
-    degrees = (round(math.degrees(value), 10) for value in (case.site.latitude, case.site.longitude, case.site.bearing))
-    site = Site(*degrees)
-    contours = contours_of(found, site)
+    They hold the distances by direction, exposed places with their results, obstacles, rounds and lines of terrain.
+    """
+    site = site_of(case)
+    if site is None:
+        return
+    from flight.contours import contours_of, write_geojson, write_kml
+    from fragfield.site_map import shapes_of, to_contours
+
+    contours = contours_of(found, site) + to_contours(shapes_of(case, found, exposed), site, case.flight.origin)
     write_geojson(contours, site, target.file("contours.geojson"), provenance)
     write_kml(contours, site, target.file("contours.kml"), provenance)

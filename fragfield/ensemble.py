@@ -60,6 +60,8 @@ class FlownEnsemble:
         How the flights of all fragments ended.
     more : bool
         Whether more realisations could be made.
+    exposed : list of dict
+        What the exposed places of the case meet, as in summary.json.
     """
 
     first: FlightResult
@@ -67,6 +69,7 @@ class FlownEnsemble:
     witnesses: dict[str, NDArray[Any]]
     balance: Balance
     more: bool
+    exposed: list[dict[str, Any]]
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
@@ -110,7 +113,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
 
     source = Realisations(job, realisations)
     flown = _Flights(job)
-    found = _Found(job) if job.team.first else None
+    found = _Found(job, arena=source.arena is not None) if job.team.first else None
     done, target = 0, source.count
     while done < target:
         batch = range(done, min(done + _AT_ONCE, target))
@@ -130,13 +133,19 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, *, arena: bool) -> None:
         from flight.balance import Balance
         from flight.expected import DensityGroups, Directions
+        from fragfield.arena import arena_basis
         from fragfield.case.convert import hazard_criteria, hazard_directions, kernel_degrees
+        from fragfield.case.exposed_places import places_of
+        from fragfield.exposed import ExposedSums
 
         self.case, self.criteria = job.case, hazard_criteria(job.case)
-        basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
+        if arena:
+            basis, mirrors = arena_basis(job.case)
+        else:
+            basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         self.groups = DensityGroups(Directions(grid, basis, kernel, used))
@@ -144,6 +153,7 @@ class _Found:
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
+        self.exposed = ExposedSums(places_of(job.case))
 
     def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
@@ -151,6 +161,8 @@ class _Found:
             self.groups.add(*part.fields)
             self.all_round.add(*part.fields)
             self.balance += part.balance
+            if self.exposed.places:
+                self.exposed.add(part.exposed)
             if number < KEPT:
                 assert part.counts is not None  # of the first ones
                 self.counts.append(part.counts)
@@ -185,7 +197,8 @@ class _Found:
             Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
             undetermined=self.balance.reason, all_round=self.all_round,
         )  # fmt: skip
-        return FlownEnsemble(first, found, witnesses, self.balance, source.more)
+        exposed = self.exposed.assess(self.case, found) if self.exposed.places else []
+        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +209,7 @@ class _Part:
     tables: dict[str, NDArray[Any]]
     fields: tuple[NDArray[np.float64], NDArray[np.float64]]
     balance: Balance
+    exposed: NDArray[Any]
 
 
 class _Flights:
@@ -204,10 +218,14 @@ class _Flights:
     def __init__(self, job: Job) -> None:
         from flight.near_ground import NearGround
         from fragfield.case.convert import flight_arguments, hazard_criteria
+        from fragfield.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = NearGround(hazard_grid(job.case), self.criteria)
+        self.exposed = ExposedPlaces.of(job.case)
+        self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
+        self.arguments["witnesses"] += self.exposed.surfaces
         self.job, self.done, self.flown = job, 0, 0
         self.expected = job.case.break_up.realisations
         self.began = time.perf_counter()
@@ -232,18 +250,23 @@ class _Flights:
                 fragments, **arguments, near_ground=self.near, threads=self.job.threads, on_progress=self._progress
             )
         self.done += len(fragments)
+        exposed = self.exposed.count(result, fragments, self.own)
+        result = replace(
+            result, witnesses=result.witnesses[: self.own], hits=result.hits[result.hits["witness"] < self.own]
+        )
+        result.summary["hits"] = len(result.hits)
         if number == 0:
             self.first = result
         lowest = ground if isinstance(ground, float) else float(ground.heights.min())
         balance = Balance.of(result, fragments, self.criteria, lowest=lowest, gravity=self.case.flight.gravity)
         fields = fields_of(result)
         if number >= KEPT:
-            return _Part(None, {}, fields, balance)
+            return _Part(None, {}, fields, balance, exposed)
         width = 360.0 / self.case.hazard.sectors
         counts = tally(result, self.criteria, sector_width=width, distance=self.case.hazard.distance_cell)
         names = [surface.name for surface in result.witnesses]
         tables = {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
-        return _Part(counts, tables, fields, balance)
+        return _Part(counts, tables, fields, balance, exposed)
 
     def _share_of(self, realisations: int) -> int:
         return -(-realisations // self.job.team.size)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fragfield.arena import arena_realisation, read_arena
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -28,6 +30,8 @@ class Realisations:
     ----------
     count : int
         Number of those given.
+    arena : ArenaTable or None
+        Table of an arena test, where that is flown.
     """
 
     def __init__(self, job: Job, given: Sequence[Fragments]) -> None:
@@ -37,17 +41,20 @@ class Realisations:
         self._prepared: BreakUp | None = None
         snapshot = job.source.file("burst_snapshot.h5")
         self._snapshot = job.team.tell(snapshot if job.fragments is None and snapshot.is_file() else None)
+        self.arena = job.team.tell(read_arena(job.fragments) if job.team.first else None)
 
     @property
     def more(self) -> bool:
         """Whether any number can be made."""
-        return self._snapshot is not None
+        return self._snapshot is not None or self.arena is not None
 
     def of(self, numbers: Sequence[int]) -> list[Fragments]:
         """The fragments of these realisations; any rank may ask for its own once `prepare` has been called on all."""
         made = [number for number in numbers if number >= self.count]
         new: dict[int, Fragments] = {}
-        if made:
+        if made and self.arena is not None:
+            new = {number: arena_realisation(self.arena, self.job.case, number) for number in made}
+        elif made:
             assert self._prepared is not None  # `prepare` comes first
             new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.threads), strict=True))
         return [new[number] if number >= self.count else self._given[number] for number in numbers]

@@ -74,7 +74,7 @@ STAGES: dict[str, Stage] = {
             "break-up",
             "burst_snapshot.h5",
             "fragments.h5",
-            ("ensemble_fragments.h5", "fragments.h5", "fragments.csv"),
+            ("ensemble_fragments.h5", "arena.csv", "fragments.h5", "fragments.csv"),
             ("break_up",),
             ("break_up", "seed", "flight.shape_factor"),
         ),
@@ -100,10 +100,17 @@ STAGES: dict[str, Stage] = {
                 "contours.geojson",
                 "contours.kml",
             ),
-            ("flight", "witness", "obstacle", "hazard"),
-            ("flight", "witness", "hazard", "site", "obstacle"),
+            ("flight", "witness", "obstacle", "hazard", "exposed", "rules"),
+            ("flight", "witness", "hazard", "site", "obstacle", "exposed"),
         ),
-        Stage("report", "", "report.html", ("view_burst.html", "view_fragments.html", "report.html"), (), ("title",)),
+        Stage(
+            "report",
+            "",
+            "report.html",
+            ("view_burst.html", "view_fragments.html", "map.html", "report.html"),
+            (),
+            ("title", "document"),
+        ),
     )
 }
 _MOST_DIFFERENCES = 10

@@ -165,6 +165,12 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
             + ("stops fragments" if entry["ricochet"] is None else f"turns fragments off like {entry['ricochet']}"),
             markup=False,
         )
+    for entry in found["exposed"]:
+        console.print(
+            f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at {entry['azimuth_deg']:.0f} degrees"
+            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else ""),
+            markup=False,
+        )
 
 
 def _lighting(entry: Mapping[str, Any]) -> str:
@@ -224,6 +230,9 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     console = _console()
     console.print(table)
     _print_hazard(console, summary.get("hazard") or {})
+    for entry in summary.get("exposed") or []:
+        margin = "" if entry["margin"] is None else f", margin {entry['margin']:+.0f} m"
+        console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
 

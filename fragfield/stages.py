@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import fragfield
+from fragfield.arena import arena_realisation, read_arena, write_arena
 from fragfield.case import plain
 from fragfield.certainty import certainty
 from fragfield.provenance import provenance_of, versions
@@ -126,6 +127,7 @@ def break_up(job: Job, stage: Stage) -> None:
         write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
     for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
+    write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
     job.note({stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}})
 
 
@@ -136,6 +138,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
     from fragfield.ensemble import fly_all
+    from fragfield.rules import rules_of
     from fragfield.stack_rule import stack_rule_of
 
     began = time.perf_counter()
@@ -146,7 +149,7 @@ def fly(job: Job, stage: Stage) -> None:
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
     write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
-    write_contours(job.case, flown.hazard, job.target, provenance)
+    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
     surfaces = []
     for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
@@ -161,7 +164,17 @@ def fly(job: Job, stage: Stage) -> None:
     if job.case.hazard.stack_rule is not None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
-    job.note({"flight": summary, "witness": surfaces, "obstacle": obstacles, "hazard": headline})
+    rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
+    job.note(
+        {
+            "flight": summary,
+            "witness": surfaces,
+            "obstacle": obstacles,
+            "hazard": headline,
+            "exposed": flown.exposed,
+            "rules": rules,
+        }
+    )
 
 
 def _realisations(job: Job, stage: Stage) -> list[Fragments]:
@@ -169,7 +182,12 @@ def _realisations(job: Job, stage: Stage) -> list[Fragments]:
     import flight
     from flight.ensemble_files import read_fragment_ensemble, write_fragment_ensemble
 
-    fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+    arena = read_arena(job.fragments)
+    if arena is not None:
+        fragments = arena_realisation(arena, job.case, 0)
+        arena.write(job.target.file("arena.csv"), provenance_of(job.case))
+    else:
+        fragments = flight.Fragments.read(job.fragments or job.needed(stage))
     others = job.source.file("ensemble_fragments.h5")
     further = read_fragment_ensemble(others) if job.fragments is None and others.is_file() else []
     if job.fragments is not None or job.source.path != job.target.path:

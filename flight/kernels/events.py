@@ -16,7 +16,17 @@ from flight.kernels.motion import (
     STEP,
 )
 from flight.kernels.obstacles import enter_obstacles
-from flight.kernels.surfaces import CYLINDER, cross_cylinder, cross_plane, dense_state, inside_outline, misses_box
+from flight.kernels.surfaces import (
+    CYLINDER,
+    GROUP,
+    IN_GROUP,
+    WITNESS_NUMBER,
+    cross_cylinder,
+    cross_plane,
+    dense_state,
+    inside_outline,
+    misses_box,
+)
 from flight.kernels.terrain import cross_edges, cross_terrain
 
 if TYPE_CHECKING:
@@ -117,9 +127,14 @@ def record_hits(
     count: int,
 ) -> int:
     """Append the crossings of this step up to its place `until`; returns the new count, -1 if `hits` is full."""
-    for index in range(witnesses.shape[0]):
+    index = 0
+    while index < witnesses.shape[0]:
         row = witnesses[index]
+        index += 1
         if misses_box(points, row):
+            index += int(row[IN_GROUP])
+            continue
+        if int(row[0]) == GROUP:
             continue
         is_cylinder = int(row[0]) == CYLINDER
         if is_cylinder:
@@ -142,7 +157,7 @@ def record_hits(
             hits[count, 0] = time + theta * h
             for i in range(6):
                 hits[count, 1 + i] = out[i]
-            hits[count, 7] = index
+            hits[count, 7] = row[WITNESS_NUMBER]
             hits[count, 8] = fragment
             hits[count, 9] = 1.0 if sense >= 0.0 else -1.0
             count += 1

@@ -16,10 +16,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CYLINDER",
+    "GROUP",
+    "IN_GROUP",
     "PIECES_SHAPE",
     "POLYGON",
     "RECTANGLE",
     "WITNESS_COLUMNS",
+    "WITNESS_NUMBER",
     "cross_cylinder",
     "cross_plane",
     "dense_state",
@@ -29,10 +32,12 @@ __all__ = [
     "most",
 ]
 
-CYLINDER, RECTANGLE, POLYGON = 0, 1, 2
+CYLINDER, RECTANGLE, POLYGON, GROUP = 0, 1, 2, 3
 # a witness row: kind; box (6); centre or point (3); normal (3), or radius first; axes in the plane (3, 3); half sizes
-# (2); first vertex and the one after the last
-WITNESS_COLUMNS = 23
+# (2); first vertex and the one after the last; number of the witness; rows of a group after this one, which holds
+# nothing but the box around them
+WITNESS_COLUMNS = 25
+WITNESS_NUMBER, IN_GROUP = 23, 24
 _BOX, _POINT, _NORMAL, _FIRST_AXIS, _SECOND_AXIS, _HALF, _VERTICES = 1, 7, 10, 13, 16, 19, 21
 
 PIECES_SHAPE = (64, 14)  # halves of a step: coefficients of x and y about the axis, lower and upper end

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from fragfield.case.exposed_places import check_exposed
 from fragfield.case.flight_table import CylinderTable
 from fragfield.case.place_checks import check_places, check_planes
 from fragfield.case.quantities import show
@@ -44,6 +45,8 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += _unique("plane", [plane.name for plane in case.plane])
     faults += _unique("obstacle", [obstacle.name for obstacle in case.obstacle])
     faults += _unique("witness", [surface.name for surface in case.witness])
+    faults += _unique("exposed", [place.name for place in case.exposed])
+    faults += check_exposed(case)
     faults += check_planes(case)
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)

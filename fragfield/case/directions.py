@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["hazard_basis", "mirror_planes"]
+__all__ = ["even_surroundings", "hazard_basis", "mirror_planes"]
 
 _TOLERANCE = 1e-9  # m, and of unit vectors
 _STEP = 15.0  # degrees between the planes that are tried
@@ -30,7 +30,7 @@ Basis = Literal["all_azimuths", "worst_direction"]
 
 def hazard_basis(case: Case) -> Basis:
     """Whether all azimuths have the same expected hazard: one upright axisymmetric round over level, empty ground."""
-    if not all_azimuths_alike(case) or not _even_surroundings(case):
+    if not all_azimuths_alike(case) or not even_surroundings(case):
         return "worst_direction"
     (only,) = expanded(case)
     centred = math.dist(only.position[:2], case.flight.origin) < _TOLERANCE
@@ -44,7 +44,7 @@ def mirror_planes(case: Case) -> tuple[float, ...]:
     compared; planes at multiples of 15 degrees are tried.
     """
     rounds = expanded(case)
-    if not rounds or not _even_surroundings(case):
+    if not rounds or not even_surroundings(case):
         return ()
     if any(one.profile is None or any(p.offset != (0.0, 0.0) for p in one.ignition or ()) for one in rounds):
         return ()
@@ -67,7 +67,7 @@ def mirror_planes(case: Case) -> tuple[float, ...]:
     return tuple(found)
 
 
-def _even_surroundings(case: Case) -> bool:
+def even_surroundings(case: Case) -> bool:
     """Whether air and ground are the same in every direction."""
     wind = case.flight.wind
     still = wind.speed == 0.0 and not any(wind.speeds or ())

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.checks import check_case, check_charges
+from fragfield.case.exposed_places import places_of, resolved_exposed
 from fragfield.case.flight_table import StackRuleTable
 from fragfield.case.geometry import check_geometry
 from fragfield.case.messages import explain, join_faults
@@ -108,6 +109,7 @@ def _check_flight(case: Case, source: str) -> None:
     try:
         flight_arguments(case)
         check_surroundings(case)
+        places_of(case)
     except FlightInputError as error:
         raise InputError(f"{source}: flight.{error}") from None
 
@@ -132,6 +134,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     rounds = _told(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
+    changes["exposed"] = resolved_exposed(case)
     flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
         flight["drag"] = str((folder / case.flight.drag).resolve())

@@ -6,6 +6,8 @@ from pydantic import Field
 
 from fragfield.case.break_up_table import BreakUpTable
 from fragfield.case.burst_table import BurstTable
+from fragfield.case.document_table import DocumentTable
+from fragfield.case.exposed_table import ExposedTable
 from fragfield.case.flight_table import FlightTable, HazardTable, WitnessTable
 from fragfield.case.ground_table import ObstacleTable
 from fragfield.case.plane_table import PlaneTable
@@ -38,6 +40,10 @@ class Case(Table):
     """Walls, barricades and buildings that stop fragments or turn them off."""
     witness: list[WitnessTable] = Field(default_factory=list)
     """Surfaces that record fragments."""
+    exposed: list[ExposedTable] = Field(default_factory=list)
+    """People, roads, areas and buildings whose hazard is asked for."""
     hazard: HazardTable = HazardTable()
     site: SiteTable | None = None
     """Where on Earth; with it, distances are also written as contours.geojson and contours.kml."""
+    document: DocumentTable = DocumentTable()
+    """Number, revision and names on the report."""

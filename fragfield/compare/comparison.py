@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.compare.hazards import compare_densities, compare_distances
+from fragfield.compare.places import compare_places
 from fragfield.compare.runs import check_alike, differences_of, notes_on, read_compared_run
 from fragfield.compare.witness import compare_hits, sectors_together
+from fragfield.compare.zones import compare_zones
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -44,7 +46,8 @@ def compare_runs(
     dict
         `run` and `reference` (directory, title, seed, realisations, program_version), `differences` of the cases (one
         line a key), `notes`, `all_round`, `casing` (rows: quantity, unit, run, reference, ratio), `witness` (a surface
-        each: name, and as `witness.compare_hits`), `distances`, `by_distance`. Values in SI; None where unknown.
+        each: name, and as `witness.compare_hits`), `distances`, `by_distance`, `by_zone` (polar zones of arena tables),
+        `places` (exposed ones). Values in SI; None where unknown.
 
     Raises
     ------
@@ -73,6 +76,8 @@ def compare_runs(
         ],
         "distances": compare_distances(run, reference),
         "by_distance": by_distance,
+        "by_zone": compare_zones(run, reference),
+        "places": compare_places(run, reference),
     }
 
 
@@ -80,6 +85,11 @@ def _told(run: ComparedRun) -> dict[str, Any]:
     return {
         "directory": str(run.folder),
         "title": str(run.case.get("title", "")),
+        "document": " ".join(
+            str(document[key])
+            for key in ("number", "revision")
+            if (document := run.case.get("document") or {}).get(key)
+        ),
         "seed": run.summary.get("seed"),
         "realisations": (run.part("flight").get("realisations") or 1) if run.flown else None,
         "program_version": run.summary.get("program_version"),

@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["write_comparison"]
 
+_NOTHING = dict.fromkeys(("verdict", "quantity", "part_of_criterion", "probability", "margin"))
 _PICTURED = (("hits", "ratio of numbers"), ("max_initial_speed", "ratio of largest speeds"))
 
 
 def write_comparison(found: dict[str, Any], folder: Path) -> None:
-    """Write comparison.json, casing.csv, distances.csv, by_azimuth.csv, by_distance.csv and comparison.png.
+    """Write comparison.json, a table of each kind as CSV, and comparison.png.
 
     Tables that would be empty are left out. The paths go into `found["files"]`.
 
@@ -42,6 +43,10 @@ def write_comparison(found: dict[str, Any], folder: Path) -> None:
         "distances.csv": found["distances"],
         "by_azimuth.csv": list(_azimuth_rows(found["witness"])),
         "by_distance.csv": [_flat(row) for row in found["by_distance"]],
+        "by_zone.csv": [_flat(row) for row in found["by_zone"]],
+        "places.csv": [
+            _flat({**row, **{key: row[key] or _NOTHING for key in ("run", "reference")}}) for row in found["places"]
+        ],
     }
     written = ["comparison.json", *(name for name, rows in tables.items() if rows)]
     pictured = bool(found["witness"] or found["by_distance"])

@@ -29,7 +29,10 @@ def print_comparison(found: Mapping[str, Any]) -> None:
     for key, word in (("run", "run"), ("reference", "over")):
         one = found[key]
         number = "not flown" if one["realisations"] is None else f"{one['realisations']} realisations"
-        console.print(f"{word:5}{one['directory']}: {one['title']} (seed {one['seed']}, {number})", markup=False)
+        document = f", document {one['document']}" if one["document"] else ""
+        console.print(
+            f"{word:5}{one['directory']}: {one['title']} (seed {one['seed']}, {number}{document})", markup=False
+        )
     _print_lines(console, "the cases differ in", found["differences"])
     for note in found["notes"]:
         console.print(f"note: {note}", markup=False)
@@ -41,6 +44,10 @@ def print_comparison(found: Mapping[str, Any]) -> None:
         console.print(_witness_table(surface, all_round=found["all_round"]))
     if found["by_distance"]:
         console.print(_density_table(found["by_distance"]))
+    if found["places"]:
+        console.print(_place_table(found["places"]))
+    if found["by_zone"]:
+        console.print(_zone_table(found["by_zone"]))
     for path in found.get("files", ()):
         console.print(f"written to {path}", markup=False)
 
@@ -113,6 +120,28 @@ def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
             columns += [_number(100.0 * row[name][key]) for key in ("run", "reference")]
             columns.append(_with_error(row[name], "ratio"))
         table.add_row(f"{row['distance_m']:g}", *columns)
+    return table
+
+
+def _place_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    heads = ("exposed place", "verdict", "over", "part of criterion", "over", "margin m", "over")
+    table = _table("exposed places; upper bounds (95 %)", heads)
+    for row in rows:
+        both = [row[key] or {} for key in ("run", "reference")]
+        cells = [str(one.get("verdict", "-")) for one in both]
+        cells += [_number(one.get(key)) for key in ("part_of_criterion", "margin") for one in both]
+        table.add_row(row["name"], *cells)
+    return table
+
+
+def _zone_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    heads = ("degrees from the nose", "number", "over", "kg", "over", "mean m/s", "over", "largest m/s", "over")
+    table = _table("fragments of one round by polar zone, at launch", heads)
+    for row in rows:
+        cells = [
+            _number(row[n][k]) for n in ("number", "mass", "mean_speed", "max_speed") for k in ("run", "reference")
+        ]
+        table.add_row(f"{row['from_deg']:g} to {row['to_deg']:g}", *cells)
     return table
 
 

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 import fragfield
 from fragfield.report.blocks import Beside, Illustration
+from fragfield.report.document import document_of, identity_line
 from fragfield.report.drawing import drawing_style, to_bytes
+from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
 
@@ -58,7 +60,9 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
         parts = sections(run, illustrator.draw, illustrator.picture)
-        page = _render(run, parts, illustrator.count)
+        written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+        page = _render(run, parts, illustrator.count, written)
+        write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
         draft = target.with_name(target.name + ".part")
         draft.write_text(page, encoding="utf-8")
         draft.replace(target)
@@ -121,7 +125,7 @@ def _uri(data: bytes, kind: str) -> str:
     return f"data:{_MIME[kind]};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _render(run: RunFiles, parts: list[object] | object, figures: int) -> str:
+def _render(run: RunFiles, parts: list[object] | object, figures: int, written: str) -> str:
     from jinja2 import Environment, StrictUndefined
     from jinja2.loaders import DictLoader
 
@@ -137,7 +141,9 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int) -> str:
         style=sources["report.css"],
         program_version=run.provenance.get("program_version") or fragfield.__version__,
         computed=_readable(run.provenance.get("date", "")),
-        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        written=written,
+        document=document_of(run),
+        identity=identity_line(run),
         missing=run.missing,
     )
 

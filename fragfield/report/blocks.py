@@ -118,6 +118,8 @@ class Signatures:
     """Lines to sign."""
 
     roles: tuple[str, ...]
+    names: tuple[str, ...] = ("", "", "")
+    """Who signs in each role, where that is known."""
     kind: str = "signatures"
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fragfield.certainty import WHICH_NUMBER, basis_words
-from fragfield.report import burst_figures, fragment_figures, hazard_figures, statements
+from fragfield.report import burst_figures, fragment_figures, hazard_figures, site_figure, statements, zone_blocks
 from fragfield.report.blocks import (
+    Beside,
     Block,
     Card,
     Cards,
@@ -18,6 +19,8 @@ from fragfield.report.blocks import (
     Text,
 )
 from fragfield.report.distance_tables import density_table, distance_table, sector_table, stack_rule_table
+from fragfield.report.document import document_of
+from fragfield.report.exposed_tables import exposed_tables, verdict_table
 from fragfield.report.findings import findings
 from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
@@ -31,6 +34,7 @@ from fragfield.report.round_tables import (
     round_table,
     segment_table,
 )
+from fragfield.report.rule_tables import rule_tables
 from fragfield.report.tables import (
     azimuth_tables,
     break_up_rows,
@@ -42,6 +46,7 @@ from fragfield.report.tables import (
     provenance_rows,
 )
 from fragfield.report.validation_status import read_record, validation_blocks
+from fragfield.report.zone_blocks import zone_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -87,7 +92,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         _validation(run),
         _provenance(run),
         _use(),
-        _signatures(),
+        _signatures(run),
     ]
 
 
@@ -118,7 +123,7 @@ def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
     blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards)), *_caution(*graver)]
     if "flight" not in run.missing:
         terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
-        blocks += [Paragraph(terms), Paragraph(WHICH_NUMBER), *density_table(run)]
+        blocks += [*verdict_table(run), Paragraph(terms), Paragraph(WHICH_NUMBER), *density_table(run)]
     blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.LIMITS)]
     return Section("summary", "Summary for the safety engineer", blocks)
 
@@ -242,6 +247,12 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             "realisation (bars) and the velocity field of the casing that they were made from (line).",
             fragment_figures.directions,
         ),
+        *draw(
+            "polar_zones", "Fragments by polar zone",
+            "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
+            zone_blocks.zone_figure,
+        ),
+        *zone_table(run),
         *picture(
             "picture_of_fragments", "Fragment cloud",
             "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "
@@ -278,10 +289,32 @@ def _flight(run: RunFiles, draw: Draw) -> Section:
     return Section("flight", "Flight", _stage(run, "flight", blocks))
 
 
+def beside_map(run: RunFiles) -> list[Block]:
+    """The map with pan and zoom, beside the page, where there is something to show."""
+    if site_figure.site_shapes(run) is None:
+        return []
+    return [Beside("map.html", "The map with pan and zoom; it needs no network")]
+
+
 def _hazard(run: RunFiles, draw: Draw) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *distance_table(run),
         *stack_rule_table(run),
+        *exposed_tables(run),
+        *draw(
+            "exposed_places", "Exposed places against their criteria",
+            "Expected value and upper bound (95 %) over what the place may meet; to the left of the line the criterion "
+            "is met.",
+            site_figure.exposed_figure,
+        ),
+        *draw(
+            "site_map", "Map of the site",
+            "Hazard distance by direction, exposed places by their verdict, barricades and buildings, and lines of "
+            "equal height, in the site's frame.",
+            site_figure.site_figure,
+        ),
+        *beside_map(run),
+        *rule_tables(run),
         *hazard_rows(run),
         *draw(
             "density_curve", "Density by distance",
@@ -332,12 +365,25 @@ def _use() -> Section:
     )
 
 
-def _signatures() -> Section:
+def _signatures(run: RunFiles) -> Section:
+    document = document_of(run)
+    changes = [*_changes(document)]
     return Section(
         "signatures",
         "Signatures",
         [
             Paragraph("By signing, the reviewer confirms to have read the warnings, the limits and the inputs."),
-            Signatures(("Computed by", "Reviewed by", "Approved by")),
+            Signatures(
+                ("Computed by", "Reviewed by", "Approved by"),
+                (document["prepared_by"], document["reviewed_by"], document["approved_by"]),
+            ),
+            *changes,
         ],
     )
+
+
+def _changes(document: dict[str, Any]) -> list[Block]:
+    if not document["changes"]:
+        return []
+    head = f"Changes of revision {document['revision']}" if document["revision"] else "Changes of this revision"
+    return [Paragraph(head, kind="heading"), Points(tuple(document["changes"]))]

@@ -97,6 +97,28 @@ def test_m107_has_the_masses_of_its_drawing():
     assert section.wall == pytest.approx([0.018, 0.018], abs=1e-12)
 
 
+def test_m1_has_the_masses_of_its_drawing_and_the_lengths_of_its_list():
+    profile = load_profile("m1_105")
+    assert profile.casing_volume * 7850 == pytest.approx(26.04 * 0.45359237, rel=1e-3)
+    assert profile.charge_volume * 1630 == pytest.approx(4.84 * 0.45359237, rel=1e-3)
+    ogive, band_and_cylinder, boat_tail = np.diff(profile.outer.stations)
+    assert (ogive, boat_tail) == pytest.approx((0.1468, 0.0516), abs=1e-6)
+    assert band_and_cylinder > 0.1574
+    assert profile.length - profile.cavity.end == pytest.approx(0.0177, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "radius", "wall", "plate"), [("generic_thin", 0.09, 0.009, 0.02), ("generic_heavy", 0.0775, 0.028, 0.04)]
+)
+def test_generic_bodies_are_closed_cylinders(name, radius, wall, plate):
+    profile = load_profile(name)
+    stations = np.linspace(profile.charge_front, profile.charge_end, 5)[1:-1]
+    assert profile.section(stations).wall == pytest.approx(np.full(3, wall), abs=1e-12)
+    inside = np.pi * (radius - wall) ** 2 * (0.6 - 2.0 * plate)
+    assert profile.charge_volume == pytest.approx(inside, rel=1e-9)
+    assert profile.casing_volume == pytest.approx(np.pi * radius**2 * 0.6 - inside, rel=1e-9)
+
+
 @pytest.mark.parametrize(("name", "casing"), [("grenade_155", 40.0), ("grenade_155_32kg", 32.0)])
 def test_grenade_meets_all_numbers_of_the_paper_at_once(name, casing):
     profile = load_profile(name)

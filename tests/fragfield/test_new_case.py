@@ -107,7 +107,7 @@ def test_a_file_that_is_there_stays(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--round", "m170"), '--round: found "m170" (did you mean "m107"?); allowed: copper_cylinder, grenade_155'),
+        (("--round", "m170"), '--round: found "m170" (did you mean "m107"?); allowed: copper_cylinder, generic_heavy'),
         (("--stack", "palet"), '--stack: found "palet" (did you mean "pallet"?); allowed: row, triangle, pallet'),
         (("--explosive", "comp_a"), '--explosive: found "comp_a" (did you mean "comp_b"?); allowed: comp_b, tnt'),
         (("--casing", "brass"), '--casing: found "brass"; allowed: copper, steel_m107, steel_paper'),

@@ -1,0 +1,255 @@
+"""Fragments as arena tests report them: numbers, masses and speeds by polar zone and mass group of one round.
+
+A polar zone lies between two angles from the nose; 90 degrees is abreast. The file (Z-data) is CSV with one line a zone
+and mass group, empty ones left out; zones without any fragment have one line of group 0 with number 0, so that
+every zone tested is in the file. Numbers are per round and may be fractions: means over tests or realisations.
+
+Table and file hold what such tests hold, and no more: within a zone directions are even over the sphere, within a
+group all fragments have the group's mean mass and mean speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.fragments import Fragments
+from flight.shape import DEFAULT_SHAPE_FACTOR
+from flight.text_tables import read_columns, write_columns
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["COLUMNS", "ArenaTable", "is_arena_file"]
+
+COLUMNS = (
+    "zone_from_deg", "zone_to_deg", "mass_from_kg", "mass_to_kg", "number", "mean_mass_kg", "mean_speed_m_s",
+    "max_speed_m_s",
+)  # fmt: skip
+LIGHTEST = 1e-5  # kg: lower edge of the lightest group
+PER_OCTAVE = 2  # mass groups
+
+
+@dataclass(frozen=True, eq=False)
+class ArenaTable:
+    """Fragments of one round by polar zone and mass group.
+
+    Attributes
+    ----------
+    zones : (z + 1,) float64
+        Edges of the polar zones in degrees from the nose, rising from 0 to 180.
+    zone : (k,) int64
+        Zone of every row.
+    mass_from, mass_to : (k,) float64
+        Edges of its mass group (kg).
+    number : (k,) float64
+        Fragments of one round.
+    mass, speed : (k,) float64
+        Mean mass (kg) and mean speed, by mass (m/s), at launch.
+    max_speed : (k,) float64
+        Largest speed (m/s).
+    """
+
+    zones: Array
+    zone: NDArray[np.int64]
+    mass_from: Array
+    mass_to: Array
+    number: Array
+    mass: Array
+    speed: Array
+    max_speed: Array
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be flown."""
+        edges = self.zones
+        if len(edges) < 2 or abs(edges[0]) > 1e-9 or abs(edges[-1] - 180.0) > 1e-9 or (np.diff(edges) <= 0.0).any():
+            raise InputError("arena: zones must rise from 0 to 180 degrees without a gap")
+        for name in ("number", "mass", "speed", "max_speed"):
+            values = getattr(self, name)
+            bad = ~(np.isfinite(values) & (values >= 0.0))
+            if bad.any():
+                raise InputError(
+                    f"arena: {name} of row {int(np.argmax(bad)) + 1} is {values[bad][0]}, needed: 0 or more"
+                )
+        empty = (self.number > 0.0) & ~((self.mass > 0.0) & (self.speed > 0.0))
+        if empty.any():
+            raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass or speed")
+
+    @classmethod
+    def of(
+        cls, realisations: Sequence[Fragments], axes: ArrayLike = ((0.0, 0.0, 1.0),), *, width: float = 5.0
+    ) -> ArenaTable:
+        """Mean over realisations and rounds.
+
+        Parameters
+        ----------
+        realisations : sequence of Fragments
+            Of one arrangement; `round` counts its rounds.
+        axes : (r, 3)
+            From base to nose of every round; one stands for all.
+        width : float
+            Of a zone (degrees), a whole fraction of 180.
+        """
+        count = round(180.0 / width) if width > 0.0 else 0
+        if count < 1 or abs(count * width - 180.0) > 1e-9:
+            raise InputError(f"arena: zones of {width} degrees, needed: a whole fraction of 180, such as 5 or 10")
+        if not realisations or not any(len(one) for one in realisations):
+            raise InputError("arena: no fragment to put into a table")
+        together = Fragments.concatenate(list(realisations))
+        rounds = int(together.round.max()) + 1
+        along = np.asarray(axes, dtype=np.float64).reshape(-1, 3)
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        if len(along) not in (1, rounds) and len(along) < rounds:
+            raise InputError(f"arena: {len(along)} axes for {rounds} rounds")
+        mine = along[np.minimum(together.round, len(along) - 1)]
+        speed = np.linalg.norm(together.velocity, axis=1)
+        cosine = np.clip((together.velocity * mine).sum(axis=1) / np.maximum(speed, 1e-300), -1.0, 1.0)
+        polar = np.degrees(np.arccos(cosine))
+        zone = np.minimum((polar / width).astype(np.int64), count - 1)
+        group = np.maximum(0, np.floor(PER_OCTAVE * np.log2(together.mass / LIGHTEST)).astype(np.int64) + 1)
+        key, inverse = np.unique(zone * 10_000 + group, return_inverse=True)
+        numbers = np.bincount(inverse).astype(np.float64)
+        mass = np.bincount(inverse, weights=together.mass)
+        moment = np.bincount(inverse, weights=together.mass * speed)
+        largest = np.zeros(len(key))
+        np.maximum.at(largest, inverse, speed)
+        groups = key % 10_000
+        low = np.where(groups > 0, LIGHTEST * 2.0 ** ((groups - 1) / PER_OCTAVE), 0.0)
+        high = LIGHTEST * 2.0 ** (groups / PER_OCTAVE)
+        tests = len(realisations) * rounds
+        rows = (key // 10_000, low, high, numbers / tests, mass / numbers, moment / mass, largest)
+        return cls._filled(np.arange(count + 1) * width, *rows)
+
+    @classmethod
+    def _filled(cls, zones: Array, zone: NDArray[np.int64], *columns: Array) -> ArenaTable:
+        """With one empty row for every zone without fragments, and numbers as the file prints them."""
+        missing = np.setdiff1d(np.arange(len(zones) - 1), zone)
+        zone = np.concatenate([zone, missing])
+        order = np.argsort(zone, kind="stable")
+        printed = [
+            np.array([float(f"{value:.10g}") for value in np.concatenate([column, np.zeros(len(missing))])[order]])
+            for column in columns
+        ]
+        return cls(zones, zone[order], *printed)
+
+    def by_zone(self, energy: float = 79.0) -> dict[str, Array]:
+        """By zone (z,): from_deg, to_deg, number, mass (kg), mean_speed by mass, max_speed (m/s), hazardous.
+
+        `hazardous` are those with a kinetic energy of `energy` (J) or more at launch.
+        """
+        size = len(self.zones) - 1
+        mass = np.bincount(self.zone, weights=self.number * self.mass, minlength=size)
+        moment = np.bincount(self.zone, weights=self.number * self.mass * self.speed, minlength=size)
+        dangerous = self.number * (0.5 * self.mass * self.speed**2 >= energy)
+        largest = np.zeros(size)
+        np.maximum.at(largest, self.zone, self.max_speed)
+        return {
+            "from_deg": self.zones[:-1],
+            "to_deg": self.zones[1:],
+            "number": np.bincount(self.zone, weights=self.number, minlength=size),
+            "mass": mass,
+            "mean_speed": moment / np.maximum(mass, 1e-300),
+            "max_speed": largest,
+            "hazardous": np.bincount(self.zone, weights=dangerous, minlength=size),
+        }
+
+    def realisation(
+        self, seed: int, number: int = 0, *, position: ArrayLike = (0.0, 0.0, 1.0), axis: ArrayLike = (0.0, 0.0, 1.0),
+        shape_factor: float = DEFAULT_SHAPE_FACTOR, round_number: int = 0,
+    ) -> Fragments:  # fmt: skip
+        """Fragments of one round: directions at random within their zones, fractions of a number by chance.
+
+        Parameters
+        ----------
+        seed, number : int
+            Of the case, and of the realisation.
+        position, axis : (3,)
+            Where they start (m), and the direction from base to nose.
+        shape_factor : float
+            k in the presented area (kg/m3).
+        round_number : int
+            Number of the round.
+        """
+        generator = np.random.default_rng(np.random.SeedSequence((seed, number, round_number, 0x41524E41)))
+        whole = np.floor(self.number)
+        drawn = (whole + (generator.random(len(whole)) < self.number - whole)).astype(np.int64)
+        row = np.repeat(np.arange(len(drawn)), drawn)
+        if not row.size:
+            raise InputError("arena: the table holds no fragment in this realisation")
+        edges = np.cos(np.radians(self.zones))
+        low, high = edges[self.zone[row] + 1], edges[self.zone[row]]
+        cosine = low + (high - low) * generator.random(row.size)
+        turn = 2.0 * np.pi * generator.random(row.size)
+        sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+        along = np.asarray(axis, dtype=np.float64)
+        along = along / np.linalg.norm(along)
+        first = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
+        first = first / np.linalg.norm(first)
+        second = np.cross(along, first)
+        way = cosine[:, None] * along + sine[:, None] * (
+            np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
+        )  # fmt: skip
+        return Fragments.from_arrays(
+            self.mass[row], tuple(np.asarray(position, dtype=np.float64)), self.speed[row, None] * way, shape_factor,
+            round_number,
+        )  # fmt: skip
+
+    def write(self, path: Path, provenance: Mapping[str, str] | None = None) -> Path:
+        """Write the file; `provenance` entries become head lines."""
+        columns: list[NDArray[Any]] = [
+            self.zones[self.zone], self.zones[self.zone + 1], self.mass_from, self.mass_to, self.number, self.mass,
+            self.speed, self.max_speed,
+        ]  # fmt: skip
+        return write_columns(path, dict(zip(COLUMNS, columns, strict=True)), provenance or {})
+
+    @classmethod
+    def read(cls, path: Path) -> ArenaTable:
+        """Read what `write` wrote, or a test's own file with these columns; `max_speed_m_s` may be missing.
+
+        Raises
+        ------
+        InputError
+            A column is missing, zones leave a gap or overlap, or a value is not possible; the message names the file.
+        """
+        table = read_columns(path)
+        missing = [name for name in COLUMNS[:-1] if name not in table]
+        if missing:
+            raise InputError(f"{path}: column {', '.join(missing)} missing; needed: {', '.join(COLUMNS)}")
+        starts, ends = table["zone_from_deg"], table["zone_to_deg"]
+        zones = np.unique(np.round(np.concatenate([starts, ends]), 9))
+        zone = np.searchsorted(zones, np.round(starts, 9))
+        beyond = np.round(ends, 9) != zones[np.minimum(zone + 1, len(zones) - 1)]
+        if beyond.any():
+            row = int(np.argmax(beyond)) + 1
+            raise InputError(f"{path}: the zone of row {row} overlaps another; zones must follow each other")
+        covered = np.setdiff1d(np.arange(len(zones) - 1), zone)
+        if covered.size:
+            raise InputError(
+                f"{path}: nothing from {zones[covered[0]]:g} to {zones[covered[0] + 1]:g} degrees; a zone without "
+                "fragments needs a row with number 0"
+            )
+        speed = table["mean_speed_m_s"]
+        try:
+            return cls(
+                zones, zone.astype(np.int64), table["mass_from_kg"], table["mass_to_kg"], table["number"],
+                table["mean_mass_kg"], speed, table.get("max_speed_m_s", speed),
+            )  # fmt: skip
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+def is_arena_file(path: Path) -> bool:
+    """Whether a file's first line that is no comment names the columns of an arena table."""
+    if path.suffix.lower() != ".csv" or not path.is_file():
+        return False
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        head = next((line for line in file if line.strip() and not line.startswith("#")), "")
+    return "zone_from_deg" in [name.strip() for name in head.split(",")]

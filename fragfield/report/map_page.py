@@ -1,0 +1,81 @@
+"""The map as a page of its own: pan and zoom in the browser, from one file, without a network."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+import fragfield
+from fragfield.report.site_figure import north_of, site_shapes
+from fragfield.site_map import KINDS, extent_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["map_data", "write_map"]
+
+
+def map_data(run: RunFiles) -> dict[str, Any] | None:
+    """What the page draws, in metres of the site's frame; None where there is no map."""
+    found = site_shapes(run)
+    if found is None:
+        return None
+    from fragfield.case.exposed_places import site_of
+
+    case, shapes = found
+    site = site_of(case)
+    low, high = extent_of(shapes)
+    return {
+        "shapes": [
+            {
+                "kind": shape.kind,
+                "name": shape.name,
+                "closed": shape.closed,
+                "points": [[round(x, 3), round(y, 3)] for x, y in shape.points.tolist()],
+                "properties": shape.properties,
+                "label": shape.label,
+            }
+            for shape in shapes
+        ],
+        "kinds": KINDS,
+        "extent": [low.tolist(), high.tolist()],
+        "origin": list(case.flight.origin),
+        "north": north_of(case),
+        "site": None
+        if site is None
+        else {"latitude": site.latitude, "longitude": site.longitude, "bearing": site.bearing},
+    }
+
+
+def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool:
+    """Write the page; False where there is no map.
+
+    Parameters
+    ----------
+    run : RunFiles
+        The run.
+    path : Path
+        The page.
+    identity : str
+        Document number, revision and classification.
+    written : str
+        When.
+    """
+    data = map_data(run)
+    if data is None:
+        return False
+    from jinja2 import Environment, StrictUndefined
+
+    source = (resources.files("fragfield.report") / "templates" / "map.html").read_text(encoding="utf-8")
+    # "</" ends a script element wherever it stands
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    environment = Environment(autoescape=True, undefined=StrictUndefined)
+    page = environment.from_string(source).render(
+        title=run.title, data=text, identity=f"{identity} · " if identity else "", written=written,
+        program_version=run.provenance.get("program_version") or fragfield.__version__,
+    )  # fmt: skip
+    path.write_text(page, encoding="utf-8")
+    return True

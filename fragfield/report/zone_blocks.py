@@ -1,0 +1,80 @@
+"""Fragments as arena tests report them: table and figure by polar zone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.report.blocks import Table
+from fragfield.report.drawing import LINES, new_figure
+from fragfield.report.landings import hazard_energy
+from fragfield.report.quantities import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.figure import Figure
+
+    from flight.arena import ArenaTable
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["zone_figure", "zone_table"]
+
+
+def _table(run: RunFiles) -> ArenaTable | None:
+    from flight.arena import ArenaTable
+
+    path = run.folder / "arena.csv"
+    return ArenaTable.read(path) if path.is_file() else None
+
+
+def zone_table(run: RunFiles) -> Iterator[Table]:
+    """Number, mass, speeds and hazardous number by zone."""
+    table = _table(run)
+    if table is None:
+        return
+    zones = table.by_zone(hazard_energy(run))
+    lines = [
+        (
+            f"{zones['from_deg'][i]:g}–{zones['to_deg'][i]:g}", number(float(f"{zones['number'][i]:.4g}")),
+            number(float(zones["mass"][i]), 3), _speed(zones, "mean_speed", i), _speed(zones, "max_speed", i),
+            number(float(f"{zones['hazardous'][i]:.3g}")),
+        )
+        for i in range(len(zones["number"]))
+    ]  # fmt: skip
+    head = ("Degrees from the nose", "Number", "Mass (kg)", "Mean speed (m/s)", "Largest (m/s)", "Hazardous at launch")
+    note = (
+        "Of one round, mean over rounds and stored realisations; speed by mass. Hazardous: "
+        f"{hazard_energy(run):.3g} J or more at launch. arena.csv holds the same by mass group (Z-data)."
+    )
+    yield Table("Fragments by polar zone", head, tuple(lines), note, 2)
+
+
+def _speed(zones: dict[str, Any], name: str, index: int) -> str:
+    return number(round(float(zones[name][index]))) if zones["number"][index] > 0.0 else "–"
+
+
+def zone_figure(run: RunFiles, narrow: bool) -> Figure | None:
+    """Numbers and speeds by zone."""
+    table = _table(run)
+    if table is None:
+        return None
+    zones = table.by_zone(hazard_energy(run))
+    figure, (count, speed) = new_figure(2, 1, narrow=narrow, height=4.4, narrow_height=4.8, sharex=True)
+    edges = table.zones
+    for index, (name, label) in enumerate((("number", "all"), ("hazardous", "hazardous at launch"))):
+        style = LINES[index]
+        count.stairs(zones[name], edges, label=label, color=style["color"], linestyle=style["linestyle"])
+    seen = zones["number"] > 0.0
+    for index, (name, label) in enumerate((("mean_speed", "mean by mass"), ("max_speed", "largest"))):
+        style = LINES[index]
+        values = np.where(seen, zones[name], np.nan)
+        speed.stairs(values, edges, label=label, color=style["color"], linestyle=style["linestyle"])
+    count.set(ylabel="Fragments\nin a zone")
+    count.set_ylim(bottom=0.0)
+    speed.set(ylabel="Speed (m/s)", xlabel="Angle from the nose (°)", xlim=(0.0, 180.0), xticks=range(0, 181, 30))
+    speed.set_ylim(bottom=0.0)
+    for axis in (count, speed):
+        axis.legend(loc="upper right")
+    return figure

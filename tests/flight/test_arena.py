@@ -1,0 +1,121 @@
+"""Arena tables: sums, the file out and in, and the distances of what is made from them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flight
+from flight.arena import ArenaTable, is_arena_file
+from flight.expected import DensityGroups, Directions, expected_distance
+from flight.near_ground import NearGround, fields_of
+from flight.polar_grid import PolarGrid
+from flight.tally import Criteria
+
+
+def burst(seed: int, number: int = 700) -> flight.Fragments:
+    """Natural fragments of an upright round: Mott masses, speeds and directions smooth along the wall, a slow base."""
+    generator = np.random.default_rng(seed)
+    mass = 0.006 * generator.exponential(size=number) ** 2 + 1e-5
+    polar = np.clip(generator.normal(96.0, 11.0, number), 3.0, 177.0)
+    polar[: number // 12] = generator.uniform(160.0, 180.0, number // 12)
+    turn = generator.uniform(0.0, 2.0 * np.pi, number)
+    speed = 1150.0 - 6.0 * np.abs(polar - 95.0) + generator.normal(0.0, 30.0, number)
+    speed[: number // 12] = 300.0
+    sine, cosine = np.sin(np.radians(polar)), np.cos(np.radians(polar))
+    way = np.column_stack([sine * np.cos(turn), sine * np.sin(turn), cosine])
+    return flight.Fragments.from_arrays(mass, (0.0, 0.0, 1.0), speed[:, None] * way)
+
+
+def distance_of(realisations) -> tuple[float, float]:
+    """Hazard distance and its standard error (m)."""
+    grid, criteria = PolarGrid.of(72, 10.0, 10.0, 1500.0), Criteria()
+    groups = DensityGroups(Directions(grid))
+    for fragments in realisations:
+        result = flight.fly(fragments, near_ground=NearGround(grid, criteria), sample=0, threads=1)
+        groups.add(*fields_of(result))
+    found = expected_distance(groups, criteria.density, every_direction=False)
+    return found.distance, found.standard_error
+
+
+@pytest.fixture(scope="module")
+def table() -> ArenaTable:
+    return ArenaTable.of([burst(seed) for seed in range(60)])
+
+
+def test_sums_are_those_of_the_fragments():
+    fragments = burst(3)
+    zones = ArenaTable.of([fragments]).by_zone()
+    speed = np.linalg.norm(fragments.velocity, axis=1)
+    polar = np.degrees(np.arccos(fragments.velocity[:, 2] / speed))
+    assert zones["number"].sum() == len(fragments)
+    assert zones["mass"].sum() == pytest.approx(fragments.mass.sum())
+    here = (polar >= 95.0) & (polar < 100.0)
+    assert zones["number"][19] == here.sum()
+    assert zones["mean_speed"][19] == pytest.approx((fragments.mass * speed)[here].sum() / fragments.mass[here].sum())
+    assert zones["max_speed"][19] == pytest.approx(speed[here].max())
+
+
+def test_two_rounds_with_their_own_axes_give_the_mean_of_one():
+    one = burst(1)
+    turned = flight.Fragments.from_arrays(one.mass, (5.0, 0.0, 1.0), one.velocity[:, [2, 0, 1]], round=1)
+    pair = flight.Fragments.concatenate([one, turned])
+    both = ArenaTable.of([pair], [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)]).by_zone()
+    single = ArenaTable.of([one]).by_zone()
+    for name, values in single.items():
+        assert both[name] == pytest.approx(values, rel=1e-9), name
+
+
+def test_file_out_and_in_again_gives_the_same_table_and_the_same_distances(table, tmp_path):
+    path = table.write(tmp_path / "arena.csv", {"what": "a test"})
+    assert is_arena_file(path)
+    back = ArenaTable.read(path)
+    for name in ("zones", "zone", "mass_from", "mass_to", "number", "mass", "speed", "max_speed"):
+        assert np.array_equal(getattr(back, name), getattr(table, name)), name
+    first = distance_of([table.realisation(1, k) for k in range(8)])
+    assert distance_of([back.realisation(1, k) for k in range(8)]) == first
+
+
+def test_a_realisation_has_the_numbers_and_directions_of_its_table(table):
+    again = ArenaTable.of([table.realisation(5, k) for k in range(300)])
+    ours, theirs = again.by_zone(), table.by_zone()
+    full = theirs["number"] > 5.0
+    assert ours["number"][full] == pytest.approx(theirs["number"][full], rel=0.02)
+    assert ours["mass"].sum() == pytest.approx(theirs["mass"].sum(), rel=0.005)
+    assert ours["mean_speed"][full] == pytest.approx(theirs["mean_speed"][full], rel=0.005)
+
+
+@pytest.mark.slow
+def test_distance_from_the_table_is_that_of_the_fragments(table):
+    ours, error = distance_of([burst(seed) for seed in range(60)])
+    theirs, other = distance_of([table.realisation(2, k) for k in range(60)])
+    assert abs(ours - theirs) < 3.0 * np.hypot(error, other)
+    assert theirs == pytest.approx(ours, rel=0.04)
+
+
+def test_rounds_lie_along_their_axis(table):
+    fragments = table.realisation(1, axis=(1.0, 1.0, 0.0), position=(1.0, 2.0, 3.0), round_number=2)
+    assert np.all(fragments.position == (1.0, 2.0, 3.0))
+    assert set(fragments.round) == {2}
+    sideways = ArenaTable.of(
+        [flight.Fragments.from_arrays(fragments.mass, fragments.position, fragments.velocity)], (1.0, 1.0, 0.0)
+    )
+    assert sideways.by_zone()["number"][17:22].sum() > 0.5 * len(fragments)
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("0,90,0,1,3,0.01,900\n100,180,0,1,3,0.01,900\n", "nothing from 90 to 100 degrees"),
+        ("0,100,0,1,3,0.01,900\n90,180,0,1,3,0.01,900\n", "overlaps another"),
+        ("0,180,0,1,3,0,900\n", "fragments without mass or speed"),
+        ("0,180,0,1,-3,0.1,900\n", "number of row 1 is -3.0, needed: 0 or more"),
+        ("10,180,0,1,3,0.1,900\n", "zones must rise from 0 to 180"),
+    ],
+)
+def test_faults_of_a_file_are_named(tmp_path, rows, message):
+    path = tmp_path / "z.csv"
+    path.write_text("zone_from_deg,zone_to_deg,mass_from_kg,mass_to_kg,number,mean_mass_kg,mean_speed_m_s\n" + rows)
+    with pytest.raises(flight.InputError, match=message) as caught:
+        ArenaTable.read(path)
+    assert str(path) in str(caught.value)

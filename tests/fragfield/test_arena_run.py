@@ -1,0 +1,92 @@
+"""An arena test's table flown as a run, and two runs beside each other by polar zone and exposed place."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from flight.arena import ArenaTable
+from tests.flight.test_arena import burst
+from tests.fragfield.short_run import invoke
+
+CASE = """title = "Arena"
+[document]
+number = "Z-1"
+revision = "{revision}"
+[hazard]
+max_realisations = 30
+tolerance = 0.001
+[[exposed]]
+name = "gate"
+place = ["{x} m", "0 m"]
+"""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("arena")
+    ArenaTable.of([burst(seed) for seed in range(20)]).write(folder / "test.csv")
+    for name, revision, x in (("a", "A", 40), ("b", "B", 60)):
+        (folder / f"{name}.toml").write_text(CASE.format(revision=revision, x=x), encoding="utf-8")
+        done = invoke(
+            "fly", folder / f"{name}.toml", "--fragments", folder / "test.csv", "--out", folder / name, "--json"
+        )
+        assert done.exit_code == 0, done.stderr
+    return folder
+
+
+def test_realisations_are_added_and_all_azimuths_count_alike(runs):
+    hazard = json.loads((runs / "a" / "summary.json").read_text())["hazard"]
+    assert hazard["realisations"] == 30
+    assert hazard["more_realisations"]
+    assert hazard["basis"] == "all_azimuths"
+    assert hazard["upper"] > hazard["distance"] > 20.0
+
+
+def test_the_table_of_a_run_is_that_of_the_test(runs):
+    ours, theirs = ArenaTable.read(runs / "a" / "arena.csv"), ArenaTable.read(runs / "test.csv")
+    assert (ours.number == theirs.number).all()
+    assert (ours.speed == theirs.speed).all()
+
+
+def test_the_table_flown_again_from_the_run_gives_the_same_distance(runs, tmp_path):
+    done = invoke("fly", runs / "a.toml", "--fragments", runs / "a" / "arena.csv", "--out", tmp_path / "c", "--json")
+    assert done.exit_code == 0, done.stderr
+    again = json.loads(done.stdout)["hazard"]
+    first = json.loads((runs / "a" / "summary.json").read_text())["hazard"]
+    for key in ("distance", "upper", "standard_error"):
+        assert again[key] == first[key]
+
+
+def test_two_revisions_stand_beside_each_other(runs, tmp_path):
+    done = invoke("compare", runs / "b", runs / "a", "--out", tmp_path / "both")
+    assert done.exit_code == 0, done.stderr
+    assert "document Z-1 B" in done.stdout
+    assert "document Z-1 A" in done.stdout
+    assert "fragments of one round by polar zone" in done.stdout
+    found = json.loads((tmp_path / "both" / "comparison.json").read_text())
+    assert [row["from_deg"] for row in found["by_zone"]] == [10.0 * k for k in range(18)]
+    assert found["by_zone"][9]["number"]["ratio"] == pytest.approx(1.0)
+    (place,) = found["places"]
+    assert place["run"]["part_of_criterion"] < place["reference"]["part_of_criterion"]
+    assert place["run"]["margin"] - place["reference"]["margin"] == pytest.approx(20.0, abs=3.0)
+    assert (tmp_path / "both" / "by_zone.csv").is_file()
+    assert (tmp_path / "both" / "places.csv").is_file()
+
+
+def test_the_report_has_the_zones(runs):
+    done = invoke("report", runs / "a")
+    assert done.exit_code == 0, done.stderr
+    html = (runs / "a" / "report.html").read_text(encoding="utf-8")
+    assert "<caption>Fragments by polar zone</caption>" in html
+    assert 'id="figure-polar_zones"' in html
+
+
+def test_planes_of_symmetry_are_refused(runs, tmp_path):
+    text = CASE.format(revision="A", x=40) + '[[plane]]\nname = "p"\nkind = "symmetry"\nnormal = [1, 0, 0]\n'
+    text += 'point = ["0 m", "0 m", "0 m"]\n'
+    (tmp_path / "p.toml").write_text(text, encoding="utf-8")
+    done = invoke("fly", tmp_path / "p.toml", "--fragments", runs / "test.csv", "--out", tmp_path / "p")
+    assert done.exit_code == 2
+    assert "give every round a table [[round]] of its own place" in done.stderr

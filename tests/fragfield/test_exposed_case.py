@@ -1,0 +1,110 @@
+"""The tables [[exposed]] and [document]: what is refused, and what places become."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fragfield.case import load_case
+from fragfield.case.exposed_places import places_of, site_of
+from fragfield.errors import InputError
+
+SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
+ROUND = '[[round]]\nname = "a"\nprofile = "m107"\nexplosive = "tnt"\ncasing = "steel_m107"\nposition = ["0 m", "0 m", "1 m"]\n'  # noqa: E501
+
+STORE = (
+    '[[obstacle]]\nname = "store"\nkind = "building"\ncentre = ["40 m", "0 m"]\nlength = "9 m"\n'
+    'width = "9 m"\nheight = "3 m"\n'
+)
+BUILDING = (
+    '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["40 m", "0 m"]\nlength = "9 m"\n'
+    'width = "9 m"\nheight = "3 m"\n'
+)
+
+
+def load(tmp_path, text):
+    path = tmp_path / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_case(path, burst=False)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[[exposed]]\nname = "a"\n', "exposed[1].place: found neither place and latitude and longitude; allowed: one"),
+        (
+            '[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\nmax_hits = 1.0\nmax_density = "1 m^-2"\n',
+            "exposed[1].max_hits: found together with max_density; allowed: one criterion",
+        ),
+        ('[[exposed]]\nname = "a"\nlatitude = "5 deg"\nlongitude = "5 deg"\n', "found without a table [site]"),
+        (
+            SITE + '[[exposed]]\nname = "a"\nlatitude = "51.5 deg"\n',
+            "found one of latitude and longitude; needed: both",
+        ),
+        (
+            '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["9 m", "0 m"]\n',
+            "exposed[1].length: missing; a building",
+        ),
+        (
+            '[[exposed]]\nname = "a"\nkind = "building"\nobstacle = "x"\n',
+            'exposed[1].obstacle: found "x"; allowed: no [[obstacle]] of kind "building" is there',
+        ),
+        (
+            '[[exposed]]\nname = "a"\nkind = "area"\npoints = [["0 m", "0 m"], ["9 m", "0 m"], ["2 m", "2 m"], ["0 m", "9 m"]]\n',  # noqa: E501
+            "exposed[1].points: found a polygon that is not convex",
+        ),
+        (
+            '[[exposed]]\nname = "a"\nkind = "road"\npoints = [["50 m", "0 m"], ["50 m", "9 m"]]\nmax_hits = 0.1\n',
+            "exposed[1].target_area: missing; hits on a road need the area of a vehicle",
+        ),
+        (
+            '[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n[[exposed]]\nname = "a"\nplace = ["8 m", "0 m"]\n',
+            'exposed[2].name: found "a", the name of exposed[1]',
+        ),
+        (ROUND + '[[exposed]]\nname = "b"\nplace = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
+        (
+            BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',
+            'found "masonry"',
+        ),
+        (
+            STORE + '[[exposed]]\nname = "clerk"\nplace = ["42 m", "1 m"]\n',
+            'exposed "clerk": it stands in obstacle "store", which lets nothing through',
+        ),
+        ('[document]\nnumer = "7"\n', "number"),
+    ],
+)
+def test_faults_name_key_and_remedy(tmp_path, text, message):
+    with pytest.raises(InputError) as caught:
+        load(tmp_path, text)
+    assert message in str(caught.value)
+
+
+def test_places_on_earth_lie_where_contours_would_put_them(tmp_path):
+    case = load(
+        tmp_path,
+        '[flight]\norigin = ["10 m", "-5 m"]\n' + SITE + '[[exposed]]\nname = "a"\nlatitude = "51.5027 deg"\n'
+        'longitude = "7.0031 deg"\n',
+    )  # fmt: skip
+    x, y = case.exposed[0].place
+    away = np.array([x - 10.0, y + 5.0])
+    back = site_of(case).places(np.degrees(np.arctan2(away[1], away[0])), np.hypot(*away))[0]
+    assert back == pytest.approx([7.0031, 51.5027], abs=2e-9)
+    # bearing 30 deg: +x lies 30 degrees clockwise of north; the place lies about 35 degrees from north
+    east, north = 0.0031 * np.cos(np.radians(51.5)) * 111_200.0, 0.0027 * 111_200.0
+    assert np.hypot(*away) == pytest.approx(np.hypot(east, north), rel=3e-3)
+    turn = np.degrees(np.arctan2(away[1], away[0]))
+    assert turn == pytest.approx(30.0 - np.degrees(np.arctan2(east, north)), abs=0.3)
+
+
+def test_pieces_cover_the_place_once(tmp_path):
+    case = load(
+        tmp_path,
+        '[[exposed]]\nname = "road"\nkind = "road"\npoints = [["-100 m", "50 m"], ["40 m", "50 m"]]\nwidth = "6 m"\n'
+        '[[exposed]]\nname = "yard"\nkind = "area"\npoints = [["50 m", "0 m"], ["90 m", "0 m"], ["70 m", "50 m"]]\n',
+    )  # fmt: skip
+    road, yard = places_of(case)
+    assert sum(prism.area for prism in road.prisms) == pytest.approx(140.0 * 6.0)
+    assert sum(prism.area for prism in yard.prisms) == pytest.approx(1000.0, rel=0.01)
+    assert sum(prism.area for prism in yard.prisms) <= 1000.0 + 1e-9
+    assert len(road.prisms) == 14
+    assert len(yard.prisms) <= 24

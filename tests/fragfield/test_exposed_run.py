@@ -1,0 +1,176 @@
+"""A flight among exposed places: summary.json, the report, the map page and the files for geographic programs."""
+
+from __future__ import annotations
+
+import json
+import re
+from html import unescape
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from tests.flight.clouds import cloud
+from tests.fragfield.browser import needs_chromium, open_page, script_errors
+from tests.fragfield.short_run import invoke
+
+CASE = """title = "Places </script> & terrain"
+[document]
+number = "QD-17"
+revision = "C"
+classification = "OPEN"
+prepared_by = "A. Bee"
+changes = ["Bank moved."]
+[site]
+latitude = "51.5 deg"
+longitude = "7 deg"
+bearing = "90 deg"
+[[obstacle]]
+name = "bank"
+kind = "barricade"
+start = ["-30 m", "12 m"]
+end = ["30 m", "12 m"]
+height = "5 m"
+slope = 0.5
+[[obstacle]]
+name = "store"
+kind = "building"
+centre = ["-50 m", "0 m"]
+length = "12 m"
+width = "8 m"
+height = "5 m"
+[[exposed]]
+name = "open"
+place = ["50 m", "0 m"]
+[[exposed]]
+name = "sheltered"
+place = ["0 m", "25 m"]
+max_probability = 0.5
+[[exposed]]
+name = "store"
+kind = "building"
+obstacle = "store"
+max_hits = 1.0
+wall = { material = "concrete", thickness = "30 cm" }
+[[exposed]]
+name = "road"
+kind = "road"
+points = [["-100 m", "-60 m"], ["100 m", "-60 m"]]
+target_area = "10 m^2"
+"""
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("exposed")
+    (folder / "case.toml").write_text(CASE, encoding="utf-8")
+    cloud(6000, seed=8).write(folder / "fragments.csv")
+    fly = invoke(
+        "fly", folder / "case.toml", "--fragments", folder / "fragments.csv", "--out", folder / "run", "--json"
+    )
+    assert fly.exit_code == 0, fly.stderr
+    done = invoke("report", folder / "run")
+    assert done.exit_code == 0, done.stderr
+    return folder / "run", json.loads(fly.stdout)
+
+
+def test_summary_holds_every_place(flown):
+    _, summary = flown
+    entries = {entry["name"]: entry for entry in summary["exposed"]}
+    assert list(entries) == ["open", "sheltered", "store", "road"]
+    store, obstacle = entries["store"], next(one for one in summary["obstacle"] if one["name"] == "store")
+    assert abs(store["expected_hits"]["expected"] - obstacle["hazardous_hits"]) <= 1
+    assert store["largest_energy"] == pytest.approx(obstacle["max_energy"], rel=1e-3)
+    assert store["not_stopped"]["expected"] < store["expected_hits"]["expected"]
+    assert store["verdict"] == "not met"
+    assert entries["open"]["density_normal"]["expected"] > 10.0 * entries["sheltered"]["density_normal"]["expected"]
+    assert entries["open"]["margin"] < 0.0
+    assert entries["road"]["expected_hits"]["expected"] == pytest.approx(
+        10.0 * entries["road"]["density_normal"]["expected"]
+    )
+    for entry in entries.values():
+        assert entry["probability"]["upper"] >= entry["probability"]["expected"]
+        assert entry["expected_hits"]["upper"] > entry["expected_hits"]["expected"]
+    assert summary["flight"]["hits"] == 0  # the places' own surfaces are no witnesses
+    assert summary["witness"] == []
+
+
+def test_geographic_files_hold_what_the_map_holds(flown):
+    run, _ = flown
+    features = json.loads((run / "contours.geojson").read_text())["features"]
+    kinds = [feature["properties"].get("quantity") for feature in features]
+    assert kinds.count("exposed") == 4
+    assert kinds.count("obstacle") == 2
+    assert "hazard_distance" in kinds
+    open_place = next(f for f in features if f["properties"].get("name") == "open")
+    assert open_place["properties"]["verdict"] == "not met"
+    ring = np.array(open_place["geometry"]["coordinates"][0])
+    east = (ring[:-1, 0].mean() - 7.0) * 111_320.0 * np.cos(np.radians(51.5))
+    assert east == pytest.approx(50.0, abs=0.3)  # x points east
+    text = (run / "contours.kml").read_text()
+    names = [element.text for element in ET.fromstring(text).iter("{http://www.opengis.net/kml/2.2}name")]
+    assert {"open", "sheltered", "store", "road", "bank"} <= set(names)
+
+
+def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(flown):
+    run, _ = flown
+    html = (run / "report.html").read_text(encoding="utf-8")
+    first = html[html.index('id="summary"') : html.index('id="warnings"')]
+    assert "<caption>Exposed places</caption>" in first
+    assert re.search(r'<th scope="row">open</th><td>not met \(density\)</td>', first)
+    assert "QD-17 · revision C" in html
+    assert '<div class="running" aria-hidden="true">OPEN · QD-17 · revision C</div>' in html
+    assert "Prepared by A. Bee" in html
+    assert "Bank moved." in html
+    assert 'id="figure-site_map"' in html
+    assert 'id="figure-exposed_places"' in html
+    assert "modified NDRC" in html
+    assert 'href="map.html"' in html
+
+
+@needs_chromium
+@pytest.mark.parametrize("size", ["1280,800", "500,844"])
+def test_map_page_pans_and_zooms_without_a_network(flown, tmp_path, size):
+    run, _ = flown
+    probe = """<script>addEventListener("load", () => {
+      const box = () => map.getAttribute("viewBox").split(" ").map(Number), before = box();
+      document.getElementById("in").click();
+      const closer = box();
+      const at = (type, x) => new PointerEvent(type, {clientX: x, clientY: 300, pointerId: 7, bubbles: true});
+      map.dispatchEvent(at("pointerdown", 200)); map.dispatchEvent(at("pointermove", 260));
+      dispatchEvent(at("pointerup", 260));
+      const moved = box();
+      document.querySelectorAll("#list button")[0].click();
+      document.title = JSON.stringify({before, closer, moved, about: document.getElementById("about").textContent,
+        drawn: map.querySelectorAll("path").length, images: map.querySelectorAll("image").length,
+        wide: document.documentElement.scrollWidth - innerWidth});
+    });</script></body>"""
+    page = tmp_path / "map.html"
+    html = (run / "map.html").read_text(encoding="utf-8")
+    assert html.count("</script>") == 2  # the title in the data ends no script
+    page.write_text(html.replace("</body>", probe), encoding="utf-8")
+    done = open_page(page, tmp_path, f"--window-size={size}", "--dump-dom")
+    assert script_errors(done) == []
+    found = json.loads(unescape(re.search(r"<title>(\{.*?)</title>", done.stdout)[1]))
+    assert found["closer"][2] == pytest.approx(0.7 * found["before"][2])
+    assert found["moved"][0] < found["closer"][0]
+    assert found["moved"][2] == pytest.approx(found["closer"][2])
+    assert "not met" in found["about"]
+    assert found["drawn"] >= 8
+    assert found["images"] == 0  # nothing is asked of a network unless its box is ticked
+    assert found["wide"] <= 0
+
+
+def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path):
+    text = CASE + '[flight]\ntime_limit = "0.2 s"\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    cloud(300, seed=8).write(tmp_path / "fragments.csv")
+    fly = invoke("fly", tmp_path / "case.toml", "--fragments", tmp_path / "fragments.csv", "--out", tmp_path / "run")
+    assert fly.exit_code == 3
+    assert "exposed open: criterion not determined" in fly.stdout
+    entries = json.loads((tmp_path / "run" / "summary.json").read_text())["exposed"]
+    assert {entry["verdict"] for entry in entries} == {"not determined"}
+    assert all(entry["probability"] is None and entry["margin"] is None for entry in entries)
+    assert invoke("report", tmp_path / "run").exit_code == 0
+    html = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "not determined (density)" in html
