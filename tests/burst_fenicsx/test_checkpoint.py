@@ -17,9 +17,9 @@ from mpi4py import MPI
 
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.interruption import Interruption
 from burst_fenicsx.problem import Leakage
 from burst_fenicsx.simulation import simulate
+from fragfield_base.interruption import Interruption
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 pytestmark = pytest.mark.dolfinx
