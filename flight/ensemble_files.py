@@ -36,6 +36,7 @@ from flight.polar_grid import PolarGrid
 from flight.tally import Criteria, Tally
 from flight.text_tables import write_columns
 from flight.witness_hazard import SECTOR_HITS
+from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -77,38 +78,33 @@ def write_ensemble(
     """
     folder, stamp = Path(folder), dict(provenance or {})
     path = folder / "ensemble.h5"
-    import h5py
-
-    try:
-        with h5py.File(path, "w") as file:
-            write_attributes(file, FORMAT, FORMAT_VERSION, stamp)
-            for name in _CRITERIA:
-                file.attrs[name] = getattr(found.criteria, name)
-            file.attrs["tolerance"] = found.tolerance
-            file.attrs["undetermined"] = found.undetermined
-            if found.expected is not None:
-                _put_expected(file.create_group("expected"), found.expected)
-            if found.all_round is not None:
-                _put_groups(file.create_group("all_round"), found.all_round)
-            for name in _COUNTS:
-                _put(file, f"counts/{name}", getattr(found.counts, name))
-            for name, values in found.each.items():
-                _put(file, f"realisations/{name}", values)
-            for name, band in found.bands.items():
-                group = file.create_group(f"bands/{name}")
-                group.attrs.update({key: value for key, value in asdict(band).items() if value is not None})
-            _put(file, "by_sector/azimuth", found.azimuth)
-            _put(file, "by_distance/distance", found.distance)
-            for where, curves in (("by_sector", found.by_sector), ("by_distance", found.by_distance)):
-                for key, values in _columns(curves):
-                    _put(file, f"{where}/{key}", values)
-            for number, (name, table) in enumerate(witnesses.items()):
-                group = file.create_group(f"witness/{number}")
-                group.attrs["name"] = name
-                for field in SECTOR_HITS.names or ():
-                    _put(group, field, np.ascontiguousarray(table[field]))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(path, InputError) as file:
+        write_attributes(file, FORMAT, FORMAT_VERSION, stamp)
+        for name in _CRITERIA:
+            file.attrs[name] = getattr(found.criteria, name)
+        file.attrs["tolerance"] = found.tolerance
+        file.attrs["undetermined"] = found.undetermined
+        if found.expected is not None:
+            _put_expected(file.create_group("expected"), found.expected)
+        if found.all_round is not None:
+            _put_groups(file.create_group("all_round"), found.all_round)
+        for name in _COUNTS:
+            _put(file, f"counts/{name}", getattr(found.counts, name))
+        for name, values in found.each.items():
+            _put(file, f"realisations/{name}", values)
+        for name, band in found.bands.items():
+            group = file.create_group(f"bands/{name}")
+            group.attrs.update({key: value for key, value in asdict(band).items() if value is not None})
+        _put(file, "by_sector/azimuth", found.azimuth)
+        _put(file, "by_distance/distance", found.distance)
+        for where, curves in (("by_sector", found.by_sector), ("by_distance", found.by_distance)):
+            for key, values in _columns(curves):
+                _put(file, f"{where}/{key}", values)
+        for number, (name, table) in enumerate(witnesses.items()):
+            group = file.create_group(f"witness/{number}")
+            group.attrs["name"] = name
+            for field in SECTOR_HITS.names or ():
+                _put(group, field, np.ascontiguousarray(table[field]))
     tables: tuple[dict[str, NDArray[Any]], ...] = (
         {"realisation": np.arange(found.realisations), **found.each},
         {"distance_m": found.distance, **_flat(found.by_distance)},
@@ -188,17 +184,14 @@ def write_fragment_ensemble(
     import h5py
 
     path = Path(path)
-    try:
-        with h5py.File(path, "w") as file:
-            write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
-            file.attrs["first"] = first
-            _put(file, "offset", np.cumsum([0, *(len(one) for one in realisations)]))
-            for name in ARRAYS:
-                _put(file, f"fragments/{name}", np.concatenate([getattr(one, name) for one in realisations]))
-            names = realisations[0].round_names
-            file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(path, InputError) as file:
+        write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
+        file.attrs["first"] = first
+        _put(file, "offset", np.cumsum([0, *(len(one) for one in realisations)]))
+        for name in ARRAYS:
+            _put(file, f"fragments/{name}", np.concatenate([getattr(one, name) for one in realisations]))
+        names = realisations[0].round_names
+        file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     return path
 
 

@@ -42,9 +42,13 @@ __all__ = ["JOURNAL", "appending", "creating", "reading", "recover"]
 JOURNAL = ".journal"
 """Suffix of the journal of a file that grows."""
 
+# Version 1.8 holds attributes above 64 kB (the case of a large stack), and unlike later ones has no mark "open for
+# writing", which would make the file of a killed run unreadable.
+_VERSIONS = ("v108", "v110")
 _PAGE = 4096
 _MARK = b"fragfield journal 1"
 _HEAD = struct.Struct("<4sQQ")  # "undo" or "redo", size, length of what follows
+_ENTRY = struct.Struct("<QQ")  # offset and length of a changed page
 _PATIENCE = 30.0  # s for which a reader waits for a write that is under way
 _KEPT = "what was written before is unchanged and can be read"
 _LAUNCHERS = ("OMPI_", "PMI_", "PMIX_", "SLURM_", "PRTE_", "MPI_")
@@ -121,12 +125,22 @@ class _Body(io.RawIOBase):
     def flush(self) -> None:
         """Nothing is held back but the pages, which wait for the journal."""
 
+    def changed_pages(self) -> Iterator[tuple[int, bytes]]:
+        """Offsets and contents of the changed pages, as far as they lie in the old part."""
+        for offset, page in sorted(self.pages.items()):
+            yield offset, bytes(page[: max(min(self._base, self.size) - offset, 0)])
+
     def _page(self, offset: int) -> bytearray:
         if offset not in self.pages:
-            with suppress(OSError):
-                found = os.pread(self._descriptor, min(_PAGE, self._base - offset), offset)
-                self.pages[offset] = bytearray(found.ljust(_PAGE, b"\0"))
-        return self.pages.setdefault(offset, bytearray(_PAGE))
+            self.pages[offset] = bytearray(self._get(offset, min(_PAGE, self._base - offset)).ljust(_PAGE, b"\0"))
+        return self.pages[offset]
+
+    def _get(self, offset: int, length: int) -> bytes:
+        try:
+            return os.pread(self._descriptor, length, offset)
+        except OSError as error:
+            self.fault = self.fault or error
+            return b""
 
     def _put(self, offset: int, data: memoryview) -> None:
         if self.fault is not None:
@@ -138,9 +152,8 @@ class _Body(io.RawIOBase):
 
     def _bytes(self, start: int, length: int) -> bytes:
         found = bytearray(length)
-        with suppress(OSError):
-            data = os.pread(self._descriptor, min(length, max(self.size - start, 0)), start)
-            found[: len(data)] = data
+        data = self._get(start, min(length, max(self.size - start, 0)))
+        found[: len(data)] = data
         for offset in range(start - start % _PAGE, start + length, _PAGE) if self.pages else ():
             if (page := self.pages.get(offset)) is not None:
                 first, last = max(offset, start), min(offset + _PAGE, start + length, self._base)
@@ -152,7 +165,7 @@ class _Body(io.RawIOBase):
 def write_at(descriptor: int, offset: int, data: bytes | memoryview) -> None:
     """Write all of `data` at an offset; raises OSError."""
     view = memoryview(data)
-    while len(view):
+    while view:
         written = os.pwrite(descriptor, view[: 1 << 30], offset)
         offset, view = offset + written, view[written:]
 
@@ -172,10 +185,11 @@ def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5p
     """
     import h5py
 
+    options.setdefault("libver", _VERSIONS)
     with Interruption(patient=True):
         draft, descriptor = open_draft(path, error)
+        body = _Body(descriptor, 0)
         try:
-            body = _Body(descriptor, 0)
             with h5py.File(body, "w", **options) as file:
                 yield file
             _raise(body)
@@ -186,8 +200,9 @@ def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5p
         except BaseException as found:
             with suppress(OSError):
                 draft.unlink(missing_ok=True)
-            if isinstance(found, OSError):
-                raise error(described(path, found)) from None
+            fault = body.fault or found  # HDF5 may have stumbled over what the disk did not give
+            if isinstance(fault, OSError):
+                raise error(described(path, fault)) from None
             raise
         finally:
             os.close(descriptor)
@@ -209,60 +224,64 @@ def appending(path: Path, error: type[Exception], **options: Any) -> Iterator[h5
     import h5py
 
     refuse_link(path, error)
+    options.setdefault("libver", _VERSIONS)
     with Interruption(patient=True):
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
         except OSError as found:
             raise error(described(path, found, _KEPT)) from None
-        lock = None
+        locks: list[int] = []
+        body: _Body | None = None
         try:
             recover(path, error)
             seal = read_seal(descriptor)
             base = os.fstat(descriptor).st_size if seal is None else seal.size
-            lock = _write_journal(path, b"undo", base, seal.to_bytes() if seal is not None else b"")
+            locks.append(_write_journal(path, b"undo", base, seal.to_bytes() if seal is not None else b""))
             body = _Body(descriptor, base)
             with h5py.File(body, "r+", **options) as file:
                 yield file
             _raise(body)
-            lock = _commit(path, descriptor, body, seal, lock)
+            _commit(path, descriptor, body, seal, locks)
         except BaseException as found:
-            if lock is not None:
+            if locks:
                 with suppress(OSError):
                     _replay(path, descriptor)
-            if isinstance(found, (OSError, SealError)):
-                fault = found if isinstance(found, OSError) else None
-                message = f"{path}: damaged: {found}" if fault is None else described(path, fault, _KEPT)
-                raise error(message) from None
+            fault = (body.fault if body is not None else None) or found
+            if isinstance(fault, OSError):
+                raise error(described(path, fault, _KEPT)) from None
+            if isinstance(fault, SealError):
+                raise error(f"{path}: damaged: {fault}") from None
             raise
         finally:
             os.close(descriptor)
-            if lock is not None:
+            for lock in locks:
                 os.close(lock)
 
 
-def _commit(path: Path, descriptor: int, body: _Body, seal: Seal | None, lock: int) -> int:
-    """Make the changes of `body` last; returns the descriptor that locks the journal."""
+def _commit(path: Path, descriptor: int, body: _Body, seal: Seal | None, locks: list[int]) -> None:
+    """Make the changes of `body` last; `locks` gets the descriptor that locks the new journal."""
     sealing = Seal(0, []) if seal is None else Seal(seal.size, list(seal.digests))
     room = len(Seal(body.size, [b"\0" * 16] * -(-body.size // BLOCK)).to_bytes())
     write_at(descriptor, body.size, bytes(room))  # now, while there is a way back: the seal will need it
     os.fsync(descriptor)
-    pages = b"".join(struct.pack("<Q", offset) + bytes(page) for offset, page in sorted(body.pages.items()))
-    renewed = _write_journal(path, b"redo", body.size, pages)
-    os.close(lock)
+    pages = b"".join(
+        _ENTRY.pack(offset, len(page)) + page for offset, page in body.changed_pages() if page
+    )
+    locks.append(_write_journal(path, b"redo", body.size, pages))
     _apply(descriptor, body.size, pages)
     sealing.renew(descriptor, body.size, body.changed)
     write_at(descriptor, body.size, sealing.to_bytes())
     os.fsync(descriptor)
     path.with_name(path.name + JOURNAL).unlink()
-    return renewed
 
 
 def _apply(descriptor: int, size: int, pages: bytes) -> None:
-    entry = 8 + _PAGE
-    for start in range(0, len(pages), entry):
-        (offset,) = struct.unpack_from("<Q", pages, start)
-        if offset < size:
-            write_at(descriptor, offset, pages[start + 8 : start + entry][: size - offset])
+    start = 0
+    while start < len(pages):
+        offset, length = _ENTRY.unpack_from(pages, start)
+        start += _ENTRY.size
+        write_at(descriptor, offset, pages[start : start + length])
+        start += length
     os.ftruncate(descriptor, size)
 
 

@@ -9,7 +9,11 @@ from __future__ import annotations
 import os
 import resource
 import sys
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import h5py
 
 _SECONDS = 50
 _MOST_OBJECTS = 200_000
@@ -24,17 +28,16 @@ def main(path: str) -> str | None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     import h5py
 
-    h5py._errors.silence_errors() if hasattr(h5py._errors, "silence_errors") else None
     try:
         with h5py.File(path, "r") as file:
-            return _looked_through(file, os.stat(path).st_size)
+            return _looked_through(file, Path(path).stat().st_size)
     except RecursionError:
         return "groups nested too deep"
     except Exception as error:  # noqa: BLE001 - whatever it is, the file is not sound
         return f"cut off, or not an HDF5 file ({' '.join(str(error).split())[:200]})"
 
 
-def _looked_through(file: Any, size: int) -> str | None:
+def _looked_through(file: h5py.File, size: int) -> str | None:
     import h5py
 
     total, seen, waiting = 0, set(), [file]
@@ -68,22 +71,22 @@ def _looked_through(file: Any, size: int) -> str | None:
     return None
 
 
-def _attributes(item: Any) -> None:
+def _attributes(item: h5py.Group | h5py.Dataset) -> None:
     for name in item.attrs:
-        item.attrs[name]
+        item.attrs.get(name)
 
 
-def _bytes(data: Any) -> int:
+def _bytes(data: h5py.Dataset) -> int:
     return int(data.size or 0) * int(data.dtype.itemsize)
 
 
-def _fault_of(data: Any, size: int) -> str | None:
+def _fault_of(data: h5py.Dataset, size: int) -> str | None:
     plist = data.id.get_create_plist()
     if plist.get_external_count() or getattr(data, "is_virtual", False):
         return "lies in another file, which is not read"
     filters = [plist.get_filter(number)[0] for number in range(plist.get_nfilters())]
     if not set(filters) <= _FILTERS:
-        return f"is packed by the filter {sorted(set(filters) - _FILTERS)[0]}; allowed: deflate (gzip)"
+        return f"is packed by the filter {min(set(filters) - _FILTERS)}; allowed: deflate (gzip)"
     most = max(size * (_DEFLATE if filters else 1), _SMALL)
     if _bytes(data) > most:
         return f"declares {_bytes(data)} bytes, which a file of {size} bytes cannot hold"

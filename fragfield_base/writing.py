@@ -16,7 +16,17 @@ from typing import TYPE_CHECKING, BinaryIO
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["DRAFT", "append_text_file", "described", "open_draft", "publish", "refuse_link", "replacing", "write_text"]
+__all__ = [
+    "DRAFT",
+    "append_text_file",
+    "described",
+    "open_draft",
+    "publish",
+    "refuse_link",
+    "replacing",
+    "write_bytes",
+    "write_text",
+]
 
 DRAFT = ".part"
 """Suffix of a file while it is written."""
@@ -27,7 +37,7 @@ _ADVICE = {
     errno.EFBIG: "the file would be larger than is allowed here (ulimit -f, or the file system)",
     errno.EACCES: "permission denied",
     errno.EROFS: "the file system is read-only",
-    errno.ENOENT: "the folder is not there any more",
+    errno.ENOENT: "the file or its folder is not there any more",
 }
 _ROOM = "make room, then run the same command again (a burst: with --resume)"
 _AGAIN = "name a folder that exists and is writable, then run the command again (a burst: with --resume)"
@@ -105,8 +115,13 @@ def replacing(path: Path, error: type[Exception]) -> Iterator[BinaryIO]:
 
 def write_text(path: Path, text: str, error: type[Exception]) -> Path:
     """Write a text file in UTF-8, whole or not at all; returns its path."""
+    return write_bytes(path, text.encode("utf-8"), error)
+
+
+def write_bytes(path: Path, data: bytes, error: type[Exception]) -> Path:
+    """Write a file, whole or not at all; returns its path."""
     with replacing(path, error) as stream:
-        stream.write(text.encode("utf-8"))
+        stream.write(data)
     return path
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
+from fragfield_base.hdf5_files import check_sound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,6 +49,7 @@ def burst_times(run: RunFiles) -> tuple[float, ...]:
     path = run.folder / "burst.xdmf"
     if not path.is_file() or not (run.folder / "burst.h5").is_file():
         return ()
+    check_sound(run.folder / "burst.h5", InputError, "run `fragfield burst` again")  # VTK would crash on it
     return tuple(_reader(run).time_values)
 
 
