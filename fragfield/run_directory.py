@@ -198,13 +198,18 @@ class RunDirectory:
             stages depend.
         """
         self.make()
+        later = list(STAGES.values())[list(STAGES).index(stage.name) :]
         if not self.exists:
             self._refuse_foreign()
+            if results := self._results(later):
+                raise InputError(
+                    f"{self.path}: holds {results[0]}, which this would delete, but no case.toml of the run that made "
+                    "it; move it away, or use another --out"
+                )
         else:
             self.check_upstream(case, stage)
         self.write_case(case)
-        later = list(STAGES.values())
-        self.remove(later[later.index(stage) :])
+        self.remove(later)
 
     def check_upstream(self, case: Case, stage: Stage) -> None:
         """Raise InputError where the stored case differs in a key on which stages before `stage` depend."""
@@ -233,9 +238,9 @@ class RunDirectory:
         with locked(self.path, InputError):
             yield
 
-    def _results(self) -> list[str]:
+    def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
         """Files that took computing."""
-        return [name for stage in STAGES.values() for name in stage.files if self.file(name).is_file()]
+        return [name for stage in stages for name in stage.files if self.file(name).is_file()]
 
     def _refuse_foreign(self) -> None:
         names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures"}

@@ -242,7 +242,7 @@ def test_what_h5py_stumbles_over_is_one_message(tmp_path):
         lambda file: float(file.attrs["title"]),
         lambda file: file["cells"].asstr()[()],
     ):
-        with pytest.raises(Refused, match=r"a.h5: data cut off or damaged \(.+\); ask again"):  # noqa: PT012, SIM117
+        with pytest.raises(Refused, match=r"a.h5: data cut off or damaged \(.+\); ask again"):  # noqa: SIM117
             with reading(path, Refused, "ask again") as file:
                 stumble(file)
 
