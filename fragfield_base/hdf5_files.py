@@ -264,9 +264,7 @@ def _commit(path: Path, descriptor: int, body: _Body, seal: Seal | None, locks: 
     room = len(Seal(body.size, [b"\0" * 16] * -(-body.size // BLOCK)).to_bytes())
     write_at(descriptor, body.size, bytes(room))  # now, while there is a way back: the seal will need it
     os.fsync(descriptor)
-    pages = b"".join(
-        _ENTRY.pack(offset, len(page)) + page for offset, page in body.changed_pages() if page
-    )
+    pages = b"".join(_ENTRY.pack(offset, len(page)) + page for offset, page in body.changed_pages() if page)
     locks.append(_write_journal(path, b"redo", body.size, pages))
     _apply(descriptor, body.size, pages)
     sealing.renew(descriptor, body.size, body.changed)
