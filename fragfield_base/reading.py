@@ -44,4 +44,4 @@ def read_text(path: Path, error: type[Exception], *, most: int = MOST_TEXT, advi
     except OSError as fault:
         raise error(f"{path}: cannot be read ({fault.strerror or fault}){end}") from None
     except UnicodeDecodeError as fault:
-        raise error(f"{path}: not a text file in UTF-8 ({fault.reason} at byte {fault.start}){end}") from None
+        raise error(f"{path}: not text in UTF-8 ({fault.reason} at byte {fault.start}){end}") from None

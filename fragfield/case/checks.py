@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from fragfield.case.bounds import outside_hard
 from fragfield.case.flight_table import CylinderTable
 from fragfield.case.place_checks import check_places, check_planes
 from fragfield.case.quantities import show
@@ -37,6 +38,9 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     burst : bool
         Whether the case must describe a burst.
     """
+    faults = list(outside_hard(case))
+    if faults:
+        return faults  # the checks below would stumble over such numbers
     faults = list(_complete(case)) if burst else []
     if case.burst is not None:
         faults += _stop_rules(case.burst)
