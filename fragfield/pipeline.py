@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.case import load_case
+from fragfield.case.bounds import outside_soft
 from fragfield.case.changes import load_set_case
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.logs import logged
@@ -118,6 +119,7 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
     stages = list(STAGES.values())
     done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
     with _working(request, team, directory, fresh=not request.resume) as reporter:
+        _warn_of_values(case, team)
         job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume)
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
@@ -144,10 +146,18 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
     name = stage.name
     source = directory if name == "burst" else request.source
     with _working(request, team, directory, fresh=name == "burst" and not request.resume) as reporter:
+        if name != "report":
+            _warn_of_values(case, team)
         job = Job(case, source, directory, team, reporter, request.threads, request.fragments, request.resume)
         with _together(team):
             perform(job, stage)
         return directory.summary() if team.first else {}
+
+
+def _warn_of_values(case: Case, team: Team) -> None:
+    """Say in the log, from which the report takes it, which values of the case are unusual."""
+    for words in outside_soft(case) if team.first else ():
+        _log.warning("%s", words)
 
 
 def _enter(request: Request, stage: Stage, held: ExitStack) -> Case:

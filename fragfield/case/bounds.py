@@ -102,9 +102,7 @@ KEYS: dict[str, Bounds] = {
     "flight.wind.reference_height": Bounds(0.01, 1e4, "heights of anemometers"),
     "flight.gravity": Bounds(0.0, 100.0, "ten times the Earth's", (0.0, 9.9)),
     "flight.drag": Bounds(0.0, 100.0, "coefficients of bodies lie below 3", (0.0, 3.0)),
-    "flight.shape_factor": Bounds(
-        50.0, 1e5, "a steel cube has 5200, thin plates some hundred", (1000.0, 6000.0)
-    ),
+    "flight.shape_factor": Bounds(50.0, 1e5, "a steel cube has 5200, thin plates some hundred", (1000.0, 6000.0)),
     "flight.shape.ratios": Bounds(1e-3, 1e3, "ratios of edges, not of atoms", (0.1, 50.0)),
     "flight.shape.density": Bounds(100.0, 2.5e4, "densities of casings", (1000.0, 2e4)),
     "flight.collisions.density": Bounds(100.0, 2.5e4, "densities of casings", (1000.0, 2e4)),

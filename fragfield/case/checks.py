@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_case", "check_charges"]
 
+_MOST_STATES = 100_000
 _SAME_DIRECTION = 1e-9  # rad
 
 
@@ -70,6 +71,7 @@ def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
     for number, entry in enumerate(case.round, start=1):
         if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
             faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
+        faults += _delays(case, f"round[{number}]", entry)
         if isinstance(entry.profile, dict):
             faults += _ignition(f"round[{number}]", entry)
     if case.round and not any(entry.ignition for entry in case.round):
@@ -97,6 +99,12 @@ def _stop_rules(burst: BurstTable) -> Iterator[str]:
         )
     if burst.end_time is not None and burst.end_time > burst.time_limit:
         yield f"burst.end_time: found {burst.end_time:g} s; allowed: at most burst.time_limit, {burst.time_limit:g} s"
+    end = burst.end_time if burst.end_time is not None else burst.time_limit
+    if burst.output.interval * _MOST_STATES < end:
+        yield (
+            f"burst.output.interval: found {burst.output.interval:g} s; allowed: at least {end / _MOST_STATES:g} s, "
+            f"for {_MOST_STATES} states up to {end:g} s"
+        )
     if burst.acceleration_window > burst.time_limit:
         yield (
             f"burst.acceleration_window: found {burst.acceleration_window:g} s; "
@@ -214,6 +222,18 @@ def _products(key: str, products: str, explosive: ExplosiveTable) -> Iterator[st
             f"allowed with burst.products = {show(products)}: more than D^2/16 = {least / 1e6:.4g} MJ/kg "
             f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"'
         )
+
+
+def _delays(case: Case, key: str, entry: RoundTable) -> Iterator[str]:
+    """Points that would ignite only after the burst is over: nothing would burst, or not what the case says."""
+    if case.burst is None:
+        return
+    name, end = "burst.end_time", case.burst.end_time
+    if end is None:
+        name, end = "burst.time_limit", case.burst.time_limit
+    for number, point in enumerate(entry.ignition or [], start=1):
+        if not point.delay < end:
+            yield f"{key}.ignition[{number}].delay: found {point.delay:g} s; allowed: below {name}, {end:g} s"
 
 
 def _ignition(key: str, entry: RoundTable) -> Iterator[str]:

@@ -94,11 +94,15 @@ def test_a_planted_pickle_does_not_run(places, package):
             return os.system, (f"touch {trace}",)
 
     planted = places / "tmp" / f"fragfield-{os.geteuid()}"
-    honest = subprocess.run(
-        [sys.executable, "-c", f"import {package}; from fragfield_base.kernel_cache import cache_root; print(cache_root())"],
-        capture_output=True, text=True, check=True, cwd=ROOT,
-        env={"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": "/proc/nowhere", "TMPDIR": str(places / "tmp")},
-    )  # fmt: skip
+    code = f"import {package}; from fragfield_base.kernel_cache import cache_root; print(cache_root())"
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": "/proc/nowhere"}
+    environment["TMPDIR"] = str(places / "tmp")
+
+    def start():
+        command = [sys.executable, "-c", code]
+        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
+
+    honest = start()
     assert honest.stdout.strip() == str(planted)
     # What numba has laid out (the folders of each source) is filled with payloads under its own names.
     for folder in [entry for entry in planted.rglob("*") if entry.is_dir()] or [planted]:
@@ -106,11 +110,7 @@ def test_a_planted_pickle_does_not_run(places, package):
             (folder / name).write_bytes(pickle.dumps(Payload()))
     for entry in [planted, *planted.rglob("*")]:
         os.chown(entry, 12345, 12345)
-    done = subprocess.run(
-        [sys.executable, "-c", f"import {package}; from fragfield_base.kernel_cache import cache_root; print(cache_root())"],
-        capture_output=True, text=True, check=True, cwd=ROOT,
-        env={"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": "/proc/nowhere", "TMPDIR": str(places / "tmp")},
-    )  # fmt: skip
+    done = start()
     assert done.stdout.strip() == "None"
     assert not trace.exists()
 
