@@ -39,6 +39,7 @@ class Interruption:
         self._comm = comm if comm is not None and comm.size > 1 else None
         self._patient = patient
         self._noted: int | None = None
+        self._answered = False
         self._by_keyboard = False
         self._usual: dict[int, Any] = {}
 
@@ -58,14 +59,14 @@ class Interruption:
         for number, usual in self._usual.items():
             signal.signal(number, usual)
         self._usual = {}
-        if self._noted is not None and kind is None:
+        if self._noted is not None and not self._answered and kind is None:
             signal.raise_signal(self._noted)
 
     def asked(self) -> bool:
         """Whether the run shall end, the same on all ranks; collective, to be called between steps."""
-        if self._comm is None:
-            return self._noted is not None
-        return bool(self._comm.allreduce(int(self._noted is not None)))
+        noted = self._noted is not None
+        self._answered = noted if self._comm is None else bool(self._comm.allreduce(int(noted)))
+        return self._answered
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if the run shall end; collective."""

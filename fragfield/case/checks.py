@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from fragfield.case.bounds import outside_hard
 from fragfield.case.flight_table import CylinderTable
 from fragfield.case.place_checks import check_places, check_planes
+from fragfield.case.placing import profile_of
 from fragfield.case.quantities import show
 from fragfield.case.round_table import ExplosiveTable
 from fragfield.case.stack import check_stack
@@ -237,10 +238,7 @@ def _delays(case: Case, key: str, entry: RoundTable) -> Iterator[str]:
 
 
 def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
-    from burst_fenicsx.geometry import profile_from_table
-
-    assert isinstance(entry.profile, dict)  # the caller's choice
-    profile = profile_from_table(entry.profile, where=key)
+    profile = profile_of(entry)
     for number, point in enumerate(entry.ignition or [], start=1):
         station = min(max(float(point.station), profile.charge_front), profile.charge_end)
         yield from _offset(f"{key}.ignition[{number}]", point, float(profile.section(station).charge_radius))

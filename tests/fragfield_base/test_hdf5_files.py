@@ -312,7 +312,6 @@ def test_the_outer_deferral_gets_the_signal_of_the_inner_one():
         assert outer.asked()
         with pytest.raises(KeyboardInterrupt):
             outer.check()
-        outer._noted = None  # asked for and answered
 
 
 def test_other_threads_write_as_the_main_one_does(tmp_path):
