@@ -15,6 +15,7 @@ import numpy as np
 from burst_fenicsx.errors import InputError
 from fragfield_base.hdf5_files import appending, check_sound, creating
 from fragfield_base.writing import write_text
+from fragfield_base.xdmf import stamped_xdmf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -275,7 +276,7 @@ class TimeSeries:
                 "",
             ]
         )
-        write_text(self.xdmf_path, text, InputError)
+        write_text(self.xdmf_path, stamped_xdmf(text), InputError)
 
 
 def _hexahedra(cells: ArrayLike) -> NDArray[np.int64]:

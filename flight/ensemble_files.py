@@ -30,12 +30,13 @@ import numpy as np
 from flight.ensemble import EnsembleHazard, assess_ensemble
 from flight.errors import InputError
 from flight.expected import DensityGroups, Directions, ExpectedDistance
-from flight.fragments import ARRAYS, Fragments
+from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hdf5 import open_checked, write_attributes
 from flight.polar_grid import PolarGrid
 from flight.tally import Criteria, Tally
 from flight.text_tables import write_columns
 from flight.witness_hazard import SECTOR_HITS
+from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
@@ -197,19 +198,21 @@ def write_fragment_ensemble(
 
 def read_fragment_ensemble(path: str | Path) -> list[Fragments]:
     """Read what `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
-    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION) as file:
-        try:
-            offset = file["offset"][...]
-            arrays = {name: file[f"fragments/{name}"][...] for name in ARRAYS}
-            names = [str(text) for text in file["round_names"].asstr()[...]]
-        except (KeyError, OSError) as error:
-            raise InputError(f"{path}: data cut off or damaged ({error}); break the casing up again") from None
-    if any(len(values) != offset[-1] for values in arrays.values()):
-        raise InputError(f"{path}: data cut off; break the casing up again")
-    return [
-        Fragments.from_arrays(**{name: values[start:end] for name, values in arrays.items()}, round_names=names)
-        for start, end in pairwise(offset)
-    ]
+    advice = "break the casing up again"
+    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION, advice) as file:
+        offset = numbers(file, "offset", InputError, str(path), kind="whole numbers", shape=(None,), least=0)
+        data = {name: file[f"fragments/{name}"] for name in ARRAYS}
+        sound = offset.size > 0 and offset[0] == 0 and bool((np.diff(offset) > 0).all())
+        if not sound or any(len(values) != offset[-1] for values in data.values()):
+            raise InputError(f"{path}: data cut off; {advice}")
+        names = texts(file, "round_names", InputError, str(path))
+        found = [
+            Fragments.from_arrays(**{name: values[start:end] for name, values in data.items()}, round_names=names)
+            for start, end in pairwise(offset.tolist())
+        ]
+    for one in found:
+        check_possible(one, str(path))
+    return found
 
 
 def _put(file: h5py.File | h5py.Group, name: str, values: NDArray[Any]) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.fragments import ARRAYS, FORMAT_NAME, FORMAT_VERSION, Fragments
+from flight.fragments import ARRAYS, FORMAT_NAME, FORMAT_VERSION, Fragments, check_possible
 from flight.hdf5 import open_checked, write_attributes
 from flight.text_tables import read_columns, write_columns
 from fragfield_base.arrays import group_of, numbers, texts
@@ -70,9 +70,11 @@ def read(path: Path) -> Fragments:
 
 def _named(path: Path, arrays: dict[str, NDArray[np.float64]], names: Sequence[str] = ()) -> Fragments:
     try:
-        return Fragments.from_arrays(**arrays, round_names=names)
+        found = Fragments.from_arrays(**arrays, round_names=names)
+        check_possible(found, "fragments")
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    return found
 
 
 def _write_csv(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Path:

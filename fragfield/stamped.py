@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import tomllib
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
@@ -42,7 +43,7 @@ def stored_case_text(path: Path, summary: Mapping[str, Any], *, alone: bool = Fa
     summary : mapping
         Its summary.json; empty where there is none.
     alone : bool
-        Take a file without checksum where there is no summary to compare it with.
+        Only to be shown: a file without checksum is taken if it has the tables of the summary's case, if that is there.
 
     Raises
     ------
@@ -59,7 +60,8 @@ def stored_case_text(path: Path, summary: Mapping[str, Any], *, alone: bool = Fa
             "it was; an edited case is a case file of its own, outside of the run directory, with --out for its results"
         )
     stored = summary.get("case")
-    if stored is None and alone:
+    stored = stored if isinstance(stored, dict) else None
+    if alone and (stored is None or _has_tables(text, stored)):
         return text
     if stored is None or not _says(path, stored):
         raise InputError(
@@ -68,6 +70,19 @@ def stored_case_text(path: Path, summary: Mapping[str, Any], *, alone: bool = Fa
             "--overwrite to compute the run again"
         )
     return text
+
+
+def _has_tables(text: str, stored: Mapping[str, Any]) -> bool:
+    """Whether a text has every table and entry of a case, whatever stands in them."""
+    try:
+        document = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return False
+    return all(
+        key in document and (not isinstance(value, list) or len(document[key]) == len(value))
+        for key, value in stored.items()
+        if value or not isinstance(value, (list, dict))  # empty ones are not written
+    )
 
 
 def _says(path: Path, stored: Mapping[str, Any]) -> bool:

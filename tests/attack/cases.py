@@ -6,6 +6,7 @@ import copy
 import json
 import re
 import tomllib
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
@@ -38,13 +39,49 @@ _QUANTITIES = st.one_of(
     st.builds(
         lambda a, b, unit: f"{a}e{b} {unit}", st.integers(-99, 99), st.integers(-12, 12), st.sampled_from(_UNITS)
     ),
-    st.sampled_from(["9**9**9**9 m", "1 / (0 m)", "(((1 m)))", "1 m + 1 m", "mm", "- m", "1e400 m", "0x10 m", "1_0 m",
-                     "1 m^-1^-1", "1 m**9", "5 m·s", "1 / 3 m", "nan m", "inf m", "1.5.5 m"]),  # fmt: skip
+    st.sampled_from(
+        [
+            "9**9**9**9 m",
+            "1 / (0 m)",
+            "(((1 m)))",
+            "1 m + 1 m",
+            "mm",
+            "- m",
+            "1e400 m",
+            "0x10 m",
+            "1_0 m",
+            "1 m^-1^-1",
+            "1 m**9",
+            "5 m·s",
+            "1 / 3 m",
+            "nan m",
+            "inf m",
+            "1.5.5 m",
+        ]
+    ),
 )
 _TEXTS = st.one_of(
     st.text(max_size=30),
-    st.sampled_from(["", "../../etc/passwd", "/dev/zero", "x" * 5000, "=1+1", "a,b\n", "m107", "tnt", "none", "nose",
-                     "tube.toml", "a.csv", "a.msh", "a.tif", "\u202e", "\x00"]),  # fmt: skip
+    st.sampled_from(
+        [
+            "",
+            "../../etc/passwd",
+            "/dev/zero",
+            "x" * 5000,
+            "=1+1",
+            "a,b\n",
+            "m107",
+            "tnt",
+            "none",
+            "nose",
+            "tube.toml",
+            "a.csv",
+            "a.msh",
+            "a.tif",
+            "\u202e",
+            "\x00",
+        ]
+    ),
 )
 _VALUES = st.recursive(
     st.one_of(_NUMBERS, _QUANTITIES, _TEXTS, st.booleans()),
@@ -55,7 +92,9 @@ _VALUES = st.recursive(
 )
 
 
-def _paths(model: type[BaseModel], above: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple[str | int, ...], FieldInfo]]:
+def _paths(
+    model: type[BaseModel], above: tuple[str | int, ...] = ()
+) -> Iterator[tuple[tuple[str | int, ...], FieldInfo]]:
     """Key paths of the schema with their fields; lists by their first entry."""
     for name, field in model.model_fields.items():
         yield (*above, name), field
@@ -111,7 +150,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
 
 
 def _put(node: Any, path: tuple[str | int, ...], value: object, *, remove: bool) -> None:
-    for step, after in zip(path[:-1], path[1:], strict=True):
+    for step, after in pairwise(path):
         if isinstance(step, int):
             if not isinstance(node, list):
                 return
@@ -133,10 +172,13 @@ def _put(node: Any, path: tuple[str | int, ...], value: object, *, remove: bool)
 
 def to_text(document: dict[str, Any]) -> str:
     """A document as TOML, all tables in one line each."""
-    return "".join(f"{json.dumps(key) if not key.isidentifier() else key} = {toml_value(value)}\n" for key, value in document.items())
+    return "".join(
+        f"{json.dumps(key) if not key.isidentifier() else key} = {toml_value(value)}\n"
+        for key, value in document.items()
+    )
 
 
-_KEY = re.compile(r"(^|: |\n  )[\w.\[\]\" -]*[\w\]\"][:=]")
+_ALLOWED = re.compile(r"allowed|need|missing|not valid TOML|no such|must|at most|at least|expected|cannot")
 
 
 def fault_of(code: int, out: str, words: str, file: str) -> str | None:
@@ -152,6 +194,8 @@ def fault_of(code: int, out: str, words: str, file: str) -> str | None:
         return f"{len(said)} messages: {words[-300:]}"
     if file not in said[0]:
         return f"no file: {said[0][:300]}"
-    if not re.search(r"allowed|needed|needs|missing|not valid TOML|no such|must|at most|at least|expected|cannot", words):
+    if not re.search(
+        r"allowed|needed|needs|missing|not valid TOML|no such|must|at most|at least|expected|cannot", words
+    ):
         return f"not said what is allowed: {words[:400]}"
     return None

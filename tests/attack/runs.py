@@ -87,5 +87,7 @@ def _different_values(one: Any, other: Any, path: str = "") -> list[str]:
             for word in _different_values(one.get(key), other.get(key), f"{path}.{key}")
         ]
     if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        return [w for i, (a, b) in enumerate(zip(one, other, strict=True)) for w in _different_values(a, b, f"{path}[{i}]")]
+        return [
+            w for i, (a, b) in enumerate(zip(one, other, strict=True)) for w in _different_values(a, b, f"{path}[{i}]")
+        ]
     return [] if one == other else [path]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import random
 import signal
-import subprocess
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 from tests.attack.runs import CASE, different, run, start
@@ -20,6 +20,7 @@ _ENDS = {signal.SIGTERM: (130,), signal.SIGINT: (130,), signal.SIGKILL: (-9, 137
 
 def reference(folder: Path) -> tuple[Path, Path, float]:
     """Case, the directory of a run that was left alone, and its duration (s)."""
+    folder.mkdir(parents=True, exist_ok=True)
     case = folder / "attacked.toml"
     case.write_text(CASE)
     whole = folder / "whole"
@@ -29,6 +30,14 @@ def reference(folder: Path) -> tuple[Path, Path, float]:
     code, words = run("run", case, "--out", whole, "--quiet", "--overwrite")
     assert code in (0, 3), words
     return case, whole, time.monotonic() - began
+
+
+def _children(process: int) -> list[int]:
+    """Processes that a process has started."""
+    try:
+        return [int(one) for one in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    except OSError:
+        return []
 
 
 def signalled(
@@ -41,10 +50,10 @@ def signalled(
     process = start("run", case, "--out", out, "--quiet", ranks=ranks)
     time.sleep(moment)
     # To every process of the session, as batch systems send it, or to the first alone.
-    if ranks > 1 and kind == signal.SIGKILL:
-        subprocess.run(["pkill", "-KILL", "-g", str(process.pid)], check=False)
-    if process.poll() is None:
-        os.kill(process.pid, kind)
+    children = _children(process.pid) if ranks > 1 and kind == signal.SIGKILL else []
+    for one in [process.pid, *children] if process.poll() is None else []:
+        with suppress(ProcessLookupError):
+            os.kill(one, kind)
     _, words = process.communicate(timeout=600)
     log = (out / "run.log").read_text() if (out / "run.log").is_file() else ""
     stage = log.rsplit(": begins", 1)[0].rsplit(" ", 1)[-1] if ": begins" in log else "before"
