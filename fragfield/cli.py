@@ -287,12 +287,17 @@ def main() -> None:
     # While it steps or writes a file, `fragfield_base.interruption` defers both to where they do no harm.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except KeyboardInterrupt:  # before or after the guarded part
         sys.exit(EXIT_INTERRUPTED)
-    except BrokenPipeError:  # `fragfield info RUN | head`
+    except OSError as error:  # standard output: on a full disk, or `fragfield info RUN | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(EXIT_INTERRUPTED)
+        if not isinstance(error, BrokenPipeError):
+            sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
+        sys.exit(exit_code_of(error))
 
 
 def _request(
