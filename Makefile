@@ -1,8 +1,8 @@
 # Names for `sh setup.sh ACT`; arguments go through ARGS, for instance `make test ARGS="-k mott"`.
-.PHONY: setup demo test validate bench lint docs
+.PHONY: setup demo test validate bench lint attack docs
 
 setup:
 	@sh setup.sh install
 
-demo test validate bench lint docs:
+demo test validate bench lint attack docs:
 	@sh setup.sh $@ $(ARGS)

@@ -33,6 +33,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
   test       the tests; arguments go to pytest
   lint       ruff, mypy, import-linter
+  attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
   validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
   docs       the documentation, into build/docs; arguments go to mkdocs build
@@ -310,7 +311,7 @@ prepare_running() {
 act=${1:-install}
 [ $# -eq 0 ] || shift
 case $act in
-    install | demo | test | lint | validate | bench | docs) ;;
+    install | demo | test | lint | attack | validate | bench | docs) ;;
     help | -h | --help) usage && exit 0 ;;
     *)
         printf 'setup: unknown act "%s".\n\n' "$act" >&2
@@ -348,6 +349,7 @@ case $act in
         done
         exit "$status"
         ;;
+    attack) exec "$bin/python" -m tests.attack "$@" ;;
     validate)
         "$bin/python" -m pytest -m slow
         exec "$bin/python" -m validation "$@"

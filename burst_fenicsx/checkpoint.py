@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
 from burst_fenicsx.contact.restart import contact_arrays, restore_contact
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import hourglass_by_block, hourglass_by_slot
 from burst_fenicsx.ledger import Entry
+from fragfield_base.hdf5_files import creating, reading
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
+
+    import h5py
 
     from burst_fenicsx.detonation import LeakageParts
     from burst_fenicsx.fields import BurstFields
@@ -89,18 +91,14 @@ def write_checkpoint(
     initiation = solver.initiation.arrays() if solver.initiation is not None else {}
     if mesh.comm.rank != 0:
         return
-    try:
-        _write(
-            path,
-            solver,
-            provenance,
-            mesh_key,
-            sums,
-            cell_steps,
-            {"cells": cells, "nodes": nodes, "contact": contact, "initiation": initiation, "records": records or {}},
-        )
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error}; name a folder with room that is writable") from error
+    groups: dict[str, Mapping[str, np.ndarray | None]] = {
+        "cells": cells,
+        "nodes": nodes,
+        "contact": contact,
+        "initiation": initiation,
+        "records": records or {},
+    }
+    _write(path, solver, provenance, mesh_key, sums, cell_steps, groups)
 
 
 def _write(
@@ -112,8 +110,7 @@ def _write(
     cell_steps: int,
     groups: Mapping[str, Mapping[str, np.ndarray | None]],
 ) -> None:
-    draft = path.with_name(path.name + ".part")
-    with h5py.File(draft, "w", libver=("v108", "v110")) as file:
+    with creating(path, InputError) as file:
         file.attrs["format"] = FORMAT
         file.attrs["mesh_key"] = mesh_key
         for key, text in provenance.items():
@@ -135,7 +132,6 @@ def _write(
             file.create_group(group)
             for name, values in arrays.items():
                 file[f"{group}/{name}"] = values
-    draft.replace(path)
 
 
 def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str, np.ndarray]:
@@ -146,19 +142,16 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str,
     InputError
         The file is cut off, is no checkpoint, or belongs to another case.
     """
-    try:
-        with h5py.File(path, "r") as file:
-            if file.attrs.get("format") != FORMAT:
-                raise InputError(f"{path} is not a checkpoint of a burst (format {file.attrs.get('format')!r})")
-            if file.attrs["mesh_key"] != mesh_key:
-                raise InputError(
-                    f"{path} belongs to another case: {file.attrs['mesh_key']}; this one is {mesh_key}; "
-                    "run without resuming"
-                )
-            _restore(file, solver)
-            return {name: values[()] for name, values in file["records"].items()}
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path} cannot be read as a checkpoint: {error}; delete it to start anew") from error
+    with reading(path, InputError, "delete it to start the burst again") as file:
+        if file.attrs.get("format") != FORMAT:
+            raise InputError(f"{path} is not a checkpoint of a burst (format {file.attrs.get('format')!r})")
+        if file.attrs["mesh_key"] != mesh_key:
+            raise InputError(
+                f"{path} belongs to another case: {file.attrs['mesh_key']}; this one is {mesh_key}; "
+                "run without resuming"
+            )
+        _restore(file, solver)
+        return {name: values[()] for name, values in file["records"].items()}
 
 
 def _restore(file: h5py.File, solver: BurstSolver) -> None:

@@ -10,15 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 from xml.sax.saxutils import quoteattr
 
-import h5py
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from fragfield_base.hdf5_files import appending, check_sound, creating
+from fragfield_base.writing import write_text
+from fragfield_base.xdmf import stamped_xdmf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from types import TracebackType
 
+    import h5py
     from numpy.typing import ArrayLike, NDArray
 
 
@@ -29,19 +32,17 @@ SIX_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Order in which a symmetric tensor of six columns is understood."""
 
 _TO_MATRIX = (0, 3, 5, 3, 1, 4, 5, 4, 2)  # columns of SIX_COMPONENTS, row by row of the 3x3 matrix
-# Version 1.8 files hold attributes above 64 kB (a case with inline points), and unlike later ones carry no mark
-# "open for writing" that would make the file of a killed run unreadable.
-# No locks: ParaView may look at the file while the run goes on, and must not stop it.
-_FILE_OPTIONS: dict[str, Any] = {"libver": ("v108", "v110"), "locking": False}
 _TOPOLOGY = {8: "Hexahedron", 4: "Quadrilateral"}
+_AGAIN = "delete checkpoint.h5 to compute the burst again from its start"
 _KIND = {1: "Scalar", 3: "Vector", 9: "Tensor"}
 
 
 class TimeSeries:
     """Writer of `<path>.xdmf` and `<path>.h5`: one temporal collection of grids of hexahedra, or of quadrilaterals.
 
-    Both files are complete after every `write`: the HDF5 file is closed, then the XDMF file is replaced in one
-    move. An interrupted run therefore keeps everything written before. An array equal to the one before it (part,
+    Both files are complete after every `write`: the HDF5 file gets its new state whole or not at all
+    (`fragfield_base.hdf5_files.appending`), then the XDMF file is replaced in one move. A run that is interrupted,
+    killed or finds the disk full therefore keeps everything written before. An array equal to the one before it (part,
     round, segment) is stored once and referred to.
 
     Parameters
@@ -83,15 +84,10 @@ class TimeSeries:
         self._grids: list[str] = []
         self._times: list[float] = []
         self._closed = False
-        try:
-            if resume_at is None:
-                self._start(provenance or {})
-            else:
-                self._continue(resume_at)
-        except OSError as error:
-            raise InputError(
-                f"cannot write the time series {self.data_path}: {error}; name a folder that exists and is writable"
-            ) from error
+        if resume_at is None:
+            self._start(provenance or {})
+        else:
+            self._continue(resume_at)
         self._write_xdmf()
 
     @property
@@ -121,7 +117,8 @@ class TimeSeries:
         Raises
         ------
         InputError
-            Time does not grow, or an array has the wrong shape or name; nothing is written then.
+            Time does not grow, an array has the wrong shape or name, or the files cannot be written; the series is as
+            it was then.
         """
         if self._closed:
             raise InputError(f"{self.xdmf_path.name} is closed; open a new time series to write more")
@@ -137,8 +134,7 @@ class TimeSeries:
             raise InputError(f"{self.xdmf_path.name}: every output carries the same fields; differing: {changed}")
 
         group = f"/steps/{len(self._times):06d}"
-        with h5py.File(self.data_path, "a", **_FILE_OPTIONS) as file:
-            file.pop(group, None)  # left by a write that failed half-way, say on a full disk
+        with appending(self.data_path, InputError) as file:
             step = file.create_group(group)
             where: dict[str, tuple[str, NDArray[Any]]] = {}
             for key, data in [
@@ -178,7 +174,7 @@ class TimeSeries:
         self.close()
 
     def _start(self, provenance: Mapping[str, str]) -> None:
-        with h5py.File(self.data_path, "w", **_FILE_OPTIONS) as file:
+        with creating(self.data_path, InputError) as file:
             file.attrs["format"] = FORMAT
             file.attrs["format_version"] = 1
             for name, text in provenance.items():
@@ -188,7 +184,8 @@ class TimeSeries:
     def _continue(self, resume_at: float) -> None:
         if not self.data_path.is_file():
             raise InputError(f"cannot continue {self.data_path}: there is no such file")
-        with h5py.File(self.data_path, "a", **_FILE_OPTIONS) as file:
+        check_sound(self.data_path, InputError, _AGAIN)
+        with appending(self.data_path, InputError) as file:
             if file.attrs.get("format") != FORMAT or not np.array_equal(file.get("cells", ()), self._cells):
                 raise InputError(f"cannot continue {self.data_path}: it is not the time series of this mesh")
             for name in sorted(file.get("steps", ())):
@@ -281,9 +278,7 @@ class TimeSeries:
                 "",
             ]
         )
-        draft = self.xdmf_path.with_name(self.xdmf_path.name + ".part")
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(self.xdmf_path)
+        write_text(self.xdmf_path, stamped_xdmf(text), InputError)
 
 
 def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:

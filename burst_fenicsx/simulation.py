@@ -19,7 +19,6 @@ from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.gathered import output_fields, snapshot_fields
 from burst_fenicsx.initiation import ShockInitiations
-from burst_fenicsx.interruption import Interruption
 from burst_fenicsx.ledger import LEAST_WORK, Ledger
 from burst_fenicsx.measures import Measures, RoundMeasures
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
@@ -33,6 +32,7 @@ from burst_fenicsx.snapshot import write_snapshot
 from burst_fenicsx.solver import BurstSolver
 from burst_fenicsx.summary import Clocks, burst_summary
 from burst_fenicsx.surfaces import radial_surfaces
+from fragfield_base.interruption import Interruption
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -124,7 +124,10 @@ def simulate(
     if resume and simulation.checkpoint_path.exists():
         simulation.resume()
     simulation.run()
-    return simulation.finish()
+    result = simulation.finish()
+    if comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
+        simulation.checkpoint_path.unlink(missing_ok=True)
+    return result
 
 
 class Simulation:
@@ -252,9 +255,8 @@ class Simulation:
 
     def run(self) -> None:
         """Step until the end, taking the ledger, outputs and checkpoints on the way."""
-        with Interruption() as interruption:
+        with Interruption(self.comm) as interruption:
             self._run(interruption)
-        self.checkpoint_path.unlink(missing_ok=True)
 
     def _run(self, interruption: Interruption) -> None:
         self._open_series()
@@ -269,8 +271,9 @@ class Simulation:
         began = clock.perf_counter()
         try:
             while True:
-                finished = solver.time >= end * (1.0 - 1e-12)
-                if solver.time >= history or finished:
+                finished = solver.time >= end * (1.0 - 1e-12) or self._ended_by_acceleration
+                recorded = bool(entries) and entries[-1].time >= solver.time  # by the run that was interrupted here
+                if (solver.time >= history or finished) and not recorded:
                     self._record()
                     history = solver.time + _HISTORY_INTERVAL
                     finished = finished or self._acceleration_is_complete()
@@ -278,14 +281,13 @@ class Simulation:
                     self._write_output()
                     output += settings.output_interval
                 self._report_progress(end, began)
+                # Here, between two steps, and nowhere else the state is one that a run can go on from.
+                if solver.time > 0.0 and interruption.asked():
+                    self._write_checkpoint()
+                    raise KeyboardInterrupt
                 if finished:
                     break
-                interruption.check()
                 solver.step(min(output, end))
-        except KeyboardInterrupt:
-            if self.comm.size == 1:  # ranks are not stopped at the same step: theirs is the one of the last output
-                self._write_checkpoint()
-            raise
         finally:
             self.clocks.stepping += clock.perf_counter() - began
             if self._series is not None:
@@ -312,6 +314,10 @@ class Simulation:
             # Casings that collide lose kinetic energy for a while: that is no end of the acceleration.
             if before and self._burnt_out() and abs(grown) < self.settings.acceleration_tolerance:
                 self.acceleration_complete = now.time
+        return self._ended_by_acceleration
+
+    @property
+    def _ended_by_acceleration(self) -> bool:
         return self.settings.end_time is None and self.acceleration_complete is not None
 
     def _burnt_out(self) -> bool:

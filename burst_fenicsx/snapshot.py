@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -131,30 +132,25 @@ def write_snapshot(
     InputError
         The file cannot be written.
     """
-    draft = path.with_name(path.name + ".part")
-    try:
-        with h5py.File(draft, "w", libver=("v108", "v110")) as file:
-            file.attrs["format"] = FORMAT
-            file.attrs["format_version"] = 1
-            file.attrs["time"] = time
-            file.attrs["geometry"] = geometry
-            for key, text in provenance.items():
-                file.attrs[key] = text
-            for name, values in nodes.items():
-                file[f"nodes/{name}"] = values
-            for name, values in cells.items():
-                file[f"cells/{name}"] = values
-            for name, values in history.items():
-                file[f"history/{name}"] = values
-            for index, (record, measure) in enumerate(zip(rounds, along, strict=True)):
-                _write_round(file.create_group(f"rounds/{index}"), record, measure)
-            for index, plane in enumerate(symmetry):
-                group = file.create_group(f"planes/{index}")
-                for name in ("name", "point", "normal"):
-                    group.attrs[name] = getattr(plane, name)
-        draft.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error}; name a folder that exists and is writable") from error
+    with creating(path, InputError) as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["format_version"] = 1
+        file.attrs["time"] = time
+        file.attrs["geometry"] = geometry
+        for key, text in provenance.items():
+            file.attrs[key] = text
+        for name, values in nodes.items():
+            file[f"nodes/{name}"] = values
+        for name, values in cells.items():
+            file[f"cells/{name}"] = values
+        for name, values in history.items():
+            file[f"history/{name}"] = values
+        for index, (record, measure) in enumerate(zip(rounds, along, strict=True)):
+            _write_round(file.create_group(f"rounds/{index}"), record, measure)
+        for index, plane in enumerate(symmetry):
+            group = file.create_group(f"planes/{index}")
+            for name in ("name", "point", "normal"):
+                group.attrs[name] = getattr(plane, name)
 
 
 def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures) -> None:

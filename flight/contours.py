@@ -17,6 +17,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from flight.errors import InputError
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -263,8 +264,4 @@ def _texts(entries: Mapping[str, object]) -> Iterator[tuple[str, str]]:
 
 
 def _write(path: Path, text: str) -> Path:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
-    return path
+    return write_text(path, text, InputError)

@@ -13,6 +13,7 @@ import numpy as np
 from flight.errors import InputError, nearest
 from flight.tables import evaluate_pieces, monotone_pieces
 from flight.text_tables import line_of_row, read_columns
+from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -26,6 +27,7 @@ BUILT_IN = {
     "cube_corner_on": "cube_corner_on_hoerner.csv",
 }
 MOST_BINS = 1_000_000  # of the look-up grid
+MOST_MACH, MOST_COEFFICIENT = 100.0, 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,7 @@ class Drag:
         columns = read_columns(path)
         if set(columns) != {"mach", "cd"}:
             raise InputError(f"{path}: columns are {', '.join(columns)}; a drag table has mach, cd")
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, InputError).splitlines()
         fault = _fault(columns["mach"], columns["cd"])
         if fault is not None:
             raise InputError(f"{path}, line {line_of_row(path, fault[0])}: {fault[1]}")
@@ -133,9 +135,9 @@ class Drag:
         rows[:-1, 5], rows[-1, 5] = self.mach, np.inf
         # a little under the smallest gap, so that rounding never puts two entries into one bin
         width = 0.999 * float(np.diff(self.mach).min()) if size > 1 else 1.0
-        bins = math.ceil(float(self.mach[-1]) / width) + 1
-        if bins > MOST_BINS:
+        if not float(self.mach[-1]) < (MOST_BINS - 1) * width:
             raise InputError(f"drag {self.name}: two Mach numbers are only {width:.1e} apart; thin the table out")
+        bins = math.ceil(float(self.mach[-1]) / width) + 1
         # the lower edge as the kernel's rounding may see it; the entry in the bin is found by comparison
         lower = (np.arange(bins) - 1e-9) * width
         return rows, np.searchsorted(self.mach, lower, side="right").astype(np.int64), 1.0 / width
@@ -147,6 +149,11 @@ def _fault(mach: NDArray[np.float64], coefficient: NDArray[np.float64]) -> tuple
     if bad.any():
         row = int(np.argmax(bad))
         return row, f"Mach {mach[row]}, coefficient {coefficient[row]}; needed: both finite and not negative"
+    far = (mach > MOST_MACH) | (coefficient > MOST_COEFFICIENT)
+    if far.any():
+        row = int(np.argmax(far))
+        most = f"at most Mach {MOST_MACH:g} and a coefficient of {MOST_COEFFICIENT:g}"
+        return row, f"Mach {mach[row]:g}, coefficient {coefficient[row]:g}; needed: {most}"
     falling = np.diff(mach) <= 0.0
     if falling.any():
         row = int(np.argmax(falling)) + 1

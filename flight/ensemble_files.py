@@ -30,12 +30,14 @@ import numpy as np
 from flight.ensemble import EnsembleHazard, assess_ensemble
 from flight.errors import InputError
 from flight.expected import DensityGroups, Directions, ExpectedDistance
-from flight.fragments import ARRAYS, Fragments
+from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hdf5 import open_checked, write_attributes
 from flight.polar_grid import PolarGrid
 from flight.tally import Criteria, Tally
 from flight.text_tables import write_columns
 from flight.witness_hazard import SECTOR_HITS
+from fragfield_base.arrays import numbers, texts
+from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -77,38 +79,33 @@ def write_ensemble(
     """
     folder, stamp = Path(folder), dict(provenance or {})
     path = folder / "ensemble.h5"
-    import h5py
-
-    try:
-        with h5py.File(path, "w") as file:
-            write_attributes(file, FORMAT, FORMAT_VERSION, stamp)
-            for name in _CRITERIA:
-                file.attrs[name] = getattr(found.criteria, name)
-            file.attrs["tolerance"] = found.tolerance
-            file.attrs["undetermined"] = found.undetermined
-            if found.expected is not None:
-                _put_expected(file.create_group("expected"), found.expected)
-            if found.all_round is not None:
-                _put_groups(file.create_group("all_round"), found.all_round)
-            for name in _COUNTS:
-                _put(file, f"counts/{name}", getattr(found.counts, name))
-            for name, values in found.each.items():
-                _put(file, f"realisations/{name}", values)
-            for name, band in found.bands.items():
-                group = file.create_group(f"bands/{name}")
-                group.attrs.update({key: value for key, value in asdict(band).items() if value is not None})
-            _put(file, "by_sector/azimuth", found.azimuth)
-            _put(file, "by_distance/distance", found.distance)
-            for where, curves in (("by_sector", found.by_sector), ("by_distance", found.by_distance)):
-                for key, values in _columns(curves):
-                    _put(file, f"{where}/{key}", values)
-            for number, (name, table) in enumerate(witnesses.items()):
-                group = file.create_group(f"witness/{number}")
-                group.attrs["name"] = name
-                for field in SECTOR_HITS.names or ():
-                    _put(group, field, np.ascontiguousarray(table[field]))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(path, InputError) as file:
+        write_attributes(file, FORMAT, FORMAT_VERSION, stamp)
+        for name in _CRITERIA:
+            file.attrs[name] = getattr(found.criteria, name)
+        file.attrs["tolerance"] = found.tolerance
+        file.attrs["undetermined"] = found.undetermined
+        if found.expected is not None:
+            _put_expected(file.create_group("expected"), found.expected)
+        if found.all_round is not None:
+            _put_groups(file.create_group("all_round"), found.all_round)
+        for name in _COUNTS:
+            _put(file, f"counts/{name}", getattr(found.counts, name))
+        for name, values in found.each.items():
+            _put(file, f"realisations/{name}", values)
+        for name, band in found.bands.items():
+            group = file.create_group(f"bands/{name}")
+            group.attrs.update({key: value for key, value in asdict(band).items() if value is not None})
+        _put(file, "by_sector/azimuth", found.azimuth)
+        _put(file, "by_distance/distance", found.distance)
+        for where, curves in (("by_sector", found.by_sector), ("by_distance", found.by_distance)):
+            for key, values in _columns(curves):
+                _put(file, f"{where}/{key}", values)
+        for number, (name, table) in enumerate(witnesses.items()):
+            group = file.create_group(f"witness/{number}")
+            group.attrs["name"] = name
+            for field in SECTOR_HITS.names or ():
+                _put(group, field, np.ascontiguousarray(table[field]))
     tables: tuple[dict[str, NDArray[Any]], ...] = (
         {"realisation": np.arange(found.realisations), **found.each},
         {"distance_m": found.distance, **_flat(found.by_distance)},
@@ -188,35 +185,34 @@ def write_fragment_ensemble(
     import h5py
 
     path = Path(path)
-    try:
-        with h5py.File(path, "w") as file:
-            write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
-            file.attrs["first"] = first
-            _put(file, "offset", np.cumsum([0, *(len(one) for one in realisations)]))
-            for name in ARRAYS:
-                _put(file, f"fragments/{name}", np.concatenate([getattr(one, name) for one in realisations]))
-            names = realisations[0].round_names
-            file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(path, InputError) as file:
+        write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
+        file.attrs["first"] = first
+        _put(file, "offset", np.cumsum([0, *(len(one) for one in realisations)]))
+        for name in ARRAYS:
+            _put(file, f"fragments/{name}", np.concatenate([getattr(one, name) for one in realisations]))
+        names = realisations[0].round_names
+        file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     return path
 
 
 def read_fragment_ensemble(path: str | Path) -> list[Fragments]:
     """Read what `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
-    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION) as file:
-        try:
-            offset = file["offset"][...]
-            arrays = {name: file[f"fragments/{name}"][...] for name in ARRAYS}
-            names = [str(text) for text in file["round_names"].asstr()[...]]
-        except (KeyError, OSError) as error:
-            raise InputError(f"{path}: data cut off or damaged ({error}); break the casing up again") from None
-    if any(len(values) != offset[-1] for values in arrays.values()):
-        raise InputError(f"{path}: data cut off; break the casing up again")
-    return [
-        Fragments.from_arrays(**{name: values[start:end] for name, values in arrays.items()}, round_names=names)
-        for start, end in pairwise(offset)
-    ]
+    advice = "break the casing up again"
+    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION, advice) as file:
+        offset = numbers(file, "offset", InputError, str(path), kind="whole numbers", shape=(None,), least=0)
+        data = {name: file[f"fragments/{name}"] for name in ARRAYS}
+        sound = offset.size > 0 and offset[0] == 0 and bool((np.diff(offset) > 0).all())
+        if not sound or any(len(values) != offset[-1] for values in data.values()):
+            raise InputError(f"{path}: data cut off; {advice}")
+        names = texts(file, "round_names", InputError, str(path))
+        found = [
+            Fragments.from_arrays(**{name: values[start:end] for name, values in data.items()}, round_names=names)
+            for start, end in pairwise(offset.tolist())
+        ]
+    for one in found:
+        check_possible(one, str(path))
+    return found
 
 
 def _put(file: h5py.File | h5py.Group, name: str, values: NDArray[Any]) -> None:

@@ -13,6 +13,8 @@ from flight.errors import InputError
 from flight.hdf5 import open_checked, write_attributes
 from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Trajectories, flat_columns
 from flight.text_tables import write_columns
+from fragfield_base.hdf5_files import creating
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -132,16 +134,13 @@ def _write_table(
 ) -> Path:
     import h5py
 
-    try:
-        with h5py.File(path, "w") as file:
-            write_attributes(file, name, FORMAT_VERSION, provenance)
-            columns = file.create_group(group)
-            for field in table.dtype.names or ():
-                columns.create_dataset(field, data=np.ascontiguousarray(table[field]))
-            for key, lines in texts.items():
-                file.create_dataset(key, data=lines, dtype=h5py.string_dtype(), shape=(len(lines),))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(path, InputError) as file:
+        write_attributes(file, name, FORMAT_VERSION, provenance)
+        columns = file.create_group(group)
+        for field in table.dtype.names or ():
+            columns.create_dataset(field, data=np.ascontiguousarray(table[field]))
+        for key, lines in texts.items():
+            file.create_dataset(key, data=lines, dtype=h5py.string_dtype(), shape=(len(lines),))
     return path
 
 
@@ -173,8 +172,6 @@ def write_trajectories(
     At the points: time (s), velocity (m/s), speed (m/s); on the lines: fragment, mass (kg), initial_speed (m/s),
     status.
     """
-    import h5py
-
     path = Path(path)
     data = path.with_suffix(".h5")
     lengths = np.diff(paths.start)
@@ -188,14 +185,11 @@ def write_trajectories(
     at_points = {"time": paths.time, "velocity": paths.velocity, "speed": np.linalg.norm(paths.velocity, axis=1)}
     on_lines = {name: np.ascontiguousarray(rows[name]) for name in ("fragment", "mass", "initial_speed", "round")}
     on_lines["status"] = rows["status"].astype(np.int32)
-    try:
-        with h5py.File(data, "w") as file:
-            write_attributes(file, PATHS_FORMAT, FORMAT_VERSION, provenance or {})
-            for name, array in {"topology": topology, "position": paths.position, **at_points, **on_lines}.items():
-                file.create_dataset(name, data=array)
-        path.write_text(_xdmf(data.name, topology, paths, at_points, on_lines, provenance or {}), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(data, InputError) as file:
+        write_attributes(file, PATHS_FORMAT, FORMAT_VERSION, provenance or {})
+        for name, array in {"topology": topology, "position": paths.position, **at_points, **on_lines}.items():
+            file.create_dataset(name, data=array)
+    write_text(path, _xdmf(data.name, topology, paths, at_points, on_lines, provenance or {}), InputError)
     return [path, data]
 
 

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.fragments import ARRAYS, FORMAT_NAME, FORMAT_VERSION, Fragments
+from flight.fragments import ARRAYS, FORMAT_NAME, FORMAT_VERSION, Fragments, check_possible
 from flight.hdf5 import open_checked, write_attributes
 from flight.text_tables import read_columns, write_columns
+from fragfield_base.arrays import group_of, numbers, texts
+from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,16 +44,13 @@ def write(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Pa
         return _write_csv(fragments, path, provenance)
     import h5py
 
-    try:
-        with h5py.File(path, "w") as file:
-            write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
-            group = file.create_group("fragments")
-            for name in ARRAYS:
-                group.create_dataset(name, data=getattr(fragments, name))
-            if names := fragments.round_names:
-                file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with creating(path, InputError) as file:
+        write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
+        group = file.create_group("fragments")
+        for name in ARRAYS:
+            group.create_dataset(name, data=getattr(fragments, name))
+        if names := fragments.round_names:
+            file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     return path
 
 
@@ -60,23 +59,22 @@ def read(path: Path) -> Fragments:
     if path.suffix.lower() == ".csv":
         return _read_csv(path)
     with open_checked(path, FORMAT_NAME, FORMAT_VERSION) as file:
-        group = file.get("fragments")
+        group = group_of(file, "fragments")
         missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
         if missing:
             raise InputError(f"{path}: {', '.join(missing)} missing; the file is cut off or not a fragments file")
-        try:
-            arrays = {name: group[name][...] for name in ARRAYS}
-            names = [str(text) for text in file["round_names"].asstr()[...]] if "round_names" in file else []
-        except OSError as error:
-            raise InputError(f"{path}: data cut off or damaged ({error})") from None
+        arrays = {name: numbers(group, name, InputError, str(path)) for name in ARRAYS}
+        names = texts(file, "round_names", InputError, str(path)) if "round_names" in file else []
     return _named(path, arrays, names)
 
 
 def _named(path: Path, arrays: dict[str, NDArray[np.float64]], names: Sequence[str] = ()) -> Fragments:
     try:
-        return Fragments.from_arrays(**arrays, round_names=names)
+        found = Fragments.from_arrays(**arrays, round_names=names)
+        check_possible(found, "fragments")
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    return found
 
 
 def _write_csv(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Path:

@@ -16,10 +16,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ARRAYS", "FORMAT_NAME", "FORMAT_VERSION", "Fragments"]
+__all__ = ["ARRAYS", "FORMAT_NAME", "FORMAT_VERSION", "Fragments", "check_possible"]
 
 FORMAT_NAME = "fragfield fragments"
 FORMAT_VERSION = 1
+# What files may hold.
+POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
 ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 
 
@@ -196,6 +198,21 @@ def _check(fragments: Fragments, source: str) -> None:
     for name, what in (("position", "m"), ("velocity", "m/s")):
         value = getattr(fragments, name)
         _refuse(source, name, value, ~np.isfinite(value).all(axis=1), f"three finite numbers ({what})")
+
+
+def check_possible(fragments: Fragments, source: str) -> None:
+    """Refuse fragments of a file that cannot be: a damaged file, or a wrong unit; some would never land.
+
+    Raises
+    ------
+    InputError
+        With the `source`, the first such fragment and what is possible.
+    """
+    for name, what in (("mass", "kg"), ("shape_factor", "kg/m3"), ("position", "m"), ("velocity", "m/s")):
+        (low, high), value = POSSIBLE[name], getattr(fragments, name)
+        each = value.reshape(len(value), -1)
+        bad = ~((each >= low) & (each <= high)).all(axis=1)
+        _refuse(source, name, value, bad, f"from {low:g} to {high:g} {what}")
 
 
 def _refuse(source: str, name: str, value: NDArray[Any], bad: NDArray[np.bool_], needed: str) -> None:

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from flight.errors import InputError
+from fragfield_base.arrays import number_of, text_of
+from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -25,22 +27,17 @@ def write_attributes(file: h5py.File, name: str, version: int, provenance: Mappi
 
 
 @contextmanager
-def open_checked(path: Path, name: str, version: int) -> Iterator[h5py.File]:
-    """Open a file of a known format for reading, or raise InputError saying what it is instead."""
-    import h5py
+def open_checked(path: Path, name: str, version: int, advice: str = "") -> Iterator[h5py.File]:
+    """Open a file of a known format for reading, or raise InputError saying what it is instead.
 
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise InputError(f"{path}: cut off, or not an HDF5 file ({error})") from None
-    with file:
+    Faults that h5py meets within the block end in one message too, with `advice` behind it.
+    """
+    with reading(path, InputError, advice) as file:
         found = file.attrs.get("format")
-        found = found.decode() if isinstance(found, bytes) else found
+        found = None if found is None else text_of(found)
         if found != name:
             raise InputError(f"{path}: attribute format is {found!r}, needed {name!r}")
-        if int(file.attrs.get("format_version", -1)) != version:
+        if number_of(file.attrs.get("format_version")) != version:
             raise InputError(
                 f"{path}: format_version is {file.attrs.get('format_version')}, this program reads {version}"
             )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flight.errors import InputError, nearest
+from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Grid", "read_grid"]
 
+MOST_NODES = 200_000_000
+MOST_PACKED = 8000  # nodes of one byte in a byte of a packed file
 METRE = 9001  # EPSG's code of the unit
 _HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 
@@ -40,12 +44,7 @@ def read_grid(path: Path) -> Grid:
 
 
 def _read_ascii(path: Path) -> Grid:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file") from None
+    lines = read_text(path, InputError).splitlines()
     header: dict[str, float] = {}
     start = 0
     for start, line in enumerate(lines):
@@ -66,6 +65,12 @@ def _read_ascii(path: Path) -> Grid:
             raise InputError(
                 f"{path}: {key} missing; an ESRI grid begins with ncols, nrows, xllcorner, yllcorner, cellsize"
             )
+    for key, value in header.items():
+        if not math.isfinite(value) and key != "nodata_value":
+            raise InputError(f"{path}: {key} is {value}, needed: a finite number")
+    for key in ("ncols", "nrows"):
+        if not 2 <= header[key] <= MOST_NODES or header[key] != int(header[key]):
+            raise InputError(f"{path}: {key} is {header[key]:g}, needed: a whole number from 2 to {MOST_NODES}")
     if not min(step) > 0.0:
         raise InputError(f"{path}: cellsize is {min(step):g}, needed: above zero (m)")
     shape = int(header["nrows"]), int(header["ncols"])
@@ -96,10 +101,17 @@ def _read_geotiff(path: Path) -> Grid:
             page = file.pages[0]
             geo: dict[str, Any] = dict(page.geotiff_tags or {})  # type: ignore[union-attr,unused-ignore]
             hole = page.tags.get("GDAL_NODATA")  # type: ignore[union-attr,unused-ignore]
+            if math.prod(page.shape) > min(MOST_NODES, MOST_PACKED * path.stat().st_size):
+                raise InputError(
+                    f"{path}: declares {' x '.join(map(str, page.shape))} heights, more than a file of "
+                    f"{path.stat().st_size} bytes can hold, or than {MOST_NODES}"
+                )
             values = page.asarray()
-    except (tifffile.TiffFileError, OSError, ValueError, KeyError) as error:
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001 - tifffile raises whatever a broken file leads it into
         # also a compression that needs another package, which the message names
-        raise InputError(f"{path}: cannot be read as a TIFF file ({error})") from None
+        raise InputError(f"{path}: cannot be read as a TIFF file ({type(error).__name__}: {error})") from None
     if values.ndim != 2 or values.dtype.kind not in "iuf":
         raise InputError(f"{path}: {values.shape} values of {values.dtype}; a height map is one band of numbers")
     _check_metres(path, geo)

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
+from fragfield_base.csv_text import csv_cell
+from fragfield_base.reading import read_text
+from fragfield_base.writing import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,15 +31,12 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any]], provenance: M
 
     row_format = ",".join("%d" if a.dtype.kind in "iub" else "%s" if a.dtype.kind in "US" else "%.10g" for a in arrays)
     number = len(arrays[0])
-    try:
-        with path.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(f"# {key} = {json.dumps(str(text))}\n" for key, text in provenance.items())
-            file.write(",".join(names) + "\n")
-            for start in range(0, number, ROWS_AT_ONCE):
-                rows = zip(*(a[start : start + ROWS_AT_ONCE].tolist() for a in arrays), strict=True)
-                file.write("".join([row_format % row + "\n" for row in rows]))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
+    with replacing(path, InputError) as file:
+        head = [f"# {key} = {json.dumps(str(text))}\n" for key, text in provenance.items()]
+        file.write("".join([*head, ",".join(map(csv_cell, names)), "\n"]).encode())
+        for start in range(0, number, ROWS_AT_ONCE):
+            rows = zip(*(_cells(a[start : start + ROWS_AT_ONCE]) for a in arrays), strict=True)
+            file.write("".join([row_format % row + "\n" for row in rows]).encode())
     return path
 
 
@@ -48,12 +48,7 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     InputError
         No such file, no table in it, or a cell that is not a number (the message names the line).
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file") from None
+    text = read_text(path, InputError)
     lines = _table_lines(text)
     if not lines:
         raise InputError(f"{path}: no table in it; needed a line of column names and rows of numbers")
@@ -74,7 +69,11 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
 
 def line_of_row(path: Path, row: int) -> int:
     """Line of the file, counted from 1, that holds a row of its table, counted from 0."""
-    return _table_lines(path.read_text(encoding="utf-8-sig"))[1 + row][0]
+    return _table_lines(read_text(path, InputError))[1 + row][0]
+
+
+def _cells(values: NDArray[Any]) -> list[Any]:
+    return [csv_cell(text) for text in values.tolist()] if values.dtype.kind == "U" else values.tolist()
 
 
 def _table_lines(text: str) -> list[tuple[int, str]]:

@@ -8,6 +8,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
+from fragfield.case.bounds import outside_soft
 from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.flight_table import CylinderTable
 from fragfield.case.geometry import burst_geometry
@@ -193,6 +194,7 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
 def _warnings(
     case: Case, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
 ) -> Iterator[str]:
+    yield from outside_soft(case)
     yield from arrangement_warnings(case)
     if settings.products == "landau":
         yield (

@@ -1,4 +1,4 @@
-"""The command line: results on stdout, progress and messages on stderr, exit codes 0, 2, 3 and 130.
+"""The command line: results on stdout, progress and messages on stderr, exit codes 0, 2, 3, 4 and 130.
 
 Nothing heavy is imported here: each subcommand imports what it needs, so `fragfield fly` works without dolfinx.
 """
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, exit_code_of
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, exit_code_of, message_of
 from fragfield.parallel import launched_rank
 
 if TYPE_CHECKING:
@@ -284,8 +284,20 @@ def sweep(
 def main() -> None:
     """Entry point of the command `fragfield`."""
     # A batch system ends a job by SIGTERM: treated like Ctrl-C, the burst leaves a checkpoint.
+    # While it steps or writes a file, `fragfield_base.interruption` defers both to where they do no harm.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    app()
+    try:
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
+    except KeyboardInterrupt:  # before or after the guarded part
+        sys.exit(EXIT_INTERRUPTED)
+    except OSError as error:  # standard output: on a full disk, or `fragfield info RUN | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not isinstance(error, BrokenPipeError):
+            sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
+        sys.exit(exit_code_of(error))
 
 
 def _request(
@@ -355,21 +367,40 @@ def _give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dic
 
 @contextmanager
 def _guarded(*, json: bool, quiet: bool) -> Iterator[None]:
-    """End errors that a user can act on with one message and their exit code; others keep their traceback."""
+    """End every error with one message and its exit code; the traceback of one of the program goes to a log."""
     from fragfield.logs import to_stderr
 
     try:
         with to_stderr(quiet=quiet or launched_rank() > 0):
             yield
     except KeyboardInterrupt as error:
-        _tell("interrupted; what was written stays, --resume goes on from there", json=json)
+        _tell(message_of(error), json=json)
         raise typer.Exit(EXIT_INTERRUPTED) from error
-    except Exception as error:
-        code = exit_code_of(error)
+    except (typer.Exit, BrokenPipeError):
+        raise
+    except Exception as error:  # noqa: BLE001 - the last guard: nothing passes it
+        code, message = exit_code_of(error), message_of(error)
         if code == EXIT_FAULT:
-            raise
-        _tell(str(error), json=json, code=code)
+            message += f"; please report it with {_log_of(error)}"
+        _tell(message, json=json, code=code)
         raise typer.Exit(code) from None
+
+
+def _log_of(error: Exception) -> str:
+    """Where the traceback of a fault can be read: the run's log, else a file of its own."""
+    import tempfile
+    import traceback
+
+    if (log := getattr(error, "fragfield_log", None)) is not None:
+        return str(log)
+    try:
+        descriptor, name = tempfile.mkstemp(prefix="fragfield-fault-", suffix=".log")  # readable by its owner alone
+        with os.fdopen(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(f"{' '.join(sys.argv)}\n")
+            traceback.print_exception(error, file=file)
+    except OSError:
+        return "what you did (its traceback could not be written)"
+    return name
 
 
 def _tell(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:

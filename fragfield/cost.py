@@ -84,16 +84,18 @@ def expected_cost(
     """
     lit = _times_lit(rounds, described)
     shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, lit, strict=True)]
-    stable = [_stable_step(entry, mesh) for entry, mesh in zip(rounds, meshes, strict=True)]
-    fine = [mesh.mean_edge / (0.5 * found["outer_diameter"]) for mesh, found in zip(meshes, described, strict=True)]
+    sizes = {id(mesh): (mesh.shortest_edge, mesh.mean_edge) for mesh in meshes}  # a stack has one mesh
+    shortest, mean = zip(*(sizes[id(mesh)] for mesh in meshes), strict=True)
+    stable = [_stable_step(entry, edge) for entry, edge in zip(rounds, shortest, strict=True)]
+    fine = [edge / (0.5 * found["outer_diameter"]) for edge, found in zip(mean, described, strict=True)]
     end = settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
     stepping = min(
         step * min(_THINNING * edge * end / shell.stretched(end), 1.0)
         for step, edge, shell in zip(stable, fine, shells, strict=True)
     )
     own = min(
-        _OWN_STEP * mesh.mean_edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
-        for entry, mesh in zip(rounds, meshes, strict=True)
+        _OWN_STEP * edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
+        for entry, edge in zip(rounds, mean, strict=True)
     )
     together = settings.time_step.cfl * stepping
     subcycles = settings.time_step.subcycling and settings.damping == 0.0
@@ -144,9 +146,9 @@ def _times_lit(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> 
     return lit
 
 
-def _stable_step(entry: Round, mesh: CellMesh) -> float:
-    """Stable step (s) before the burst: the shortest edge over the fastest of the waves."""
-    return mesh.shortest_edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
+def _stable_step(entry: Round, shortest: float) -> float:
+    """Stable step (s) before the burst: the shortest edge (m) over the fastest of the waves."""
+    return shortest / max(_sound_speed(entry), entry.explosive.detonation_velocity)
 
 
 def _sound_speed(entry: Round) -> float:

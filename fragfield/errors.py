@@ -17,14 +17,15 @@ __all__ = [
     "EXIT_NUMERICAL",
     "InputError",
     "exit_code_of",
+    "message_of",
     "nearest",
     "nearest_name",
 ]
 
 EXIT_DONE = 0
-EXIT_FAULT = 1  # a fault of the program itself
 EXIT_INPUT = 2
 EXIT_NUMERICAL = 3  # a numerical stop, or a result that is not determined
+EXIT_FAULT = 4  # a fault of the program itself
 EXIT_INTERRUPTED = 130
 
 # Looked up among the modules that are loaded, so that telling errors apart loads nothing.
@@ -41,7 +42,7 @@ def _loaded(name: str, modules: Iterable[str]) -> tuple[type[BaseException], ...
 
 
 def exit_code_of(error: BaseException) -> int:
-    """Exit code of the command line for an error: 2 input, 3 numerical stop, 130 interrupted, 1 anything else."""
+    """Exit code of the command line for an error: 2 input, 3 numerical stop, 130 interrupted, 4 anything else."""
     if isinstance(error, KeyboardInterrupt):
         return EXIT_INTERRUPTED
     if isinstance(error, (InputError, *_loaded("InputError", _INPUT_ERRORS))):
@@ -50,7 +51,25 @@ def exit_code_of(error: BaseException) -> int:
         return EXIT_INPUT  # the machine lacks a library; the message says which
     if isinstance(error, _loaded("NumericalStop", ("burst_fenicsx.errors",))):
         return EXIT_NUMERICAL
+    if isinstance(error, (OSError, MemoryError)):
+        return EXIT_INPUT  # the machine's limits are the user's to mend
     return EXIT_FAULT
+
+
+def message_of(error: BaseException) -> str:
+    """One message for an error that ends a command; an error of the program is named by its kind."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted; what was written stays, --resume goes on from there"
+    if isinstance(error, MemoryError):
+        return f"out of memory{f' ({error})' if str(error) else ''}; larger cells or fewer rounds need less of it"
+    if isinstance(error, OSError) and exit_code_of(error) == EXIT_INPUT:
+        place = f"{error.filename}: " if error.filename else ""
+        return f"{place}{error.strerror or error}"
+    if exit_code_of(error) == EXIT_FAULT:
+        text = " ".join(str(error).split())
+        words = f"{type(error).__name__}{f': {text}' if text else ''}"
+        return f"fault of the program: {words if len(words) <= 300 else words[:297] + '...'}"
+    return str(error)
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, nearest
 from fragfield.run_directory import STAGES, RunDirectory
+from fragfield_base.arrays import text_of
+from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,19 +57,14 @@ def _directory(run: RunDirectory) -> dict[str, Any]:
 
 
 def _file(path: Path) -> dict[str, Any]:
-    import h5py
-
     if path.suffix not in (".h5", ".hdf5"):
         raise InputError(
             f"{path}: found a file that ends in {path.suffix!r}; allowed: a run directory or an HDF5 file (.h5)"
         )
-    try:
-        with h5py.File(path, "r") as file:
-            attributes = {key: _text(value) for key, value in file.attrs.items()}
-            datasets: dict[str, str] = {}
-            file.visititems(lambda name, item: _note(datasets, name, item))
-    except (OSError, RuntimeError) as error:
-        raise InputError(f"{path}: cut off, or not an HDF5 file ({error})") from None
+    with reading(path, InputError) as file:
+        attributes = {key: _text(value) for key, value in file.attrs.items()}
+        datasets: dict[str, str] = {}
+        file.visititems(lambda name, item: _note(datasets, name, item))
     return {
         "file": str(path),
         "format": attributes.pop("format", "unknown"),
@@ -83,7 +80,7 @@ def _note(datasets: dict[str, str], name: str, item: h5py.Dataset | h5py.Group) 
 
 
 def _text(value: object) -> object:
-    value = value.decode() if isinstance(value, bytes) else value
+    value = text_of(value) if isinstance(value, bytes) else value
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, str) and value.startswith("{"):
         try:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import builtins
 import logging
+import os
 import re
 import sys
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, TextIO
+
+from fragfield.errors import InputError
+from fragfield_base.writing import append_text_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +59,19 @@ def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]
         handler.close()
 
 
+class _LogFile(logging.StreamHandler[TextIO]):
+    """A log that a full disk does not stop: the run says so itself when it can write nothing else either."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Drop the record."""
+
+    def close(self) -> None:
+        """Close the file too."""
+        with suppress(OSError, ValueError):
+            self.stream.close()
+        super().close()
+
+
 @contextmanager
 def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     """Write what the packages log, and Python's warnings, to a file.
@@ -66,7 +83,9 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     fresh : bool
         Start the file anew; otherwise go on at its end.
     """
-    handler = logging.FileHandler(path, mode="w" if fresh else "a", encoding="utf-8")
+    descriptor = append_text_file(path, InputError, fresh=fresh)
+    stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")
+    handler = _LogFile(stream)
     handler.setFormatter(logging.Formatter(_FORMAT))
     with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
         yield

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from fragfield.case.quantities import Quantity, Vector
 from fragfield.errors import InputError, nearest
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -56,17 +57,15 @@ def write_new_case(
     from fragfield.case.template import commented_case
 
     path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
-    if path.exists():
+    if path.exists() or path.is_symlink():
         raise InputError(f"{path}: is there already; nothing was written, choose another name")
     chosen = _chosen(profile, explosive, casing, stack)
     text = _HEAD.format(name=path.name, stem=path.stem) + commented_case(chosen, every_key=every_key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    return path
+    return write_text(path, text, InputError)
 
 
 def _chosen(profile: str, explosive: str, casing: str | None, stack: str | None) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.case import load_case
+from fragfield.case.bounds import outside_soft
 from fragfield.case.changes import load_set_case
-from fragfield.errors import EXIT_FAULT, InputError, exit_code_of
+from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.logs import logged
 from fragfield.parallel import Team
 from fragfield.progress import ProgressReporter
@@ -109,10 +110,16 @@ def run_chain(request: Request) -> dict[str, Any]:
         As the stages raise them; what was written stays.
     """
     team = Team.join()
-    case, directory = _prepared(request, team)
+    with ExitStack() as held:
+        case, directory = _prepared(request, team, held)
+        return _run_all(request, team, case, directory)
+
+
+def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) -> dict[str, Any]:
     stages = list(STAGES.values())
     done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
     with _working(request, team, directory, fresh=not request.resume) as reporter:
+        _warn_of_values(case, team)
         job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume)
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
@@ -130,16 +137,30 @@ def run_stage(request: Request, name: str) -> dict[str, Any]:
     """Run one stage from the files of the stages before it; as `run_chain` otherwise. The report is of one rank."""
     stage = STAGES[name]
     team = Team() if name == "report" else Team.join()
-    case, directory = _prepared(request, team, stage)
+    with ExitStack() as held:
+        case, directory = _prepared(request, team, held, stage)
+        return _run_one(request, team, case, directory, stage)
+
+
+def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, stage: Stage) -> dict[str, Any]:
+    name = stage.name
     source = directory if name == "burst" else request.source
     with _working(request, team, directory, fresh=name == "burst" and not request.resume) as reporter:
+        if name != "report":
+            _warn_of_values(case, team)
         job = Job(case, source, directory, team, reporter, request.threads, request.fragments, request.resume)
         with _together(team):
             perform(job, stage)
         return directory.summary() if team.first else {}
 
 
-def _enter(request: Request, stage: Stage) -> Case:
+def _warn_of_values(case: Case, team: Team) -> None:
+    """Say in the log, from which the report takes it, which values of the case are unusual."""
+    for words in outside_soft(case) if team.first else ():
+        _log.warning("%s", words)
+
+
+def _enter(request: Request, stage: Stage, held: ExitStack) -> Case:
     """Read the case and make the directory ready for one stage after the burst."""
     case, directory, source = request.case(burst=False), request.directory, request.source
     if request.fragments is None:
@@ -149,6 +170,8 @@ def _enter(request: Request, stage: Stage) -> Case:
     if stage.name == "report":
         directory.make()
     else:
+        directory.make()
+        held.enter_context(directory.locked())
         directory.enter(case, stage)
     return case
 
@@ -161,10 +184,13 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
         source.check_upstream(case, stage)
 
 
-def _prepared(request: Request, team: Team, stage: Stage = STAGES["burst"]) -> tuple[Case, RunDirectory]:
-    """Read the case and claim the directory on rank 0; its error ends every rank with the same exit code.
+def _prepared(
+    request: Request, team: Team, held: ExitStack, stage: Stage = STAGES["burst"]
+) -> tuple[Case, RunDirectory]:
+    """Read the case, lock and claim the directory on rank 0; its error ends every rank with the same exit code.
 
-    For a run from its first stage, or for one `stage` alone.
+    For a run from its first stage, or for one `stage` alone. The lock is `held`; a report, which only adds its page,
+    takes none.
     """
     if not team.first:
         told: tuple[Case | None, int] = team.tell()
@@ -174,9 +200,11 @@ def _prepared(request: Request, team: Team, stage: Stage = STAGES["burst"]) -> t
     try:
         if stage.name == "burst":
             case = request.case()
+            request.directory.make()
+            held.enter_context(request.directory.locked())
             request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)
         else:
-            case = _enter(request, stage)
+            case = _enter(request, stage, held)
     except BaseException as error:
         team.tell((None, exit_code_of(error)))
         raise
@@ -200,7 +228,10 @@ def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bo
         try:
             yield stack.enter_context(ProgressReporter(enabled=team.first and not request.quiet))
         except Exception as error:
-            _log.info("ended: %s", error)  # the command line tells it on stderr; the log keeps it
+            _log.info("ended: %s", error)  # the command line says it on stderr; the log keeps it
+            if exit_code_of(error) == EXIT_FAULT and team.first:
+                _log.info("traceback", exc_info=error)
+                error.fragfield_log = directory.log_file  # type: ignore[attr-defined]
             raise
         except KeyboardInterrupt:
             _log.info("interrupted")
@@ -219,8 +250,8 @@ def _together(team: Team) -> Iterator[None]:
         code = exit_code_of(error)
         where = "" if team.first else f"rank {team.rank}: "
         if code == EXIT_FAULT:
-            _log.exception("%sfault of the program", where)
-        sys.stderr.write(f"fragfield: {where}{str(error) or type(error).__name__}\n")
+            _log.info("%sfault of the program", where, exc_info=error)
+        sys.stderr.write(f"fragfield: {where}{message_of(error)}\n")
         sys.stderr.flush()
         team.abort(code)
         raise

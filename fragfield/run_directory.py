@@ -1,23 +1,29 @@
 """The directory of a run: which files each stage reads and writes, and when they may be replaced.
 
-A directory holds one case. It is made when missing; an empty one is used as it is. One that holds a run of the same
-case is run again in place; one that holds another case's run is refused, unless `overwrite` removes that run's files
-(only those), or a stage's own inputs are unchanged. One that holds anything else is always refused.
+A directory holds one case. It is made when missing; an empty one is used as it is. One that holds results, of the same
+case or of another, keeps them: it is refused, unless `resume` goes on with the same case, `overwrite` removes that
+run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
+a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
+it ends.
 """
 
 from __future__ import annotations
 
-import json
 import os
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
+from fragfield.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
+from fragfield_base.hdf5_files import JOURNAL
+from fragfield_base.locking import locked
+from fragfield_base.writing import DRAFT, write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from fragfield.case import Case
 
@@ -153,6 +159,7 @@ class RunDirectory:
             raise InputError(f"{self.path}: no such run directory")
         if not self.exists:
             raise InputError(f"{self.path}: not a run directory, it holds no case.toml")
+        stored_case_text(self.case_file, self.summary())
         return read_resolved(self.case_file)
 
     def complete(self, stage: Stage) -> bool:
@@ -170,7 +177,7 @@ class RunDirectory:
         resume : bool
             Keep what is there; the stored case must be the same.
         overwrite : bool
-            Remove the files of another case's run.
+            Remove the files of the run that is there.
 
         Raises
         ------
@@ -180,19 +187,19 @@ class RunDirectory:
         self.make()
         if not self.exists:
             self._refuse_foreign()
-        elif changed := differences(self.stored_case(), case):
+        elif (resume or not overwrite) and (changed := differences(self.stored_case(), case)):
+            hint = "use another --out, or --overwrite to replace that run"
             if resume:
-                raise InputError(
-                    _differ(
-                        self.path,
-                        changed,
-                        "--resume continues the same case only: repeat its --set, or use another --out",
-                    )
-                )
-            if not overwrite:
-                raise InputError(_differ(self.path, changed, "use another --out, or --overwrite to replace that run"))
+                hint = "--resume continues the same case only: repeat its --set, or use another --out"
+            raise InputError(_differ(self.path, changed, hint))
+        if not (resume or overwrite) and (results := self._results()):
+            others = f" and {len(results) - 1} more results" if len(results) > 1 else ""
+            raise InputError(
+                f"{self.path}: holds {results[0]}{others}, which this would delete; allowed: --resume to keep what is "
+                "done and go on, --overwrite to compute it again, or another --out"
+            )
         if not resume:
-            self.remove(list(STAGES.values()))
+            self.remove(list(STAGES.values()), clean=overwrite)
         self.write_case(case)
 
     def enter(self, case: Case, stage: Stage) -> None:
@@ -205,13 +212,18 @@ class RunDirectory:
             stages depend.
         """
         self.make()
+        later = list(STAGES.values())[list(STAGES).index(stage.name) :]
         if not self.exists:
             self._refuse_foreign()
+            if results := self._results(later):
+                raise InputError(
+                    f"{self.path}: holds {results[0]}, which this would delete, but no case.toml of the run that made "
+                    "it; move it away, or use another --out"
+                )
         else:
             self.check_upstream(case, stage)
         self.write_case(case)
-        later = list(STAGES.values())
-        self.remove(later[later.index(stage) :])
+        self.remove(later)
 
     def check_upstream(self, case: Case, stage: Stage) -> None:
         """Raise InputError where the stored case differs in a key on which stages before `stage` depend."""
@@ -234,10 +246,21 @@ class RunDirectory:
         except OSError as error:
             raise InputError(f"{self.path}: the output folder cannot be written ({error.strerror})") from None
 
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the directory for one command that writes into it; raises InputError where another one does."""
+        with locked(self.path, InputError):
+            yield
+
+    def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
+        """Files that took computing."""
+        return [name for stage in stages for name in stage.files if self.file(name).is_file()]
+
     def _refuse_foreign(self) -> None:
         names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures"}
         found = (entry.name for entry in self.path.iterdir())
-        other = sorted(name for name in found if name.removesuffix(".part") not in names)
+        drafts = {name + suffix for name in names for suffix in (DRAFT, JOURNAL, f"{JOURNAL}.new")}
+        other = sorted(name for name in found if name not in names | drafts)
         if other:
             more = f" and {len(other) - 1} more" if len(other) > 1 else ""
             raise InputError(
@@ -247,29 +270,28 @@ class RunDirectory:
 
     def write_case(self, case: Case) -> None:
         """Store the resolved case."""
-        _replace(self.case_file, to_toml(case))
+        write_text(self.case_file, stamped_toml(to_toml(case)), InputError)
 
     def summary(self) -> dict[str, Any]:
         """summary.json, empty where there is none; raises InputError where it is damaged."""
-        if not self.summary_file.is_file():
-            return {}
-        try:
-            found = json.loads(self.summary_file.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{self.summary_file}: damaged ({error}); run the stages again") from None
-        if not isinstance(found, dict):
-            raise InputError(f"{self.summary_file}: damaged (not a table); run the stages again")
-        return found
+        return read_stamped_json(self.summary_file) if self.summary_file.is_file() else {}
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Store summary.json in one move."""
-        _replace(self.summary_file, json.dumps(summary, indent=1, default=_plain_number, allow_nan=False) + "\n")
+        write_text(self.summary_file, stamped_json(summary), InputError)
 
-    def remove(self, stages: Sequence[Stage]) -> None:
-        """Remove what stages have written: results that no longer belong to the case must not stay beside new ones."""
-        for stage in stages:
-            for name in stage.files:
-                self.file(name).unlink(missing_ok=True)
+    def remove(self, stages: Sequence[Stage], *, clean: bool = False) -> None:
+        """Remove what stages have written: results that no longer belong to the case must not stay beside new ones.
+
+        With `clean` the whole summary goes, damaged or not.
+        """
+        names = [name for stage in stages for name in stage.files]
+        try:
+            for name in (*names, *((self.summary_file.name,) if clean else ())):
+                for suffix in (JOURNAL, f"{JOURNAL}.new", DRAFT, ""):
+                    self.file(name + suffix).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.file(name)}: cannot be removed ({error.strerror})") from None
         summary = self.summary()
         parts = [part for stage in stages for part in stage.parts if part in summary]
         if parts:
@@ -281,21 +303,3 @@ def _differ(path: Path, changed: Sequence[str], hint: str) -> str:
     if len(changed) > len(shown):
         shown.append(f"and {len(changed) - len(shown)} more keys")
     return "\n  ".join([f"{path}: holds the run of another case; {hint}. The cases differ in", *shown])
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write a text so that a reader sees the old or the new one, never a part."""
-    draft = path.with_name(path.name + ".part")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-
-
-def _plain_number(value: object) -> object:
-    """NumPy's numbers and arrays as JSON has them."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    message = f"{type(value).__name__} has no place in a summary"
-    raise TypeError(message)

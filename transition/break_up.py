@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 __all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up", "realisations"]
 
+_MOST_FRAGMENTS = 20_000_000
+
 
 @dataclass(frozen=True, eq=False)
 class _Part:
@@ -136,7 +138,18 @@ class BreakUp:
             return broken.image
         return rotation(broken.axis, self.snapshot.rounds[broken.computed].position, angle)
 
+    def _check_number(self) -> None:
+        """Refuse a law that would make dust of the casings: it would fill the memory before it says so."""
+        expected = sum(law.mass / law.law.mean for law in self.laws) * (len(self._images) + 1)
+        if not expected <= _MOST_FRAGMENTS:
+            means = ", ".join(f"{law.law.mean:.3g} kg" for law in self.laws[:3])
+            raise InputError(
+                f"{self.snapshot.source}: the casings would break into {expected:.3g} fragments (mean masses {means}); "
+                f"at most {_MOST_FRAGMENTS:.0e} are computed: check mean_mass, prefactor and fracture_energy"
+            )
+
     def _parts(self, seed: int, number: int) -> Iterator[_Part]:
+        self._check_number()
         entropy, number = _whole("seed", seed), _whole("realisation", number)
         # Children of a segment's stream end in 0 and 1; images count from 2 and so keep clear of them.
         for copy in range(len(self._images) + 1):

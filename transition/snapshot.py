@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield_base.arrays import group_of, numbers
+from fragfield_base.hdf5_files import reading
 from transition.errors import InputError
 from transition.expansion import Expansion
 from transition.meridian import HalfPlane, check_meridian, node_shares
@@ -179,16 +181,11 @@ class Snapshot:
         InputError
             The file is missing, cut off, foreign, of another version or incomplete; the message says which.
         """
-        import h5py
-
         path = Path(path)
         if not path.is_file():
             raise InputError(f"{path}: no such file; the burst stage writes burst_snapshot.h5")
-        try:
-            with h5py.File(path, "r") as file:
-                return _read(cls, file, str(path))
-        except OSError as error:
-            raise InputError(f"{path}: cut off, or not an HDF5 file ({error})") from None
+        with reading(path, InputError) as file:
+            return _read(cls, file, str(path))
 
 
 def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
@@ -199,7 +196,10 @@ def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
         found = attributes.get("format_version")
         raise InputError(f"{source}: format_version is {found}, this program reads {FORMAT_VERSION}")
     time = _number(file, "time", source)
-    indices = range(len(_child(file, "rounds", source)))
+    rounds = group_of(file, "rounds")
+    if rounds is None:
+        raise InputError(f"{source}: rounds is missing, or no group")
+    indices = range(len(rounds))
     return cls(
         source=source,
         time=time,
@@ -297,11 +297,13 @@ def _child(group: h5py.Group, path: str, where: str) -> h5py.Group:
 
 
 def _reals(file: h5py.Group, path: str, where: str) -> NDArray[np.float64]:
-    return np.ascontiguousarray(_child(file, path, where)[()], dtype=np.float64)
+    _child(file, path, where)
+    return np.ascontiguousarray(numbers(file, path, InputError, where), dtype=np.float64)
 
 
 def _wholes(file: h5py.Group, path: str, where: str) -> NDArray[np.int64]:
-    return np.ascontiguousarray(_child(file, path, where)[()], dtype=np.int64)
+    _child(file, path, where)
+    return np.ascontiguousarray(numbers(file, path, InputError, where, kind="whole numbers"), dtype=np.int64)
 
 
 def _check(snapshot: Snapshot) -> None:

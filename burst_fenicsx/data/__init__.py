@@ -5,14 +5,18 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from burst_fenicsx.errors import InputError
+from fragfield_base.reading import read_text
 
 __all__ = ["DATA_DIRECTORY", "LENGTH_UNITS", "Table", "nearest_name", "read_toml"]
 
 DATA_DIRECTORY = Path(__file__).parent
+_MOST_BYTES = 1 << 26
+_MOST_SHOWN = 200
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 
 
@@ -35,12 +39,21 @@ def read_toml(path: Path) -> dict[str, Any]:
         The file is missing, or is not TOML; the message names the file and the place.
     """
     try:
-        with path.open("rb") as stream:
-            return tomllib.load(stream)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        return tomllib.loads(read_text(path, InputError, most=_MOST_BYTES))
+    except RecursionError:
+        raise InputError(f"{path}: not a TOML file for this program: nested too deep") from None
+    except InputError:
+        raise
+    except ValueError as error:
         raise InputError(f"{path}: not a TOML file ({error})") from error
+
+
+def _as_float(value: float) -> float:
+    """A number of a file; one of more digits than a float holds is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return float("inf")
 
 
 class Table:
@@ -78,7 +91,12 @@ class Table:
         """Return the error for the value of `key`, or for its absence."""
         if key not in self.values:
             return InputError(f"{self.where}: key '{key}' is missing; {expected}")
-        return InputError(f"{self.where}: {key} = {self.values[key]!r}; {expected}")
+        try:
+            found = repr(self.values[key])
+        except (ValueError, RecursionError):  # an integer of thousands of digits
+            found = "something too large to print"
+        found = found if len(found) <= _MOST_SHOWN else f"{found[:_MOST_SHOWN]}..."
+        return InputError(f"{self.where}: {key} = {found}; {expected}")
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] | None = None) -> str:
         """Return a string, one of `choices` if given."""
@@ -110,7 +128,7 @@ class Table:
         value = self.values.get(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.fault(key, expected)
-        number = float(value)
+        number = _as_float(value)
         if number != number or abs(number) == float("inf"):
             raise self.fault(key, expected)
         if (above is not None and number <= above) or (below is not None and number >= below):
@@ -126,14 +144,9 @@ class Table:
         if not isinstance(value, list) or (length is not None and len(value) != length):
             raise self.fault(key, expected)
         for entry in value:
-            if (
-                isinstance(entry, bool)
-                or not isinstance(entry, (int, float))
-                or entry != entry
-                or abs(entry) == float("inf")
-            ):
+            if isinstance(entry, bool) or not isinstance(entry, (int, float)) or not isfinite(_as_float(entry)):
                 raise self.fault(key, expected)
-        return [float(entry) for entry in value]
+        return [_as_float(entry) for entry in value]
 
     def table(self, key: str, allowed: Iterable[str]) -> Table:
         """Return a table within this table."""

@@ -94,7 +94,7 @@ def clearance(first: Body, second: Body) -> float:
 
 def near_pairs(bodies: Sequence[Body], within: float) -> Iterator[tuple[int, int, float]]:
     """Yield the pairs i < j of bodies that are at most `within` (m) apart, with their clear distance (m)."""
-    for i, j in combinations(range(len(bodies)), 2):
+    for i, j in _pairs_by_boxes(bodies, within):
         if _hull_bound(bodies[i], bodies[j]) <= within:
             found = clearance(bodies[i], bodies[j])
             if found <= within:
@@ -103,16 +103,39 @@ def near_pairs(bodies: Sequence[Body], within: float) -> Iterator[tuple[int, int
 
 def least_clearance(bodies: Sequence[Body]) -> tuple[int, int, float] | None:
     """Return the first pair i < j of the nearest bodies, with their clear distance (m); None for fewer than two."""
-    pairs = combinations(range(len(bodies)), 2)
+    if len(bodies) < 2:
+        return None
+    # Whatever the clear distance of the pair with the nearest boxes is, no pair with farther boxes is nearer.
+    first = min((float(apart.min()), i, i + 1 + int(apart.argmin())) for i, apart in _box_distances(bodies))
+    pairs = _pairs_by_boxes(bodies, clearance(bodies[first[1]], bodies[first[2]]) + 2.0 * ALIKE)
     bounds = sorted((round(_hull_bound(bodies[i], bodies[j]) / ALIKE) * ALIKE, i, j) for i, j in pairs)
     best: tuple[int, int, float] | None = None
     for bound, i, j in bounds:
         if best is not None and bound >= best[2] + ALIKE:
             break  # this pair and all that follow are farther apart
+        if best is not None and bound > best[2] - 0.4 * ALIKE and (i, j) > best[:2]:
+            continue  # at best as near as a pair before it
         found = clearance(bodies[i], bodies[j])
         if best is None or found < best[2] - ALIKE or (found < best[2] + ALIKE and (i, j) < best[:2]):
             best = (i, j, found)
     return best
+
+
+def _box_distances(bodies: Sequence[Body]) -> Iterator[tuple[int, Vectors]]:
+    """Yield i and the distances (m) of its box along x, y and z to those of the bodies after it.
+
+    They are lower bounds of the clear distances.
+    """
+    reach = np.array([[body.reach(direction) for direction in np.eye(3)] for body in bodies])  # (n, 3, 2)
+    for i in range(len(bodies) - 1):
+        others = reach[i + 1 :]
+        yield i, np.maximum(others[:, :, 0] - reach[i, :, 1], reach[i, :, 0] - others[:, :, 1]).max(axis=1)
+
+
+def _pairs_by_boxes(bodies: Sequence[Body], within: float) -> Iterator[tuple[int, int]]:
+    """Yield the pairs i < j whose boxes are at most `within` (m) apart."""
+    for i, apart in _box_distances(bodies):
+        yield from ((i, i + 1 + int(k)) for k in np.flatnonzero(apart <= within))
 
 
 def _gap(first: Solid, second: Solid, directions: Vectors) -> Vectors:

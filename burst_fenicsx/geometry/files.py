@@ -25,6 +25,10 @@ def profile_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in PROFILES.glob("*.toml")))
 
 
+_SHORTEST, _LONGEST = 1e-3, 20.0  # m; a round is no grain and no pipeline
+_MOST_POINTS = 2000
+
+
 def load_profile(name_or_path: str | Path) -> Profile:
     """Load a built-in profile by name, or a profile file by path (anything that ends in .toml).
 
@@ -116,6 +120,13 @@ def _contour(root: Table, key: str, unit: float, where: str) -> Contour:
     for index, point in enumerate(points):
         pair = Table({f"points[{index}]": point}, table.where, (f"points[{index}]",)).numbers(f"points[{index}]", 2)
         pairs.append([unit * value for value in pair])
+    largest = max(max(abs(value) for value in pair) for pair in pairs)
+    if not _SHORTEST < largest < _LONGEST or len(pairs) > _MOST_POINTS:
+        raise table.fault(
+            "points",
+            f"found {len(pairs)} points up to {largest:g} m; allowed: at most {_MOST_POINTS}, the largest station or "
+            f"radius between {_SHORTEST:g} and {_LONGEST:g} m (is the unit right?)",
+        )
     arcs: list[float] = []
     if "arcs" in table:
         arcs = [unit * value for value in table.numbers("arcs", len(points) - 1)]

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
 from numba import types
 from numba.extending import intrinsic
+
+from fragfield_base.kernel_cache import compiled_with, digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,33 +68,8 @@ def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # no
 
 
 def _compile(function: Callable[..., Any], **options: bool) -> Any:
-    """Compile with a cache folder of its own for this state of all kernels' sources.
-
-    Numba's cache looks at the source file of a kernel alone, and would keep code that calls kernels since changed
-    elsewhere. Where the cache lies is settled while the decorator runs.
-    """
-    usual = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(Path(usual or _user_cache()) / f"burst-{_sources_of(function.__module__)}")
-    try:
-        return numba.njit(cache=True, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)(function)
-    finally:
-        numba.config.CACHE_DIR = usual
-
-
-def _user_cache() -> Path:
-    """The user's cache folder, or a temporary one where it cannot be written."""
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fragfield"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return Path(tempfile.gettempdir()) / f"fragfield-{os.getuid()}"
-    return folder if os.access(folder, os.W_OK) else Path(tempfile.gettempdir()) / f"fragfield-{os.getuid()}"
-
-
-def _digest_of_sources(*folders: str) -> str:
-    package = Path(__file__).resolve().parent.parent
-    files = [package / "detonation.py", *(path for folder in folders for path in (package / folder).glob("*.py"))]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()[:16]
+    name = f"burst-{_sources_of(function.__module__)}"
+    return compiled_with(numba, function, name, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)
 
 
 def _sources_of(module: str) -> str:
@@ -103,5 +77,10 @@ def _sources_of(module: str) -> str:
     return _AXISYMMETRIC_SOURCES if ".axisymmetric." in module else _SOURCES
 
 
-_SOURCES = _digest_of_sources("kernels", "materials")
-_AXISYMMETRIC_SOURCES = _digest_of_sources("kernels", "materials", "kernels/axisymmetric")
+def _files(*folders: str) -> list[Path]:
+    package = Path(__file__).resolve().parent.parent
+    return [package / "detonation.py", *(path for folder in folders for path in (package / folder).glob("*.py"))]
+
+
+_SOURCES = digest_of(_files("kernels", "materials"))
+_AXISYMMETRIC_SOURCES = digest_of(_files("kernels", "materials", "kernels/axisymmetric"))

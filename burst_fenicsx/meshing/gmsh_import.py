@@ -29,6 +29,9 @@ GROUPS = {"casing": Part.CASING, "charge": Part.CHARGE, "fuze": Part.FUZE}
 REQUIRED = ("casing", "charge")
 WALL_PIECES = 4  # automatic segments along the charge
 LARGEST_OFFSET = 0.05  # of the casing's centre from the axis, over the largest radius
+_SMALLEST, _LARGEST = 1e-3, 20.0  # m
+_MOST_CELLS = 50_000_000
+_MOST_BYTES = 1 << 34
 FLAT = ("vertex", "line", "triangle", "quad")
 
 
@@ -80,6 +83,7 @@ def read_gmsh(
     if unit not in LENGTH_UNITS:
         raise InputError(f"{path}: unit = '{unit}'; {nearest_name(unit, LENGTH_UNITS)}")
     points, cells, part = _read(path)
+    _check_numbers(points, cells, path, unit)
     used, flat = np.unique(cells, return_inverse=True)
     cells = flat.reshape(cells.shape).astype(np.int64)
     points = points[used]
@@ -161,11 +165,36 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[n
     return np.asarray(content.points, dtype=np.float64)[:, :3], np.concatenate(cells), found
 
 
+def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], path: Path, unit: str) -> None:
+    """Refuse nodes at infinity, meshes of no round's size, node numbers that do not exist, and cells given twice."""
+    if len(cells) > _MOST_CELLS:
+        raise InputError(f"{path}: {len(cells)} hexahedra; at most {_MOST_CELLS} are allowed")
+    if cells.min() < 0 or cells.max() >= len(points):
+        raise InputError(f"{path}: hexahedra name nodes outside of the {len(points)} of the file")
+    used = points[np.unique(cells)]
+    if not np.isfinite(used).all():
+        raise InputError(f"{path}: {int((~np.isfinite(used)).any(axis=1).sum())} nodes are not at finite places")
+    extent = float(np.ptp(used, axis=0).max()) * LENGTH_UNITS[unit]
+    if not _SMALLEST <= extent <= _LARGEST:
+        raise InputError(
+            f"{path}: the mesh is {extent:.3g} m large in the unit '{unit}'; allowed: {_SMALLEST:g} to {_LARGEST:g} m"
+        )
+    each = np.sort(cells, axis=1)
+    _, first, count = np.unique(each, axis=0, return_index=True, return_counts=True)
+    if (count > 1).any():
+        raise InputError(
+            f"{path}: {int((count > 1).sum())} hexahedra are there more than once; the first of them is hexahedron "
+            f"{int(first[count > 1].min()) + 1} in file order (in gmsh: Coherence Mesh removes doubles)"
+        )
+
+
 def _parse(path: Path) -> Any:  # noqa: ANN401 - meshio is untyped
     import meshio  # only here: meshes of built-in profiles need none of it
 
     if not path.is_file():
         raise InputError(f"{path}: there is no such mesh file")
+    if path.stat().st_size > _MOST_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes; at most {_MOST_BYTES} are allowed")
     if path.suffix.lower() != ".msh":
         raise InputError(f"{path}: '{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
     try:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from flight.kernels.compiling import kernel
 from flight.kernels.limits import LANDED, STOPPED, TIME_OUT
 from flight.kernels.obstacles import FIRST_FACE
 from flight.kernels.rebound import LIFT, MOST_CONTACTS, rebound, slide
 from flight.kernels.terrain import slope_at
-from flight.kernels.trajectory import STAMP
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,10 +51,10 @@ def _strike(record: Array, state: Array, which: int, face: int, row: int, stoppe
     record[7], record[8], record[9], record[10] = which, face, row, stopped
 
 
-def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
-    """Compile; the stamp stands for all sources in the key of numba's cache, as in `flight.kernels.trajectory`."""
+def _compile() -> Callable[..., tuple[int, int]]:
+    """Compile the loop."""
 
-    @njit(nogil=True, cache=cache, error_model="numpy")
+    @kernel
     def settle(
         moving: Integers,
         count: int,
@@ -83,8 +83,6 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
         """
         chord = np.empty((2, 3))
         flying = hits = 0
-        if len(source_stamp) == 0:
-            return 0, 0
         for k in range(count):
             row, how = moving[k], int(status[k])
             state = last[row]
@@ -132,7 +130,4 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int]]:
     return settle
 
 
-try:
-    settle = _compile(STAMP, cache=True)
-except RuntimeError:  # numba finds no folder that it may write to
-    settle = _compile(STAMP, cache=False)
+settle = _compile()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
+from flight.kernels.compiling import kernel
 from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, heights_of, may_end, outside, record_hits
 from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, STOPPED, TIME_OUT, Limits
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HIT_COLUMNS", "OUTCOME_COLUMNS", "PATH_COLUMNS", "STAMP", "Limits", "fly_chunk"]
+__all__ = ["HIT_COLUMNS", "OUTCOME_COLUMNS", "PATH_COLUMNS", "Limits", "fly_chunk"]
 
 # time, place (3), velocity (3), steps taken, steps rejected, lowest and highest Mach number, obstacle, face
 OUTCOME_COLUMNS = 13
@@ -65,10 +64,10 @@ def _fastest(q: Array, lane: int) -> float:
     return max(before, after)
 
 
-def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int, bool]]:
-    """Compile the loop; the stamp enters the key of numba's cache, which by itself looks at one source file only."""
+def _compile() -> Callable[..., tuple[int, int, bool]]:
+    """Compile the loop."""
 
-    @njit(nogil=True, cache=cache, error_model="numpy")
+    @kernel
     def fly_chunk(
         start: int,
         stop: int,
@@ -98,7 +97,7 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int, bo
         all: fly again with more. Lengths of paths near the ground are added to `lengths` (azimuth, distance; without
         rows: not counted); last comes whether its cells reach far enough.
         """
-        if len(source_stamp) == 0 or stop <= start:
+        if stop <= start:
             return 0, 0, True
         inside = True
         counted_below = highest_counted(limits, terrain, near) if lengths.shape[0] > 0 else -np.inf
@@ -275,9 +274,4 @@ def _compile(source_stamp: str, cache: bool) -> Callable[..., tuple[int, int, bo
     return fly_chunk
 
 
-_SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-STAMP = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES)).hexdigest()
-try:
-    fly_chunk = _compile(STAMP, cache=True)
-except RuntimeError:  # numba finds no folder that it may write to
-    fly_chunk = _compile(STAMP, cache=False)
+fly_chunk = _compile()

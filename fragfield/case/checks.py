@@ -6,9 +6,11 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from fragfield.case.bounds import outside_hard
 from fragfield.case.exposed_places import check_exposed
 from fragfield.case.flight_table import CylinderTable
 from fragfield.case.place_checks import check_places, check_planes
+from fragfield.case.placing import profile_of
 from fragfield.case.quantities import show
 from fragfield.case.round_table import ExplosiveTable
 from fragfield.case.stack import check_stack
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_case", "check_charges"]
 
+_MOST_STATES = 100_000
 _SAME_DIRECTION = 1e-9  # rad
 
 
@@ -38,6 +41,9 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     burst : bool
         Whether the case must describe a burst.
     """
+    faults = list(outside_hard(case))
+    if faults:
+        return faults  # the checks below would stumble over such numbers
     faults = list(_complete(case)) if burst else []
     if case.burst is not None:
         faults += _stop_rules(case.burst)
@@ -69,6 +75,7 @@ def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
     for number, entry in enumerate(case.round, start=1):
         if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
             faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
+        faults += _delays(case, f"round[{number}]", entry)
         if isinstance(entry.profile, dict):
             faults += _ignition(f"round[{number}]", entry)
     if case.round and not any(entry.ignition for entry in case.round):
@@ -96,6 +103,12 @@ def _stop_rules(burst: BurstTable) -> Iterator[str]:
         )
     if burst.end_time is not None and burst.end_time > burst.time_limit:
         yield f"burst.end_time: found {burst.end_time:g} s; allowed: at most burst.time_limit, {burst.time_limit:g} s"
+    end = burst.end_time if burst.end_time is not None else burst.time_limit
+    if burst.output.interval * _MOST_STATES < end:
+        yield (
+            f"burst.output.interval: found {burst.output.interval:g} s; allowed: at least {end / _MOST_STATES:g} s, "
+            f"for {_MOST_STATES} states up to {end:g} s"
+        )
     if burst.acceleration_window > burst.time_limit:
         yield (
             f"burst.acceleration_window: found {burst.acceleration_window:g} s; "
@@ -215,11 +228,20 @@ def _products(key: str, products: str, explosive: ExplosiveTable) -> Iterator[st
         )
 
 
-def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
-    from burst_fenicsx.geometry import profile_from_table
+def _delays(case: Case, key: str, entry: RoundTable) -> Iterator[str]:
+    """Points that would ignite only after the burst is over: nothing would burst, or not what the case says."""
+    if case.burst is None:
+        return
+    name, end = "burst.end_time", case.burst.end_time
+    if end is None:
+        name, end = "burst.time_limit", case.burst.time_limit
+    for number, point in enumerate(entry.ignition or [], start=1):
+        if not point.delay < end:
+            yield f"{key}.ignition[{number}].delay: found {point.delay:g} s; allowed: below {name}, {end:g} s"
 
-    assert isinstance(entry.profile, dict)  # the caller's choice
-    profile = profile_from_table(entry.profile, where=key)
+
+def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
+    profile = profile_of(entry)
     for number, point in enumerate(entry.ignition or [], start=1):
         station = min(max(float(point.station), profile.charge_front), profile.charge_end)
         yield from _offset(f"{key}.ignition[{number}]", point, float(profile.section(station).charge_radius))

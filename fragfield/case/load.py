@@ -20,6 +20,8 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTabl
 from fragfield.case.schema import Case
 from fragfield.case.stack import expanded, stacked_names
 from fragfield.errors import InputError
+from fragfield.stamped import MOST_CASE
+from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -36,17 +38,15 @@ __all__ = ["case_from_document", "load_case", "named_material", "read_document",
 
 def read_document(path: Path) -> dict[str, Any]:
     """Tables of a TOML file; raises InputError where it is missing, unreadable or not TOML."""
+    if not path.exists():
+        raise InputError(f"{path}: no such case file")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such case file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: a directory; a case file is needed") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not text in UTF-8 ({error.reason} at byte {error.start})") from None
-    except tomllib.TOMLDecodeError as error:
+        return tomllib.loads(read_text(path, InputError, most=MOST_CASE))
+    except RecursionError:
+        raise InputError(f"{path}: not valid TOML for this program: tables or lists nested too deep") from None
+    except ValueError as error:  # also an integer of more digits than Python reads
+        if isinstance(error, InputError):
+            raise
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
 

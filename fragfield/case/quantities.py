@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic_core import PydanticCustomError, core_schema
 
+from fragfield.case.unit_grammar import grammar_fault
 from fragfield.errors import nearest
 
 if TYPE_CHECKING:
@@ -82,7 +83,10 @@ def _registry() -> UnitRegistry[Any]:
 
 def show(value: object) -> str:
     """A found value as a message shows it, shortened."""
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits
+        text = "something too large to print"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -181,6 +185,8 @@ class Quantity:
         if not _STARTS_AS_NUMBER.match(text) or "{" in text:  # pint reads "mm" as 1 mm and drops braces
             hint = nearest(text, self.words)
             raise _fault(f"found {show(text)}, which is not a number with a unit{hint}; allowed: {self.allowed}")
+        if fault := grammar_fault(text):
+            raise _fault(f"found {show(text)}, which {fault}; allowed: {self.allowed}")
         registry = _registry()
         try:
             quantity: Any = registry.Quantity(_EXPONENT.sub(r"^\1", text))

@@ -124,6 +124,7 @@ def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
     if stack.round is not None and names and stack.round not in names:
         yield f"stack.round: found {show(stack.round)}{nearest(stack.round, names)}; allowed: {listed}"
     if not names:
+        yield "stack.round: found no table [[round]]; allowed: at least one, which the stack copies"
         return
     template = next((entry for entry in case.round if stack.round in (None, entry.name)), None)
     if template is not None and stack.arrangement == "triangle" and any(template.axis):

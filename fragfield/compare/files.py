@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ import numpy as np
 from fragfield.case.quantities import show
 from fragfield.errors import InputError
 from fragfield.report.drawing import GREY, LINES, drawing_style, new_figure, to_bytes
+from fragfield_base.csv_text import harmless
+from fragfield_base.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -53,13 +56,13 @@ def write_comparison(found: dict[str, Any], folder: Path) -> None:
     found["files"] = [str(folder / name) for name in [*written, *(["comparison.png"] if pictured else [])]]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "comparison.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        for name in written[1:]:
-            _write_table(folder / name, tables[name])
-        if pictured:
-            (folder / "comparison.png").write_bytes(_picture(found))
     except OSError as error:
         raise InputError(f"{folder}: the comparison cannot be written ({error.strerror})") from None
+    write_text(folder / "comparison.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
+    for name in written[1:]:
+        _write_table(folder / name, tables[name])
+    if pictured:
+        write_bytes(folder / "comparison.png", _picture(found), InputError)
 
 
 def _azimuth_rows(surfaces: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
@@ -80,10 +83,11 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows({key: harmless(one) if isinstance(one, str) else one for key, one in row.items()} for row in rows)
+    write_text(path, text.getvalue(), InputError)
 
 
 def _picture(found: Mapping[str, Any]) -> bytes:

@@ -12,6 +12,7 @@ from fragfield.case.load import read_document
 from fragfield.case.quantities import show
 from fragfield.errors import InputError
 from fragfield.run_directory import RunDirectory
+from fragfield.stamped import stored_case_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,6 +76,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
     summary = directory.summary()
     if not any(isinstance(summary.get(part), dict) for part in ("burst", "flight")):
         raise InputError(f"{folder}: nothing to compare, its summary.json has no results; run `fragfield run` first")
+    stored_case_text(directory.case_file, summary, alone=True)
     hazard: EnsembleHazard | None = None
     hits: dict[str, NDArray[Any]]
     if directory.file("ensemble.h5").is_file():

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import fragfield
+from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.document import document_of, identity_line
 from fragfield.report.drawing import drawing_style, to_bytes
 from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
+from fragfield_base.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,8 +54,6 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     InputError
         No run directory, a damaged file in it, or no right to write.
     """
-    from fragfield.errors import InputError
-
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
     illustrator = _Illustrator(run, target.parent / "figures", pictures=pictures)
@@ -63,12 +63,9 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
         written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         page = _render(run, parts, illustrator.count, written)
         write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
-        draft = target.with_name(target.name + ".part")
-        draft.write_text(page, encoding="utf-8")
-        draft.replace(target)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
-    return target
+    return write_text(target, page, InputError)
 
 
 class _Illustrator:
@@ -91,7 +88,7 @@ class _Illustrator:
             images = dict(zip(("svg", "png"), to_bytes(wide, "svg", "png"), strict=True))
             small = to_bytes(narrow, "svg")[0] if narrow is not None else images["svg"]
         for kind, data in images.items():
-            (self.folder / f"{name}.{kind}").write_bytes(data)
+            write_bytes(self.folder / f"{name}.{kind}", data, InputError)
         self.count += 1
         return [Illustration(name, title, caption, _uri(images["svg"], "svg"), _uri(small, "svg"))]
 
@@ -107,7 +104,7 @@ class _Illustrator:
             (wide,), (narrow,) = (to_bytes(figure, "png") for figure in function(self.run))
         except PictureUnavailableError as error:
             return [Illustration(name, title, caption, missing=str(error))]
-        (self.folder / f"{name}.png").write_bytes(wide)
+        write_bytes(self.folder / f"{name}.png", wide, InputError)
         return [Illustration(name, title, caption, _uri(wide, "png"), _uri(narrow, "png")), *self._view(name)]
 
     def _view(self, name: str) -> list[Block]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,9 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
+from fragfield.stamped import read_stamped_json, stored_case_text
+from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from contextlib import AbstractContextManager
 
     import h5py
     from numpy.typing import NDArray
@@ -134,30 +136,20 @@ def read_run(folder: Path | str) -> RunFiles:
 
 
 def _read_texts(run: RunFiles) -> None:
+    if (path := run.folder / "summary.json").is_file():
+        run.summary = read_stamped_json(path)
     if (path := run.folder / "case.toml").is_file():
-        run.case_text = path.read_text(encoding="utf-8")
+        run.case_text = stored_case_text(path, run.summary, alone=True)
         try:
             run.case = tomllib.loads(run.case_text)
-        except tomllib.TOMLDecodeError as error:
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise InputError(f"{path}: not valid TOML: {error}") from error
-    if (path := run.folder / "summary.json").is_file():
-        try:
-            run.summary = json.loads(path.read_text(encoding="utf-8"))
-        except json.JSONDecodeError as error:
-            raise InputError(f"{path}: not valid JSON: {error}; run the stages again") from error
-        if not isinstance(run.summary, dict):
-            raise InputError(f"{path}: found {type(run.summary).__name__}, expected a JSON object")
     if (path := run.folder / "run.log").is_file():
         run.log = path.read_text(encoding="utf-8", errors="replace")
 
 
-def _open(path: Path) -> h5py.File:
-    import h5py
-
-    try:
-        return h5py.File(path, "r")
-    except OSError as error:
-        raise InputError(f"{path}: not a complete HDF5 file ({error}); run the stage that writes it again") from error
+def _open(path: Path) -> AbstractContextManager[h5py.File]:
+    return reading(path, InputError, "run the stage that writes it again")
 
 
 def _note_provenance(run: RunFiles, attributes: Mapping[str, object]) -> None:

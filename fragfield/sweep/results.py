@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.sweep.plan import labels_of
+from fragfield_base.csv_text import harmless
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,16 +60,15 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 def write_tables(found: Mapping[str, Any], folder: Path) -> None:
     """Write sweep.json and sweep.csv, one row a run; raises InputError where they cannot be written."""
     heads = ["run", *found["keys"], "state", "exit_code", *results_of({}), "message"]
-    try:
-        (folder / "sweep.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        with (folder / "sweep.csv").open("w", encoding="utf-8", newline="") as file:
-            table = csv.writer(file, lineterminator="\n")
-            table.writerow(heads)
-            for row in found["runs"]:
-                values = [row["name"], *(row["values"][key] for key in found["keys"]), row["state"], row["exit_code"]]
-                table.writerow([*values, *row["results"].values(), row["message"]])
-    except OSError as error:
-        raise InputError(f"{folder}: the sweep's tables cannot be written ({error.strerror})") from None
+    write_text(folder / "sweep.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(heads)
+    for row in found["runs"]:
+        values = [row["name"], *(row["values"][key] for key in found["keys"]), row["state"], row["exit_code"]]
+        cells = [*values, *row["results"].values(), row["message"]]
+        table.writerow([harmless(cell) if isinstance(cell, str) else cell for cell in cells])
+    write_text(folder / "sweep.csv", text.getvalue(), InputError)
 
 
 def print_sweep(found: Mapping[str, Any]) -> None:

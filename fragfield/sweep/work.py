@@ -17,6 +17,7 @@ from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMER
 from fragfield.parallel import launched_size
 from fragfield.run_directory import STAGES, RunDirectory
 from fragfield.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -130,10 +131,7 @@ def _perform(planned: PlannedRun, row: dict[str, Any], options: SweepOptions) ->
         _fill(row, KEPT, directory)
         return
     case_file = options.folder / f"{planned.name}.toml"
-    try:
-        case_file.write_text(to_toml(planned.case), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{case_file}: cannot be written ({error.strerror})") from None
+    write_text(case_file, to_toml(planned.case), InputError)
     command = [sys.executable, "-m", "fragfield", options.stage, str(case_file), "--out", str(directory.path), "--json"]
     command += ["--threads", str(options.threads)] if options.threads else []
     command += ["--quiet"] if options.quiet else []
@@ -183,7 +181,7 @@ def _message(code: int, printed: str) -> str:
         return str(json.loads(printed.splitlines()[-1])["error"]["message"])
     if code < 0:
         return f"ended by signal {-code}"
-    return "a fault of the program; its traceback stands above" if code == EXIT_FAULT else f"exit code {code}"
+    return "a fault of the program; its traceback is in the run's log" if code == EXIT_FAULT else f"exit code {code}"
 
 
 def _tell(text: str, options: SweepOptions) -> None:

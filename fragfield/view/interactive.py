@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.errors import InputError
 from fragfield.report.drawing import SPEED_MAP
 from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
 from fragfield.view.scenes import burst_states, fragment_points, section
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +95,8 @@ def view_of_burst(run: RunFiles, folder: Path) -> Path:
     plotter = _plotter()
     times = []
     earlier = len(states) - 1
-    each = [MOST_TRIANGLES // (2 * earlier)] * earlier + [MOST_TRIANGLES // 2 if earlier else MOST_TRIANGLES]
+    # Without burst.h5 there is one state, the last.
+    each = [MOST_TRIANGLES // (2 * max(earlier, 1))] * earlier + [MOST_TRIANGLES // 2 if earlier else MOST_TRIANGLES]
     for (time, grid), most in zip(states, each, strict=True):
         surface = _light_surface(section(grid), most)
         if surface.n_cells:
@@ -203,9 +206,7 @@ def _write(
     legend = _legend(title, words, quantity, fastest)
     if len(times) > 1:
         legend += _slider(times)
-    draft = path.with_name(path.name + ".part")
-    draft.write_text(f"{head}<title>{escape(heading)}</title>{body}{legend}</body>{tail}", encoding="utf-8")
-    return draft.replace(path)
+    return write_text(path, f"{head}<title>{escape(heading)}</title>{body}{legend}</body>{tail}", InputError)
 
 
 def _scene(plotter: pyvista.Plotter) -> bytes:

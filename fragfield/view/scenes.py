@@ -8,6 +8,8 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.view.revolve import revolved
+from fragfield_base.hdf5_files import check_sound
+from fragfield_base.xdmf import check_xdmf
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,6 +54,9 @@ def burst_times(run: RunFiles) -> tuple[float, ...]:
     path = run.folder / "burst.xdmf"
     if not path.is_file() or not (run.folder / "burst.h5").is_file():
         return ()
+    advice = "run `fragfield burst` again"
+    check_xdmf(path, InputError, advice)  # VTK would crash on a damaged one
+    check_sound(run.folder / "burst.h5", InputError, advice)
     return tuple(_reader(run).time_values)
 
 

@@ -164,7 +164,7 @@ def test_exit_codes_of_errors():
         assert exit_code_of(error) == 2
     assert exit_code_of(NumericalStop("ledger open", 1e-6)) == 3
     assert exit_code_of(KeyboardInterrupt()) == 130
-    assert exit_code_of(ValueError("ours")) == 1
+    assert exit_code_of(ValueError("ours")) == 4
 
 
 @pytest.mark.parametrize(

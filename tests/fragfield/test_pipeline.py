@@ -50,6 +50,7 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
     assert {"python", "numpy", "numba", "dolfinx", "petsc4py"} <= set(summary["versions"])
     assert summary["break_up"]["mass"] == pytest.approx(summary["burst"]["casing_mass"], rel=1e-9)
     assert summary["flight"]["fragments"] == summary["break_up"]["fragments"]
+    assert len(summary.pop("checksum")) == 32
     assert json.loads(printed) == {"directory": str(out), **summary}
     assert read_resolved(out / "case.toml") == load_case(short_case)
     log = (out / "run.log").read_text()

@@ -97,7 +97,6 @@ height = "9 m"
     ("case", "rows", "words"),
     [
         ('[flight]\ntime_limit = "0.2 s"\n', ["0.05,900,0,100,1"], "has not landed (1 ran out of time)"),
-        ("", ["0.05,1e200,0,0,1", "0.05,300,0,100,1"], "has not landed (1 have no path (NaN))"),
         (
             ARENA,
             ["0.05,900,0,0,1"],
@@ -125,6 +124,14 @@ def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_outpu
     report = invoke("report", out)
     assert report.exit_code == 0, report.stderr
     assert "not determined" in (out / "report.html").read_text()
+
+
+@pytest.mark.parametrize("row", ["0.05,1e200,0,0,1", "0.05,900,0,0,1e9", "1e-20,900,0,0,1"])
+def test_fragments_that_cannot_be_are_refused(row, tmp_path):
+    done, _ = _fly(tmp_path, ["0.05,300,0,100,1", row], "")
+    assert done.exit_code == 2
+    assert "mine.csv: fragments: " in done.stderr
+    assert "of fragment 1 is " in done.stderr
 
 
 def test_the_direction_of_fragments_from_elsewhere_is_the_worst(tmp_path):

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
+from fragfield.stamped import stamped_toml
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
 
@@ -82,7 +83,12 @@ def test_a_run_with_settings_is_resumed_with_the_same_ones_or_from_its_directory
     assert "seed: stored 1, now 5" in refused.stderr
     assert "use another --out, or --overwrite" in refused.stderr
     stored = (run_copy / "case.toml").read_text()
-    (run_copy / "case.toml").write_text(stored.replace("seed = 1", "seed = 5"))  # a run that --set has made
+    edited = stored.replace("seed = 1", "seed = 5")
+    (run_copy / "case.toml").write_text(edited)
+    refused = invoke("run", short_case, *setting, "--out", run_copy, "--resume")
+    assert refused.exit_code == 2
+    assert "case.toml: was edited or damaged" in refused.stderr
+    (run_copy / "case.toml").write_text(stamped_toml(edited.rpartition("\n# checksum")[0]))  # a run that --set has made
     (run_copy / "landing.h5").unlink()
     (run_copy / "fragments.h5").unlink()
     refused = invoke("run", short_case, "--out", run_copy, "--resume")

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fragfield.case import load_case
+from fragfield.case.write import plain
 from fragfield.errors import InputError
+from fragfield.logs import logged
 from fragfield.run_directory import STAGES, RunDirectory
 
 TUBE = Path(__file__).parents[2] / "cases" / "tube.toml"
@@ -38,11 +43,15 @@ def test_a_new_directory_is_made_with_the_resolved_case(case, tmp_path):
     assert run.stored_case() == case
 
 
-def test_the_same_case_is_run_again_in_place(case, tmp_path):
+def test_results_of_the_same_case_are_kept_unless_they_may_be_replaced(case, tmp_path):
     run = RunDirectory(tmp_path)
     run.claim(case)
+    run.claim(case)  # nothing has been computed yet
     _complete(run, "burst", "break-up")
-    run.claim(case)
+    with pytest.raises(InputError, match=r"holds checkpoint.h5 and 6 more results, .* --resume .* --overwrite"):
+        run.claim(case)
+    assert run.complete(STAGES["break-up"])
+    run.claim(case, overwrite=True)
     assert not run.complete(STAGES["burst"])
     assert run.summary() == {}
     assert [path.name for path in tmp_path.iterdir() if path.suffix == ".h5"] == []
@@ -68,7 +77,7 @@ def test_overwrite_replaces_the_other_run_and_nothing_else(case, other, tmp_path
     (tmp_path / "notes.txt").write_text("mine")
     run.claim(other, overwrite=True)
     assert run.stored_case() == other
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "notes.txt", "summary.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "notes.txt"]
 
 
 def test_resume_keeps_what_is_there(case, tmp_path):
@@ -110,7 +119,97 @@ def test_a_summary_is_plain_json(case, tmp_path):
     run = RunDirectory(tmp_path)
     run.claim(case)
     run.write_summary({"a": np.float64(1.5), "b": np.arange(3), "c": np.int32(2)})
-    assert json.loads(run.summary_file.read_text()) == {"a": 1.5, "b": [0, 1, 2], "c": 2}
+    assert run.summary() == {"a": 1.5, "b": [0, 1, 2], "c": 2}
+    stored = json.loads(run.summary_file.read_text())
+    assert set(stored) == {"a", "b", "c", "checksum"}
+    run.summary_file.write_text(json.dumps({**stored, "a": 1.6}))
+    with pytest.raises(InputError, match=r"summary.json: damaged or edited \(its checksum does not fit\)"):
+        run.summary()
+    run.summary_file.write_text(json.dumps({"a": 1.5}))  # of an earlier version
+    assert run.summary() == {"a": 1.5}
     run.summary_file.write_text('{"a": 1')
     with pytest.raises(InputError, match=r"summary.json: damaged"):
         run.summary()
+
+
+@pytest.mark.parametrize("cut", [0.0, 0.3, 0.6, 0.8])
+def test_a_case_that_is_empty_or_cut_is_refused(case, tmp_path, cut):
+    run = RunDirectory(tmp_path)
+    run.claim(case)
+    whole = run.case_file.read_text()
+    run.case_file.write_text(whole[: int(cut * len(whole))])
+    with pytest.raises(InputError, match=r"case.toml: empty, cut off, or not written by this program"):
+        run.stored_case()
+    run.write_summary({"case": plain(case)})
+    with pytest.raises(InputError, match=r"case.toml: "):
+        run.stored_case()
+    run.claim(case, overwrite=True)
+    assert run.stored_case() == case
+
+
+def test_every_cut_of_a_stored_case_at_a_line_is_refused(case, tmp_path):
+    run = RunDirectory(tmp_path)
+    run.claim(case)
+    lines = run.case_file.read_text().splitlines(keepends=True)
+    for number in range(len(lines)):
+        run.case_file.write_text("".join(lines[:number]))
+        with pytest.raises(InputError, match=r"case.toml: "):
+            run.stored_case()
+
+
+def test_an_edited_case_is_refused_and_one_of_an_earlier_version_is_not(case, tmp_path):
+    run = RunDirectory(tmp_path)
+    run.claim(case)
+    text = run.case_file.read_text()
+    run.case_file.write_text(text.replace('"0.006 m"', '"0.005 m"'))
+    with pytest.raises(InputError, match=r"case.toml: was edited or damaged .* a case file of its own"):
+        run.stored_case()
+    unstamped = "".join(line for line in text.splitlines(keepends=True) if "checksum" not in line)
+    run.case_file.write_text(unstamped)
+    run.write_summary({"case": plain(case)})
+    assert run.stored_case() == case
+    run.case_file.write_text(unstamped.replace('"0.006 m"', '"0.005 m"'))
+    with pytest.raises(InputError, match=r"it is not the case of summary.json"):
+        run.stored_case()
+
+
+def test_results_without_their_case_are_not_deleted(case, tmp_path):
+    (tmp_path / "landing.h5").write_text("weeks of work")
+    with pytest.raises(InputError, match=r"holds landing.h5, which this would delete"):
+        RunDirectory(tmp_path).claim(case)
+    with pytest.raises(InputError, match=r"holds landing.h5, .* but no case.toml"):
+        RunDirectory(tmp_path).enter(case, STAGES["fly"])
+    assert (tmp_path / "landing.h5").read_text() == "weeks of work"
+
+
+def test_links_under_names_of_ours_are_not_followed(case, tmp_path):
+    (tmp_path / "precious").write_text("keep me")
+    run = RunDirectory(tmp_path / "run")
+    run.make()
+    for name in ("case.toml.part", "run.log"):
+        link = run.file(name)
+        link.symlink_to(tmp_path / "precious")
+        with pytest.raises(InputError, match=rf"{name}: is a symbolic link"):  # noqa: PT012
+            run.claim(case)
+            with logged(run.log_file, fresh=True):
+                pass
+        link.unlink()
+    assert (tmp_path / "precious").read_text() == "keep me"
+
+
+def test_a_second_writer_is_refused_until_the_first_one_is_gone_however_it_went(tmp_path):
+    code = (
+        "import sys, time; from pathlib import Path; from fragfield.run_directory import RunDirectory\n"
+        "with RunDirectory(Path(sys.argv[1])).locked():\n    print('in', flush=True); time.sleep(60)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(TUBE.parents[1])}
+    holder = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, env=environment)
+    assert holder.stdout.readline() == b"in\n"
+    run = RunDirectory(tmp_path)
+    with pytest.raises(InputError, match=r"another command.* is writing into it; wait"), run.locked():
+        pass
+    holder.kill()
+    holder.wait()
+    with run.locked():
+        pass
+    assert list(tmp_path.iterdir()) == []

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from transition.kernels.compiling import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,7 +22,7 @@ _DOMINANT = 0.5  # share of the mass from which a fragment is separated from all
 _ROUND_OFF = 1e-12  # share of a point that is not worth a cut
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _key(row: NDArray[np.float64], i: int, q: NDArray[np.float64]) -> float:
     """By what a cut orders the rows: a height, a distance, or an angle about an axis (`q[4]` is 1)."""
     x, y, z = row[i, 0], row[i, 1], row[i, 2]
@@ -33,7 +34,7 @@ def _key(row: NDArray[np.float64], i: int, q: NDArray[np.float64]) -> float:
     return (part if part >= 0.0 else 4.0 + part) if along >= 0.0 else 2.0 - part
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _direction(
     row: NDArray[np.float64], begin: int, end: int, normal: NDArray[np.float64], mean: NDArray[np.float64]
 ) -> tuple[float, float, float]:
@@ -67,7 +68,7 @@ def _direction(
     return a / length, b / length, c / length
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _angular(
     row: NDArray[np.float64],
     begin: int,
@@ -111,7 +112,7 @@ def _angular(
     q[4] = 1.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut(
     row: NDArray[np.float64],
     begin: int,
@@ -147,14 +148,14 @@ def _cut(
         q[0], q[1], q[2] = -a, -b, -c
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _swap(row: NDArray[np.float64], ident: NDArray[np.int64], i: int, j: int) -> None:
     for k in range(4):
         row[i, k], row[j, k] = row[j, k], row[i, k]
     ident[i], ident[j] = ident[j], ident[i]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _pivot(
     row: NDArray[np.float64], begin: int, end: int, q: NDArray[np.float64], share: float, keys: NDArray[np.float64]
 ) -> int:
@@ -174,7 +175,7 @@ def _pivot(
     return int(keys[min(max(rank, 0), taken - 1), 1])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _select(
     row: NDArray[np.float64],
     ident: NDArray[np.int64],
@@ -218,7 +219,7 @@ def _select(
     return begin, need - before
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _divide(fragment: NDArray[np.int64], mass: NDArray[np.float64], begin: int, end: int, uniform: float) -> int:
     """Divide the fragments `begin` to `end` into two groups; returns where the second begins.
 
@@ -242,7 +243,7 @@ def _divide(fragment: NDArray[np.int64], mass: NDArray[np.float64], begin: int, 
     return end - 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def bisect(
     row: NDArray[np.float64],
     ident: NDArray[np.int64],

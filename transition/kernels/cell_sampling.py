@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from transition.kernels.compiling import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,7 +17,7 @@ _STEP = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # 1/g, 1/g
 _FUNCTIONS = 6
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def sample_cells(
     modes: NDArray[np.float64],
     offset: NDArray[np.int64],
@@ -83,7 +84,7 @@ def sample_cells(
                 values[point, j] -= mean[j]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def moments(
     mass: NDArray[np.float64], values: NDArray[np.float64], centre: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -110,7 +111,7 @@ def moments(
     return inertia, np.array([a, b, c])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def turn_rigidly(values: NDArray[np.float64], centre: NDArray[np.float64], rate: NDArray[np.float64]) -> None:
     """Add the velocity of a rigid rotation (1/s) about `centre` (m) to the points `values` (p, 6), in place."""
     for i in range(values.shape[0]):

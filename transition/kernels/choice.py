@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from transition.kernels.compiling import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["balanced_choice"]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def balanced_choice(
     mass: NDArray[np.float64], probability: NDArray[np.float64], total: float, uniform: NDArray[np.float64]
 ) -> NDArray[np.bool_]:

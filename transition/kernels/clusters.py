@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from transition.kernels.compiling import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["chosen_points", "cluster_means", "cluster_spin", "collect"]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def cluster_means(
     offset: NDArray[np.int64],
     point: NDArray[np.int64],
@@ -37,7 +38,7 @@ def cluster_means(
     return places, velocities
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def cluster_spin(
     offset: NDArray[np.int64],
     point: NDArray[np.int64],
@@ -65,7 +66,7 @@ def cluster_spin(
     return spin
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def chosen_points(
     offset: NDArray[np.int64], point: NDArray[np.int64], piece: NDArray[np.float64], target: NDArray[np.float64]
 ) -> NDArray[np.int64]:
@@ -80,7 +81,7 @@ def chosen_points(
     return chosen
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def collect(
     first: NDArray[np.int64],
     offset: NDArray[np.int64],

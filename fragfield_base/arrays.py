@@ -1,0 +1,97 @@
+"""Arrays of an HDF5 file against what they must be: kind, shape, range, finite; looked at before they are read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import h5py
+    from numpy.typing import NDArray
+
+__all__ = ["group_of", "number_of", "numbers", "text_of", "texts"]
+
+_KINDS = {"numbers": "fiub", "whole numbers": "iub"}
+
+
+def group_of(file: h5py.Group, name: str) -> h5py.Group | None:
+    """A group by its name; None where there is none, or something else of that name."""
+    found = file.get(name)
+    return found if hasattr(found, "keys") else None
+
+
+def numbers(
+    file: h5py.Group,
+    name: str,
+    error: type[Exception],
+    where: str,
+    *,
+    kind: str = "numbers",
+    shape: tuple[int | None, ...] | None = None,
+    finite: bool = False,
+    least: float | None = None,
+    most: float | None = None,
+) -> NDArray[Any]:
+    """Read an array of numbers.
+
+    Parameters
+    ----------
+    file, name
+        Where it lies.
+    error : type
+        Raised with `where`, the name, what was found and what is needed.
+    where : str
+        The file, for messages.
+    kind : "numbers" or "whole numbers"
+        Types that are allowed.
+    shape : tuple, optional
+        Lengths of the axes, None for any.
+    finite : bool
+        Refuse NaN and infinity.
+    least, most : float, optional
+        Bounds, inclusive.
+    """
+    full = f"{file.name.rstrip('/')}/{name}"
+    data = file.get(name)
+    if data is None:
+        raise error(f"{where}: {full} missing; the file is cut off")
+    if not hasattr(data, "shape") or data.shape is None:
+        raise error(f"{where}: {full} is no array; needed: {kind}")
+    if data.dtype.kind not in _KINDS[kind]:
+        raise error(f"{where}: {full} holds {data.dtype}; needed: {kind}")
+    if shape is not None and (
+        len(shape) != len(data.shape)
+        or any(need not in (None, found) for need, found in zip(shape, data.shape, strict=True))
+    ):
+        raise error(f"{where}: {full} has shape {data.shape}; needed: {tuple('n' if n is None else n for n in shape)}")
+    values = data[()]
+    if finite and values.size and not np.isfinite(values).all():
+        raise error(f"{where}: {full} holds a value that is not finite")
+    if values.size and ((least is not None and values.min() < least) or (most is not None and values.max() > most)):
+        found, bounds = (values.min(), values.max()), (least, most)
+        raise error(
+            f"{where}: {full} holds values from {found[0]:g} to {found[1]:g}; allowed: {bounds[0]} to {bounds[1]}"
+        )
+    return np.asarray(values)
+
+
+def texts(file: h5py.Group, name: str, error: type[Exception], where: str) -> list[str]:
+    """Read a list of texts."""
+    data = file[name]
+    if not hasattr(data, "shape") or data.dtype.kind not in "OS" or len(data.shape) != 1:
+        raise error(f"{where}: {data.name} is no list of texts")
+    return [text_of(one) for one in data[()].tolist()]
+
+
+def text_of(value: object) -> str:
+    """A text as h5py gives it."""
+    return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
+
+
+def number_of(value: object) -> float:
+    """A number of an attribute; NaN where it is none."""
+    try:
+        return float(np.asarray(value).item())  # type: ignore[arg-type,unused-ignore]
+    except (TypeError, ValueError):
+        return float("nan")

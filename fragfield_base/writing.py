@@ -1,0 +1,145 @@
+"""Every output file is written here: under a temporary name, flushed to the disk, then renamed in one move.
+
+A reader, another process and a run that is killed therefore see the old file or the new one, never a part of it. No
+file is written through a symbolic link: a link planted under an expected name would redirect the output elsewhere.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = [
+    "DRAFT",
+    "append_text_file",
+    "described",
+    "open_draft",
+    "publish",
+    "refuse_link",
+    "replacing",
+    "write_bytes",
+    "write_text",
+]
+
+DRAFT = ".part"
+"""Suffix of a file while it is written."""
+
+_ADVICE = {
+    errno.ENOSPC: "the disk is full",
+    errno.EDQUOT: "the disk quota is used up",
+    errno.EFBIG: "the file would be larger than is allowed here (ulimit -f, or the file system)",
+    errno.EACCES: "permission denied",
+    errno.EROFS: "the file system is read-only",
+    errno.ENOENT: "the file or its folder is not there any more",
+}
+_ROOM = "make room, then run the same command again (a burst: with --resume)"
+_AGAIN = "name a folder that exists and is writable, then run the command again (a burst: with --resume)"
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def described(path: Path, error: OSError, kept: str = "what stood there before is unchanged") -> str:
+    """One message for a file that could not be written: the reason, what was kept, and how to go on."""
+    reason = _ADVICE.get(error.errno or 0) or error.strerror or str(error)
+    return f"{path}: cannot be written: {reason}; {kept}; {_ROOM if error.errno in _FULL else _AGAIN}"
+
+
+def refuse_link(path: Path, error: type[Exception]) -> None:
+    """Refuse a path that is a symbolic link or anything but a regular file; one that does not exist is fine."""
+    try:
+        mode = path.lstat().st_mode
+    except OSError:
+        return
+    if stat.S_ISLNK(mode):
+        raise error(f"{path}: is a symbolic link, and this program writes through none; remove it")
+    if not stat.S_ISREG(mode):
+        raise error(f"{path}: is not a regular file; remove it")
+
+
+def open_draft(path: Path, error: type[Exception]) -> tuple[Path, int]:
+    """Make an empty file beside `path` under its temporary name; return the name and a descriptor to read and write.
+
+    A regular file of that name, left by a killed run, is removed first.
+    """
+    refuse_link(path, error)
+    draft = path.with_name(path.name + DRAFT)
+    refuse_link(draft, error)
+    try:
+        draft.unlink(missing_ok=True)
+        # Exclusive: a link planted in between is not followed but ends in an error.
+        return draft, os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+    except OSError as found:
+        raise error(described(path, found)) from None
+
+
+def publish(draft: Path, path: Path, descriptor: int) -> None:
+    """Flush a finished draft to the disk and give it its name; raises OSError."""
+    os.fsync(descriptor)
+    draft.replace(path)
+    _flush_folder(path.parent)
+
+
+@contextmanager
+def replacing(path: Path, error: type[Exception]) -> Iterator[BinaryIO]:
+    """Open a file to be written whole; it takes its name when the block ends without an error.
+
+    Parameters
+    ----------
+    path : Path
+        The file; an older one is replaced.
+    error : type
+        Raised, with one message, for every OSError.
+    """
+    draft, descriptor = open_draft(path, error)
+    stream = os.fdopen(descriptor, "w+b")
+    try:
+        with stream:
+            yield stream
+            stream.flush()
+            publish(draft, path, stream.fileno())
+    except BaseException as found:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            stream.close()
+        if isinstance(found, OSError):
+            raise error(described(path, found)) from None
+        raise
+
+
+def write_text(path: Path, text: str, error: type[Exception]) -> Path:
+    """Write a text file in UTF-8, whole or not at all; returns its path."""
+    return write_bytes(path, text.encode("utf-8"), error)
+
+
+def write_bytes(path: Path, data: bytes, error: type[Exception]) -> Path:
+    """Write a file, whole or not at all; returns its path."""
+    with replacing(path, error) as stream:
+        stream.write(data)
+    return path
+
+
+def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
+    """Descriptor of a text file that grows, such as a log: emptied where `fresh`, never through a link."""
+    refuse_link(path, error)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC | (os.O_TRUNC if fresh else 0)
+    try:
+        return os.open(path, flags, 0o666)
+    except OSError as found:
+        raise error(described(path, found)) from None
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make a rename durable, where the file system can."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

@@ -1,0 +1,93 @@
+"""A short run of all stages, how it is started, and whether two of its directories hold the same results."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tests.fragfield.short_run import SHORT, command, environment
+
+__all__ = ["CASE", "FILES", "different", "run", "start"]
+
+CASE = SHORT.replace('"12 us"', '"30 us"').replace(
+    "[break_up]", "[hazard]\nmax_realisations = 4\ntolerance = 0.9\n\n[break_up]\nrealisations = 4"
+)
+"""Three tenths of the passage of the front in cells of 12 mm, four realisations."""
+FILES = ("burst_snapshot.h5", "burst.h5", "fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5",
+         "ensemble.h5", "trajectories.h5")  # fmt: skip
+_CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checksum", "versions", "phases", "seconds")
+
+
+def start(*arguments: object, ranks: int = 1, **options: Any) -> subprocess.Popen[str]:
+    """Start the command in a session of its own."""
+    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    variables = environment()
+    if ranks > 1:
+        variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        variables |= {"OMPI_MCA_odls_base_sigkill_timeout": "60"}
+    return subprocess.Popen(
+        [*launcher, *command(*arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=variables, start_new_session=True, **options,
+    )  # fmt: skip
+
+
+def run(*arguments: object, timeout: float = 900.0, ranks: int = 1, **options: Any) -> tuple[int, str]:
+    """Exit code and stderr of a command that is left alone."""
+    process = start(*arguments, ranks=ranks, **options)
+    _, words = process.communicate(timeout=timeout)
+    return process.returncode, words
+
+
+def different(ours: Path, theirs: Path) -> list[str]:
+    """Files and keys in which two run directories hold other results; empty when they agree to the last bit."""
+    found = []
+    for name in FILES:
+        if (ours / name).is_file() != (theirs / name).is_file():
+            found.append(f"{name} is in one of them only")
+        elif (ours / name).is_file():
+            found += [f"{name}: {key}" for key in _different_data(ours / name, theirs / name)]
+    one, other = (json.loads((folder / "summary.json").read_text()) for folder in (ours, theirs))
+    return found + [f"summary.json: {key}" for key in _different_values(one, other)]
+
+
+def _datasets(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    with h5py.File(path, "r") as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def _different_data(ours: Path, theirs: Path) -> list[str]:
+    one, other = _datasets(ours), _datasets(theirs)
+    wrong = sorted(set(one) ^ set(other))
+    for name in set(one) & set(other):
+        a, b = np.asarray(one[name]), np.asarray(other[name])
+        columns = a.dtype.names or (None,)
+        same = a.shape == b.shape and a.dtype.names == b.dtype.names
+        for column in columns if same else ():
+            x, y = (a, b) if column is None else (a[column], b[column])
+            same &= bool(np.array_equal(x, y, equal_nan=x.dtype.kind == "f"))
+        if not same:
+            wrong.append(name)
+    return wrong
+
+
+def _different_values(one: Any, other: Any, path: str = "") -> list[str]:
+    if isinstance(one, dict) and isinstance(other, dict):
+        keys = sorted(set(one) | set(other))
+        return [
+            word
+            for key in keys
+            if not any(clock in key for clock in _CLOCKS)
+            for word in _different_values(one.get(key), other.get(key), f"{path}.{key}")
+        ]
+    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        return [
+            w for i, (a, b) in enumerate(zip(one, other, strict=True)) for w in _different_values(a, b, f"{path}[{i}]")
+        ]
+    return [] if one == other else [path]

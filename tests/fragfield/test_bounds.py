@@ -1,0 +1,148 @@
+"""Physical bounds: every number of the schema has some, with a reason; beyond the hard ones a case is refused."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+from pydantic import BaseModel
+
+from fragfield.case import load_case
+from fragfield.case.bounds import COUNTS, KEYS, UNITS, outside_hard, outside_soft
+from fragfield.case.messages import marks_of, tables_in
+from fragfield.case.quantities import _NAMES, Quantity, Vector
+from fragfield.case.schema import Case
+from tests.attack.cases import BASE, to_text
+from tests.fragfield.short_run import ROOT, SHORT, invoke
+
+CASES = sorted((ROOT / "cases").glob("*.toml"))
+
+
+def _fields(model: type[BaseModel], above=""):
+    for name, field in model.model_fields.items():
+        path = f"{above}.{name}" if above else name
+        yield path, field
+        for _, table in tables_in(field.annotation):
+            yield from _fields(table, path)
+
+
+FIELDS = dict(_fields(Case))
+
+
+def test_every_unit_of_the_schema_has_bounds_with_a_reason():
+    used = {mark.symbol for field in FIELDS.values() for mark in marks_of(field) if isinstance(mark, Quantity)}
+    used |= {m.component.symbol for f in FIELDS.values() for m in marks_of(f) if isinstance(m, Vector) and m.component}
+    assert used <= set(UNITS)
+    assert set(_NAMES) <= set(UNITS)
+
+
+def test_keys_of_the_bounds_are_keys_of_the_schema():
+    assert set(KEYS) | set(COUNTS) <= set(FIELDS)
+
+
+def test_bounds_are_wide_enough_for_the_defaults_and_narrower_when_usual():
+    for key, bounds in [*KEYS.items(), *UNITS.items()]:
+        assert bounds.low < bounds.high, key
+        assert len(bounds.why) > 5, key
+        if bounds.usual is not None:
+            assert bounds.low <= bounds.usual[0] < bounds.usual[1] <= bounds.high, key
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_the_ready_cases_are_usual(path):
+    case = load_case(path)
+    assert list(outside_hard(case)) == []
+    assert list(outside_soft(case)) == []
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ('hazard.energy="1e30 J"', "hazard.energy: found 1e+30 J; allowed: 0.001 to 1e+08 J (79 J injures"),
+        ("break_up.prefactor=1e300", "break_up.prefactor: found 1e+300; allowed: "),
+        ("break_up.prefactor=1e-9", "break_up.prefactor: found 1e-09; allowed: "),
+        ('break_up.mean_mass="1e12 kg"', "break_up.mean_mass: found 1e+12 kg; allowed: "),
+        ('break_up.mean_mass="1e-12 kg"', "break_up.mean_mass: found 1e-12 kg; allowed: "),
+        ('break_up.fracture_energy="1e-30 J/m^2"', "break_up.fracture_energy: found 1e-30 J/m^2; allowed: "),
+        ('flight.shape_factor="2.6 kg/m3"', "flight.shape_factor: found 2.6 kg/m^3; allowed: 50 to 100000 kg/m^3"),
+        ("burst.viscosity.linear=inf", "burst.viscosity.linear: found inf; allowed: 0 to 10"),
+        ("burst.hourglass.casing_viscous=inf", "burst.hourglass.casing_viscous: found inf; allowed: 0 to 1"),
+        ('burst.time_step.fixed="1e9 s"', "burst.time_step.fixed: found 1e+09 s; allowed: "),
+        ("burst.leakage.parts=1000000000", "burst.leakage.parts: found 1e+09; allowed: 1 to 10000"),
+        ("hazard.sectors=100000000", "hazard.sectors: found 1e+08; allowed: 1 to 3600"),
+        ('hazard.distance_cell="1e-9 m"', "hazard.distance_cell: found 1e-09 m; allowed: "),
+        ('flight.collisions={distance="1e9 m"}', "flight.collisions.distance: found 1e+09 m; allowed: "),
+        ('flight.shape={model="box",ratios=[1e300,1.0,1.0]}', "flight.shape.ratios: found 1e+300; allowed: "),
+        ("round.0.axis=[0,0,1e-300]", "round[1].axis: found [0.0, 0.0, 1e-300]; allowed: a direction"),
+        ('round.0.ignition=[{station="nose",delay="50 us"}]', "delay: found 5e-05 s; allowed: below burst.end_time"),
+        ('round.0.name="' + "n" * 5000 + '"', "round[1].name: found a text of 5000 characters; allowed: at most 500"),
+        ('burst.cell_size="9**9**9**9 m"', "takes a power of a number; only units have powers"),
+        ('burst.output.interval="1e-12 s"', "burst.output.interval: found 1e-12 s; allowed: "),
+        (
+            'round.0.profile={unit="m",outer={points=[[0,0.1],[1000,0.1]]},cavity={points=[[0,0.08],[1000,0.08]]},'
+            "charge={}}",
+            "found 2 points up to 1000 m; allowed: ",
+        ),
+        (
+            'round.0.profile={unit="mm",outer={points=[[0,1e300],[200,1e300]]},cavity={points=[[0,1],[200,1]]},'
+            "charge={}}",
+            "found 2 points up to 1e+297 m; allowed: ",
+        ),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused_with_the_key_and_the_reason(setting, words, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(SHORT)
+    done = invoke("check", path, "--set", setting)
+    assert done.exit_code == 2, done.stderr
+    assert str(path) in done.stderr
+    assert words in done.stderr
+
+
+def test_a_jwl_rate_of_a_million_is_refused(tmp_path):
+    text = SHORT.replace('explosive = "tnt"', 'explosive = "mine.toml"')
+    tnt = tomllib.loads((ROOT / "burst_fenicsx" / "data" / "explosives.toml").read_text())
+    assert "tnt" in tnt
+    document = {**BASE, "round": [{**BASE["round"][0], "explosive": _explosive(R1=1e6)}]}
+    (tmp_path / "mine.toml").write_text(to_text(document))
+    done = invoke("check", tmp_path / "mine.toml")
+    assert done.exit_code == 2
+    assert "round[1].explosive.jwl.R1: found 1e+06; allowed: 0.5 to 50 (published R1 are 3.5 to 7.5)" in done.stderr
+    assert text != SHORT
+
+
+def _explosive(**jwl):
+    constants = {"A": "371 GPa", "B": "3.2 GPa", "R1": 4.15, "R2": 0.95, "omega": 0.3, "E0": "7 GJ/m^3"}
+    return {
+        "name": "TNT", "density": "1630 kg/m^3", "detonation_velocity": "6930 m/s",
+        "heat_of_detonation": "4.5 MJ/kg", "sound_speed": "2500 m/s", "jwl": {**constants, **jwl},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SHORT.replace("seed", "x = " + "[" * 5000 + "]" * 5000 + "\nseed", 1), "nested too deep"),
+        (SHORT.replace("seed = 1", "seed = " + "9" * 5000), "not valid TOML: Exceeds the limit (4300 digits)"),
+        (SHORT + "\n".join(f'[[plane]]\nname = "p{i}"\nkind = "ground"' for i in range(2000)), "found 2000 entries"),
+        (SHORT.split("[[round]]")[0] + '\n[stack]\narrangement = "row"\ncount = 2\ngap = "1 cm"\n',
+         "stack.round: found no table [[round]]"),
+        (SHORT + '\n[stack]\narrangement = "row"\ncount = 2\ngap = "2e10 m"\n', "stack.gap: found 2e+10 m; allowed: "),
+    ],
+)  # fmt: skip
+def test_documents_of_no_sense_are_refused(text, words, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    done = invoke("check", path)
+    assert done.exit_code == 2, done.stderr
+    assert words in done.stderr
+
+
+def test_what_is_unusual_is_said_by_check(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(SHORT)
+    done = invoke("check", path, "--set", "break_up.prefactor=100", "--set", 'hazard.energy="1 MJ"')
+    assert done.exit_code == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "break_up.prefactor = 100: unusual; usual: 1 to 20" in said
+    assert "hazard.energy = 1e+06 J: unusual; usual: 1 to 100000 J" in said

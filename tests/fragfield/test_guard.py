@@ -1,0 +1,78 @@
+"""The last guard of the command line: one line, exit code 4, the traceback in a log; and other ends of a command."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fragfield import pipeline
+from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from tests.fragfield.short_run import SHORT, command, environment, invoke
+
+
+def _broken(*arguments, **options):
+    message = "the third\nlaw"
+    raise IndexError(message)
+
+
+def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
+    (tmp_path / "mine.toml").write_text(SHORT)
+    monkeypatch.setattr("fragfield.check.check_report", _broken)
+    done = invoke("check", tmp_path / "mine.toml")
+    assert done.exit_code == EXIT_FAULT == 4
+    assert len(done.stderr.splitlines()) == 1
+    found = re.fullmatch(
+        r"fragfield: fault of the program: IndexError: the third law; please report it with (\S+)\n", done.stderr
+    )
+    log = Path(found[1])
+    assert "Traceback" in log.read_text()
+    assert "_broken" in log.read_text()
+    assert log.stat().st_mode & 0o777 == 0o600
+    log.unlink()
+
+
+def test_a_fault_of_a_run_is_in_its_log(tmp_path, monkeypatch):
+    (tmp_path / "mine.toml").write_text(SHORT)
+    monkeypatch.setattr(pipeline, "perform", _broken)
+    done = invoke("run", tmp_path / "mine.toml", "--out", tmp_path / "run", "--json")
+    assert done.exit_code == 4
+    assert f"please report it with {tmp_path / 'run' / 'run.log'}" in done.stderr
+    assert '"exit_code": 4' in done.stdout
+    log = (tmp_path / "run" / "run.log").read_text()
+    assert "Traceback" in log
+    assert "IndexError" in log
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (MemoryError(), 2, "out of memory"),
+        (OSError(28, "No space left on device", "/x/y"), 2, "/x/y: No space left on device"),
+        (KeyboardInterrupt(), 130, "interrupted; what was written stays"),
+        (ZeroDivisionError("division by zero"), 4, "fault of the program: ZeroDivisionError: division by zero"),
+    ],
+)
+def test_every_error_has_a_code_and_words(error, code, words):
+    assert exit_code_of(error) == code
+    assert words in message_of(error)
+
+
+def test_a_full_standard_output_is_no_traceback():
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            command("--version"), stdout=full, stderr=subprocess.PIPE, text=True, env=environment(), check=False
+        )
+    assert done.returncode != 0
+    assert "Traceback" not in done.stderr
+
+
+def test_a_reader_that_goes_away_is_no_traceback(tmp_path):
+    (tmp_path / "mine.toml").write_text(SHORT)
+    shell = " ".join([*command("check", tmp_path / "mine.toml"), "| true"])
+    done = subprocess.run(shell, shell=True, capture_output=True, text=True, env=environment(), check=False)
+    assert "Traceback" not in done.stderr
+    assert sys.executable in shell

@@ -1,0 +1,123 @@
+"""Compiled kernels are read from folders of the user's own only."""
+
+from __future__ import annotations
+
+import logging
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from fragfield_base import kernel_cache
+from fragfield_base.kernel_cache import cache_root, is_private
+
+ROOT = Path(__file__).parents[2]
+root_only = pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files to another user")
+
+
+@pytest.fixture
+def places(tmp_path, monkeypatch):
+    """Home and temporary folder under a folder of ours, and no setting by the environment."""
+    cache_root.cache_clear()
+    tmp_path.chmod(0o755)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "home").mkdir()
+    (tmp_path / "tmp").mkdir()
+    (tmp_path / "tmp").chmod(0o1777)
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path / "tmp"))
+    yield tmp_path
+    cache_root.cache_clear()
+
+
+def test_the_users_cache_is_made_for_the_user_alone(places):
+    found = cache_root()
+    assert found == places / "home" / ".cache" / "fragfield"
+    assert found.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_given_by_the_environment_comes_first(places, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(places / "mine"))
+    assert cache_root() == places / "mine"
+
+
+@root_only
+def test_a_folder_of_another_user_is_not_used(places):
+    theirs = places / "home" / ".cache" / "fragfield"
+    theirs.mkdir(parents=True)
+    os.chown(theirs, 12345, 12345)
+    assert cache_root() == places / "tmp" / f"fragfield-{os.geteuid()}"
+
+
+@root_only
+def test_a_folder_planted_under_the_temporary_one_is_not_used(places, monkeypatch, caplog):
+    planted = places / "tmp" / f"fragfield-{os.geteuid()}"
+    planted.mkdir()
+    os.chown(planted, 12345, 12345)
+    monkeypatch.setenv("HOME", "/proc/nowhere")
+    with caplog.at_level(logging.WARNING):
+        assert cache_root() is None
+    assert "compiled kernels are not kept" in caplog.text
+    assert str(planted) in caplog.text
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o757])
+def test_a_folder_below_one_in_which_others_may_write_is_not_private(places, mode):
+    (places / "open" / "mine").mkdir(parents=True)
+    (places / "open" / "mine").chmod(0o700)
+    (places / "open").chmod(mode)
+    assert not is_private(places / "open" / "mine")
+    (places / "open").chmod(mode | 0o1000)  # sticky: what is mine stays mine
+    assert is_private(places / "open" / "mine")
+
+
+def test_a_link_is_judged_by_what_it_leads_to(places):
+    (places / "open").mkdir()
+    (places / "open").chmod(0o777)
+    (places / "link").symlink_to(places / "open")
+    assert not is_private(places / "link")
+
+
+@root_only
+@pytest.mark.parametrize("package", ["flight.kernels.angles", "transition.kernels.choice"])
+def test_a_planted_pickle_does_not_run(places, package):
+    """A cache that another user made, under every name that numba could look for, with code that leaves a trace."""
+    trace = places / "ran"
+
+    class Payload:
+        def __reduce__(self):
+            return os.system, (f"touch {trace}",)
+
+    planted = places / "tmp" / f"fragfield-{os.geteuid()}"
+    code = f"import {package}; from fragfield_base.kernel_cache import cache_root; print(cache_root())"
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": "/proc/nowhere"}
+    environment["TMPDIR"] = str(places / "tmp")
+
+    def start():
+        command = [sys.executable, "-c", code]
+        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
+
+    honest = start()
+    assert honest.stdout.strip() == str(planted)
+    # What numba has laid out (the folders of each source) is filled with payloads under its own names.
+    for folder in [entry for entry in planted.rglob("*") if entry.is_dir()] or [planted]:
+        for name in ("angles.row_angles-25.py311.nbi", "angles.row_angles-18.py311.nbi"):
+            (folder / name).write_bytes(pickle.dumps(Payload()))
+    for entry in [planted, *planted.rglob("*")]:
+        os.chown(entry, 12345, 12345)
+    done = start()
+    assert done.stdout.strip() == "None"
+    assert not trace.exists()
+
+
+def test_kernels_work_where_no_folder_is_safe(places, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "cache_root", lambda: None)
+    import numba
+
+    twice = kernel_cache.compiled_with(numba, lambda x: 2.0 * x, "none")
+    assert twice(3.0) == 6.0
