@@ -36,6 +36,7 @@ ProductModel = Literal["landau", "landau_cj", "jwl"]
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
 Interface = Literal["bonded", "shared"]
+Symmetry = Literal["auto", "off"]
 
 
 class Part(IntEnum):
@@ -220,3 +221,4 @@ class BurstSettings:
     hourglass: Hourglass = field(default_factory=Hourglass)
     contact: Contact = field(default_factory=Contact)
     planes: tuple[RigidPlane, ...] = ()
+    symmetry: Symmetry = "off"  # "auto": compute the smallest symmetric part of the arrangement (`symmetry`)

@@ -37,8 +37,8 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     Parameters
     ----------
     run : the run.
-    along : speeds and diameters along each round.
-    charge_masses : of each round (kg).
+    along : speeds and diameters along each round of the whole arrangement.
+    charge_masses : of each of these rounds (kg).
     """
     solver, last = run.solver, run.ledger.entries[-1]
     distortion = run.measures.distortion()
@@ -49,12 +49,14 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
     growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
-    contact = run.contact.summary()
-    shocks = run.initiation.sources if run.initiation is not None else [None] * len(run.rounds)
+    contact = _of_all_images(run.contact.summary(), run.part.images)
+    whole, source = run.part.whole, run.part.source
+    shocks = run.completion.sources(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
     return {
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
+        "symmetry": {**run.part.summary(), "all_cells": len(run.completion.cells)},
         "ranks": run.comm.size,
         "threads": numba.get_num_threads(),
         "steps": solver.steps,
@@ -98,15 +100,22 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                 "max_initial_speed": measure.largest,
                 "outer_diameter": float(np.nanmax(measure.outer_diameter)),
                 "fastest_station": measure.fastest,
-                "length": run.mesh.lengths[index],
-                "products_balance": float(balances[index]),
+                "length": run.mesh.lengths[source[index]],
+                "products_balance": float(balances[source[index]]),
                 "ignition": [
-                    one.summary() for one in ignitions(item, run.mesh.lengths[index], shocks[index], solver.time)
+                    one.summary()
+                    for one in ignitions(item, run.mesh.lengths[source[index]], shocks[index], solver.time)
                 ],
             }
-            for index, (item, measure, charge) in enumerate(zip(run.rounds, along, charge_masses, strict=True))
+            for index, (item, measure, charge) in enumerate(zip(whole, along, charge_masses, strict=True))
         ],
     }
+
+
+def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
+    """Contact's summary with counts and energies of the whole arrangement, `images` times the computed part."""
+    extensive = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat")
+    return {**contact, **{name: images * contact[name] for name in extensive}}
 
 
 def _error_at_outputs(run: Simulation) -> float:

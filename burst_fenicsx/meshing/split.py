@@ -42,4 +42,5 @@ def split_charges(mesh: HexahedralMesh) -> HexahedralMesh:
         nodes=np.concatenate([mesh.nodes, mesh.nodes[shared]]),
         cells=cells,
         twins=np.stack([own[shared], shared], axis=1),
+        held=None if mesh.held is None else np.concatenate([mesh.held, mesh.held[shared]]),
     )
