@@ -221,4 +221,4 @@ class BurstSettings:
     hourglass: Hourglass = field(default_factory=Hourglass)
     contact: Contact = field(default_factory=Contact)
     planes: tuple[RigidPlane, ...] = ()
-    symmetry: Symmetry = "off"  # "auto": compute the smallest symmetric part of the arrangement (`symmetry`)
+    symmetry: Symmetry = "auto"  # compute the smallest symmetric part of the arrangement, see `symmetry`; "off": all

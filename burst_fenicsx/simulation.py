@@ -33,7 +33,9 @@ from burst_fenicsx.snapshot import write_snapshot
 from burst_fenicsx.solver import BurstSolver, Hold
 from burst_fenicsx.summary import Clocks, burst_summary
 from burst_fenicsx.surfaces import radial_surfaces
-from burst_fenicsx.symmetry import Completion, smallest_part
+from burst_fenicsx.symmetry import smallest_part
+from burst_fenicsx.symmetry.completion import Completion
+from burst_fenicsx.symmetry.words import symmetry_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -139,7 +141,7 @@ class Simulation:
         self.on_progress = on_progress
         self.clocks = Clocks()
         if comm.rank == 0:
-            for line in self.part.describe():
+            for line in symmetry_words(self.part.summary()):
                 _log.info("%s", line)
         if len(rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
             _log.warning(
@@ -235,9 +237,7 @@ class Simulation:
         if held is None:
             return ()
         local = held[self.fields.mesh.node]
-        return tuple(
-            Hold(np.flatnonzero(local >> bit & 1), normal) for bit, normal in enumerate(self.part.normals)
-        )
+        return tuple(Hold(np.flatnonzero(local >> bit & 1), normal) for bit, normal in enumerate(self.part.normals))
 
     def _make_ledger(self) -> Ledger:
         state = self.fields

@@ -73,6 +73,10 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
         f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
     )
+    from burst_fenicsx.symmetry.words import symmetry_words
+
+    for line in symmetry_words(found["symmetry"]):
+        console.print(line, markup=False)
     console.print(
         f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
         f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "

@@ -36,9 +36,7 @@ LARGEST_MASS_ERROR = 0.02
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
 
-def mesh_round(
-    cased_round: Round, cell_size: float, round_index: int = 0, cuts: Sequence[Cut] = ()
-) -> HexahedralMesh:
+def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0, cuts: Sequence[Cut] = ()) -> HexahedralMesh:
     """Mesh a round, or read its mesh file, and place it in the world.
 
     Parameters

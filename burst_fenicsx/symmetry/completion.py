@@ -1,4 +1,4 @@
-"""From the computed part to the whole: mesh, fields, measures and records of all rounds, cut ones joined at the planes."""
+"""From the computed part to the whole: mesh, fields and records of all rounds, cut ones joined at the planes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,16 @@ if TYPE_CHECKING:
 
 __all__ = ["EXTENSIVE", "Completion"]
 
-_REFLECTED = (3, 2, 1, 0, 7, 6, 5, 4)  # corners of a reflected hexahedron (VTK) in the order in which it is not inverted
+_REFLECTED = (
+    3,
+    2,
+    1,
+    0,
+    7,
+    6,
+    5,
+    4,
+)  # corners of a reflected hexahedron (VTK) in the order in which it is not inverted
 _VECTORS = ("velocity", "displacement", "contact_force")
 _POINTS = ("position", "reference")
 
@@ -46,7 +55,7 @@ EXTENSIVE = (
 
 @dataclass(frozen=True)
 class _Copy:
-    """Nodes and cells of the part, and the set of planes at which they are reflected, for round `index` of the whole."""
+    """Nodes and cells of the part and the planes at which they are reflected, for round `index` of the whole."""
 
     index: int
     mirrors: int

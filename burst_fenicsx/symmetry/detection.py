@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.detonation import place_ignition
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -73,10 +72,10 @@ def find_planes(rounds: Sequence[Round], planes: Sequence[RigidPlane]) -> tuple[
         if not _maps_places(bodies, centre, normal):
             continue
         reason = _difference(bodies, centre, normal) or _plane_difference(planes, centre, normal)
-        if reason:
-            refused.append(Refusal(_tuple(normal), reason))
-        else:
+        if not reason:
             found.append(normal)
+        elif len(bodies) > 1:  # of a single round any plane along its axis would do, as far as the position goes
+            refused.append(Refusal(_tuple(normal), reason))
     return _chosen(found, bodies, centre), centre, refused
 
 
@@ -92,14 +91,18 @@ def _body(item: Round) -> _Body:
         outer, cavity = replace(profile.outer, name=""), replace(profile.cavity, name="")
         contents = replace(contents, profile=replace(profile, name="", outer=outer, cavity=cavity))
     length = item.profile.length if item.profile is not None else 0.0
-    places, delays = place_ignition(item, length)
+    e1, e2, along = frame(item.axis)
+    points = [
+        (*(item.position + (length - p.station) * along + p.offset[0] * e1 + p.offset[1] * e2), p.delay)
+        for p in item.ignition
+    ]
     axis = np.asarray(item.axis, dtype=float)
     return _Body(
         item.name,
         np.asarray(item.position, dtype=float),
         axis / np.linalg.norm(axis),
         contents,
-        np.column_stack([places, delays]),
+        np.array(points, dtype=float).reshape(-1, 4),
         item.profile is not None and item.mesh_file is None,
     )
 
@@ -127,7 +130,7 @@ def _directions(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidP
     # A reflection carries the first round to itself or to another one: of the others' lines none gives a new plane.
     yield from (np.cross(first.axis, line) for line in between)
     yield from (np.cross(first.axis, body.position - centre) for body in bodies)
-    yield from frame(first.axis)[:2]
+    yield from frame(_tuple(first.axis))[:2]
     for plane in planes:
         normal = np.asarray(plane.normal, dtype=float)
         yield np.cross(first.axis, normal)
@@ -216,11 +219,11 @@ def _chosen(found: Sequence[Vector], bodies: Sequence[_Body], centre: Vector) ->
             if all(abs(float(a @ b)) < _ANGLE for a, b in combinations(chosen, 2))
         ]
         if sets:
-            return list(min(sets, key=lambda chosen: _cuts(chosen, bodies, centre)))
+            return list(min(sets, key=lambda normals: _cuts(normals, bodies, centre)))
     return []
 
 
-def _cuts(normals: Sequence[Vector], bodies: Sequence[_Body], centre: Vector) -> int:
+def _cuts(normals: Iterable[Vector], bodies: Sequence[_Body], centre: Vector) -> int:
     return sum(abs(float((body.position - centre) @ normal)) < _LENGTH for normal in normals for body in bodies)
 
 

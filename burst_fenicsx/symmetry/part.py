@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from burst_fenicsx.problem import RigidPlane
 from burst_fenicsx.symmetry.detection import find_planes
+from burst_fenicsx.symmetry.words import plane_equation
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["Cut", "SymmetricPart", "smallest_part"]
 
 _LENGTH = 1e-9  # m
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -99,8 +97,7 @@ class SymmetricPart:
             return ()
         point = _triple(self.point)
         return tuple(
-            RigidPlane(_name(normal, self.point), point, _triple(normal), friction_angle=0.0)
-            for normal in self.normals
+            RigidPlane(_name(normal, self.point), point, _triple(normal), friction_angle=0.0) for normal in self.normals
         )
 
     @property
@@ -138,34 +135,13 @@ class SymmetricPart:
             "not_used": [{"normal": list(one.normal), "reason": one.reason} for one in self.refused],
         }
 
-    def describe(self) -> list[str]:
-        """The same in words, a line each; empty where the whole is computed and no plane was refused."""
-        return describe(self.summary())
-
-
-def describe(found: dict[str, Any]) -> list[str]:
-    """Lines in words on a summary of `SymmetricPart.summary`, for log, check and report."""
-    lines = []
-    if found["planes"]:
-        computed = [
-            f"{_share(one['share'])} of {one['name']}" if one["share"] < 1.0 else one["name"]
-            for one in found["computed_rounds"]
-        ]
-        planes = [_plane_words(one) for one in found["planes"]]
-        lines.append(
-            f"symmetry: {_share(found['share'])} of the arrangement is computed ({_listed(computed)}), bounded by "
-            f"{_listed(planes)}; the rest are its images, joined to whole rounds before the break-up"
-        )
-    lines += [f"no symmetry about the plane normal to {_direction(one['normal'])}: {one['reason']}"
-              for one in found["not_used"]]  # fmt: skip
-    return lines
-
 
 def smallest_part(rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
     """Find the smallest part of an arrangement that stands for the whole; the whole with `settings.symmetry` "off"."""
     whole = tuple(rounds)
     normals: list[Vector] = []
-    point, refused = np.zeros(3), ()
+    point = np.zeros(3)
+    refused: tuple[Refusal, ...] = ()
     if settings.symmetry == "auto" and whole:
         normals, point, found = find_planes(whole, settings.planes)
         refused = tuple(found)
@@ -208,35 +184,4 @@ def _triple(vector: Vector) -> tuple[float, float, float]:
 
 
 def _name(normal: Vector, point: Vector) -> str:
-    return f"symmetry, {_plane_equation(normal, point)}"
-
-
-def _plane_equation(normal: Sequence[float] | Vector, point: Sequence[float] | Vector) -> str:
-    """For example "x = 0 mm", or the normal where it is along no axis."""
-    along = [index for index in range(3) if abs(abs(normal[index]) - 1.0) < 1e-9]
-    if along:
-        return f"{'xyz'[along[0]]} = {1e3 * point[along[0]] + 0.0:.6g} mm"
-    return f"normal {_direction(normal)}"
-
-
-def _direction(normal: Sequence[float] | Vector) -> str:
-    for index in range(3):
-        if abs(abs(normal[index]) - 1.0) < 1e-9:
-            return "xyz"[index]
-    return "(" + ", ".join(f"{value:.3g}" for value in normal) + ")"
-
-
-def _plane_words(plane: dict[str, Any]) -> str:
-    through = plane["through_rounds"]
-    where = f"through {_listed(through)}" if through else "between rounds"
-    return f"{_plane_equation(plane['normal'], plane['point'])} ({where})"
-
-
-def _share(value: float) -> str:
-    return {1.0: "all", 0.5: "a half", 0.25: "a quarter", 0.125: "an eighth"}[value]
-
-
-def _listed(words: Sequence[str]) -> str:
-    if len(words) > 4:
-        return f"{words[0]}, {words[1]}, ... {words[-1]} ({len(words)})"
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]
+    return f"symmetry, {plane_equation(normal, point)}"

@@ -95,6 +95,8 @@ class BurstTable(Table):
 
     cell_size: PositiveLength
     """Edge of a hexahedron: the only thing to say about the mesh."""
+    symmetry: Literal["auto", "off"] = "auto"
+    """Compute the smallest part of the arrangement that planes of symmetry bound, or every round in full."""
     quadrature: Literal["one_point", "full"] = "one_point"
     """One point with hourglass control, or 2 x 2 x 2 points with mean dilatation."""
     products: Literal["landau", "landau_cj", "jwl"] = "landau_cj"

@@ -43,6 +43,7 @@ def burst_settings(case: Case) -> BurstSettings:
     assert table is not None  # checked when the case was loaded
     return BurstSettings(
         cell_size=table.cell_size,
+        symmetry=table.symmetry,
         quadrature=table.quadrature,
         products=table.products,
         burn=table.burn,

@@ -121,7 +121,7 @@ def _burst(run: RunFiles) -> list[Finding]:
     part = run.part("burst")
     found: list[Finding] = []
     folded = _folded_casing_cells(run)
-    lost, cells = _value(part, "lost_cells"), _value(part, "cells")
+    lost, cells = _value(part, "lost_cells"), _value(part.get("symmetry") or part, "all_cells") or _value(part, "cells")
     if lost is not None and cells:
         if lost:
             text = f"{number(int(lost))} of {number(int(cells))} cells were lost ({100 * lost / cells:.2g} %)"
