@@ -72,6 +72,8 @@ class Explosive:
     shear_modulus: float = 3.5e9  # of the unlit charge (Pa)
     shear_strength: float = 5.0e7  # of the unlit charge (Pa)
     source: str = ""
+    critical_energy: tuple[float, float] | None = None  # of initiation by shock: published range (J/m2)
+    critical_energy_source: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,13 +107,16 @@ class IgnitionPoint:
 
 @dataclass(frozen=True)
 class ShockInitiation:
-    """Initiation of a charge by a neighbour's shock: a cell lights once its pressure has been held.
+    """Initiation of a charge by a neighbour's shock: a cell ignites once its pressure has been held.
 
-    `pressure` (Pa) is the threshold, `duration` (s) how long a cell must stay above it without a break.
+    `pressure` (Pa) is the threshold, `duration` (s) how long a cell must stay above it without a break; with an
+    infinite pressure nothing ignites, and what the shock does to the charge is reported (`exposure`). Pulses below
+    `floor` (Pa) do not count there.
     """
 
     pressure: float
     duration: float = 0.0
+    floor: float = 1e9
 
 
 @dataclass(frozen=True)

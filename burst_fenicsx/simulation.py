@@ -16,6 +16,7 @@ from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.exposure import ShockExposures
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.gathered import output_fields, snapshot_fields
 from burst_fenicsx.initiation import ShockInitiations
@@ -181,6 +182,7 @@ class Simulation:
         self.ledger = self._make_ledger()
         self.contact = ContactForces(mesh, self.fields, settings)
         self.initiation = ShockInitiations.of_rounds(self.rounds, self.fields)
+        self.exposures = ShockExposures(self.rounds, self.fields)
         self.solver = BurstSolver(
             self.fields,
             settings,
@@ -265,6 +267,7 @@ class Simulation:
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
         self.passage.largest = records["passed_through"]
+        self.exposures.restore(records)
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -302,6 +305,7 @@ class Simulation:
                     break
                 interruption.check()
                 solver.step(min(output, end))
+                self.exposures.update(solver.time, solver.time_step)
         except KeyboardInterrupt:
             if self.comm.size == 1:  # ranks are not stopped at the same step: theirs is the one of the last output
                 self._write_checkpoint()
@@ -363,6 +367,8 @@ class Simulation:
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
         records["passed_through"] = self.passage.largest
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
+        if self.exposures.any:
+            records |= self.exposures.arrays()
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
     def _report_progress(self, end: float, began: float) -> None:

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from burst_fenicsx.exposure import verdict
 from burst_fenicsx.lighting import ignitions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.exposure import Exposure
     from burst_fenicsx.measures import RoundMeasures
+    from burst_fenicsx.problem import Round
     from burst_fenicsx.simulation import Simulation
 
 __all__ = ["Clocks", "burst_summary"]
@@ -53,6 +56,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     whole, source = run.part.whole, run.part.source
     shocks = run.completion.sources(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
+    exposures = run.completion.exposures(run.exposures.found())
     return {
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
@@ -106,10 +110,16 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                     one.summary()
                     for one in ignitions(item, run.mesh.lengths[source[index]], shocks[index], solver.time)
                 ],
+                **_exposure(exposures[index], item, run.settings.cell_size),
             }
             for index, (item, measure, charge) in enumerate(zip(whole, along, charge_masses, strict=True))
         ],
     }
+
+
+def _exposure(found: Exposure | None, item: Round, cell_size: float) -> dict[str, Any]:
+    """What a neighbour's shock did to a round without ignition points; nothing for the others."""
+    return {} if found is None else {"exposure": verdict(found, item.explosive.critical_energy, cell_size)}
 
 
 def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:

@@ -57,7 +57,8 @@ def check_report(case: Case) -> dict[str, Any]:
     computed = [
         (first[index], tuple(cut.normal for cut in cuts)) for index, cuts in zip(part.indices, part.cuts, strict=True)
     ]
-    meshed, descriptions = {}, {}
+    meshed: dict[tuple[Any, ...], HexahedralMesh] = {}
+    descriptions: dict[int, dict[str, Any]] = {}
     for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
         if key not in meshed:
             mesh = mesh_round(rounds[index], settings.cell_size, cuts=cuts)

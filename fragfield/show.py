@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case import to_toml
+from fragfield.exposure_words import exposed_rounds, exposure_words
 from fragfield.progress import duration
 
 if TYPE_CHECKING:
@@ -179,7 +180,10 @@ def _lighting(entry: Mapping[str, Any]) -> str:
         words.append(f"at {first} us{points}" if first == last else f"at {first} to {last} us{points}")
     if entry["initiation"]:
         pressure, time = entry["initiation"]["pressure"], entry["initiation"]["duration"]
-        words.append(f"by {pressure / 1e9:.4g} GPa held for {time * 1e6:.4g} us")
+        if pressure is not None:
+            words.append(f"by {pressure / 1e9:.4g} GPa held for {time * 1e6:.4g} us")
+        elif not words:
+            words.append("never; shock reported")
     return ", or ".join(words)
 
 
@@ -219,6 +223,9 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:
             table.add_row("burst", f"ignition of {entry['name']}", *_lit(entry["ignition"]))
+    for name, exposure, initiated in exposed_rounds(summary.get("burst") or {}):
+        label = "initiated" if initiated else "not initiated"
+        table.add_row("burst", f"{name}, {label}", exposure_words(exposure), "")
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", _number(surface["hits"], 1.0), "")
     for obstacle in summary.get("obstacle") or []:

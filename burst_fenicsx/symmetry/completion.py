@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from burst_fenicsx.exposure import Exposure
     from burst_fenicsx.initiation import Source
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.snapshot import RoundRecord
@@ -169,6 +170,15 @@ class Completion:
         """Where shocks initiated each round of the whole."""
         part = self._part
         found = [sources[source] for source in part.source.tolist()]
+        return [
+            None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
+            for one, mirrors in zip(found, part.mirrors.tolist(), strict=True)
+        ]
+
+    def exposures(self, exposures: Sequence[Exposure | None]) -> list[Exposure | None]:
+        """What shocks did to each round of the whole."""
+        part = self._part
+        found = [exposures[source] for source in part.source.tolist()]
         return [
             None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
             for one, mirrors in zip(found, part.mirrors.tolist(), strict=True)

@@ -225,7 +225,13 @@ def burst_round(entry: RoundTable, key: str) -> Round:
         ignition=tuple(
             IgnitionPoint(float(point.station), point.offset, point.delay) for point in entry.ignition or []
         ),
-        initiation=ShockInitiation(**entry.initiation.model_dump()) if entry.initiation else None,
+        initiation=ShockInitiation(
+            math.inf if entry.initiation.pressure is None else entry.initiation.pressure,
+            entry.initiation.duration,
+            entry.initiation.floor,
+        )
+        if entry.initiation
+        else None,
     )
 
 
