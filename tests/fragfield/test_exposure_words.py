@@ -29,8 +29,8 @@ def run_with(**changes):
 def test_a_sentence_gives_pressure_time_energy_threshold_and_what_the_cells_allow():
     assert exposure_words(EXPOSURE) == (
         "largest pressure 3.95 GPa; strongest pulse 3.2 GPa held for 2.5 us, 1.5 MJ/m2 against 1.38 to 1.84 MJ/m2 "
-        "(ratio 0.81 to 1.1): within the scatter of the published critical energies; the cells are too coarse to resolve "
-        "this pulse, which needs 1.8 mm or less: pressure and energy rise as they get smaller"
+        "(ratio 0.81 to 1.1): within the scatter of the published critical energies; the cells are too coarse to "
+        "resolve this pulse, which needs 1.8 mm or less: pressure and energy rise as they get smaller"
     )
     weak = exposure_words({**EXPOSURE, "energy": 0.0, "peak_pressure": 0.4e9})
     assert weak == "largest pressure 0.4 GPa, never above the floor of 1 GPa from which a pulse counts"
@@ -40,7 +40,7 @@ def test_only_rounds_that_wait_are_in_the_table():
     run = run_with()
     assert [(name, initiated) for name, _, initiated in exposed_rounds(run.part("burst"))] == [("acceptor", False)]
     (table,) = exposure_table(run)
-    assert table.rows == (
+    assert table.lines == (
         ("acceptor", "no", "3.95", "3.2", "2.5", "1.5", "1.38 to 1.84", "within, cells too coarse", "1.8"),
     )
     assert list(exposure_table(RunFiles(Path(), summary={"burst": {"rounds": [{"name": "donor"}]}}))) == []
