@@ -96,7 +96,11 @@ def burst_of(case: Path, cell_size: str, end_time: float, folder: Path) -> Simul
     """The burst of a case file, ready to be stepped on all ranks."""
     found = load_case(case, cell_size=cell_size)
     return Simulation(
-        burst_rounds(found), replace(burst_settings(found), end_time=end_time), folder, MPI.COMM_WORLD, {}
+        burst_rounds(found),
+        replace(burst_settings(found), end_time=end_time, symmetry="off"),
+        folder,
+        MPI.COMM_WORLD,
+        {},
     )
 
 

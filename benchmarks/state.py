@@ -86,7 +86,9 @@ def new_run(
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
     case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")
     settings = burst_settings(case)
-    settings = replace(settings, quadrature=quadrature, time_step=replace(settings.time_step, subcycling=subcycling))
+    settings = replace(
+        settings, symmetry="off", quadrature=quadrature, time_step=replace(settings.time_step, subcycling=subcycling)
+    )
     if end_time is not None:
         settings = replace(settings, end_time=end_time)
     folder = Path(tempfile.mkdtemp(dir=_scratch().name))

@@ -85,10 +85,10 @@ class LeakageParts:
     settings : coefficients of Eq. 7 and the critical ratio r_cr/r0.
     part : (nodes,) int32, part of each outermost node of this rank's own nodes.
     node : (nodes,) int32, local node.
-    outward : (nodes, 3), initial radial direction.
+    outward : (nodes, 3), initial radial direction, times the node's weight in the mean.
     start : (nodes, 3), the node's initial place (m).
     initial_radius : (parts,) mean initial radius r0 (m).
-    count : (parts,) outermost nodes of the part over all ranks.
+    count : (parts,) outermost nodes of the part over all ranks, those in a plane of symmetry counted half.
     source : (parts,) the part whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
     rounding : constant (m) of `kernels.exact.quantise` for the sums over nodes, which ranks share.
     factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
@@ -118,25 +118,28 @@ class LeakageParts:
         radius: np.ndarray,
         outward: np.ndarray,
         parts: int,
+        weight: np.ndarray | None = None,
     ) -> LeakageParts:
         """Build from the parts of this rank's own nodes.
 
         `node_part` (own nodes,) is -1 off the charge's outer surface; `start` their places (m), `radius` their
-        distances from the round's axis (m), `outward` the unit vectors away from it.
+        distances from the round's axis (m), `outward` the unit vectors away from it. `weight` is the share of each node
+        that belongs to the computed part, a half in a plane of symmetry; left out: 1.
         """
         node = np.flatnonzero(node_part >= 0).astype(np.int32)
         part = node_part[node].astype(np.int32)
-        count = comm.allreduce(np.bincount(part, minlength=parts).astype(float))
+        share = np.ones(len(node)) if weight is None else weight[node]
+        count = comm.allreduce(np.bincount(part, weights=share, minlength=parts))
         largest = comm.allreduce(float(radius[node].max(initial=0.0)), op=MPI.MAX) * count.max(initial=0.0)
         rounding = rounding_constant(_GREATEST_GROWTH * largest or 1.0)
-        total = comm.allreduce(np.bincount(part, weights=quantise(radius[node], rounding), minlength=parts))
+        total = comm.allreduce(np.bincount(part, weights=quantise(share * radius[node], rounding), minlength=parts))
         source = _nearest_with_nodes(count, settings.parts)
         return cls(
             settings=settings,
             comm=comm,
             part=part,
             node=node,
-            outward=np.ascontiguousarray(outward[node]),
+            outward=np.ascontiguousarray(share[:, None] * outward[node]),
             start=np.ascontiguousarray(start[node]),
             initial_radius=(total / np.maximum(count, 1.0))[source],
             count=count,

@@ -70,10 +70,21 @@ class Measures:
     Parameters
     ----------
     state : the fields. surfaces : bins of the whole mesh. rounds : in order. lengths : of each round (m).
+    multiplicity : (rounds,) how many times a round is the computed part of it; masses are those of whole rounds.
+    images : how many times the arrangement is the computed part of it; so many times cells are counted.
+    weight : (nodes of the mesh,) of each node in azimuthal means; left out: 1.
     """
 
     def __init__(
-        self, state: BurstFields, surfaces: RadialSurfaces, rounds: Sequence[Round], lengths: Sequence[float]
+        self,
+        state: BurstFields,
+        surfaces: RadialSurfaces,
+        rounds: Sequence[Round],
+        lengths: Sequence[float],
+        *,
+        multiplicity: np.ndarray | None = None,
+        images: int = 1,
+        weight: np.ndarray | None = None,
     ) -> None:
         self._state = state
         self._comm = state.mesh.comm
@@ -85,12 +96,15 @@ class Measures:
         mesh = state.mesh
         own = mesh.node[: mesh.owned_nodes]
         bins = surfaces.casing_bin[own]
+        self._multiplicity = np.ones(len(rounds)) if multiplicity is None else multiplicity
+        self._images = images
         self._node = np.flatnonzero(bins >= 0)
+        self._weight = np.ones(len(self._node)) if weight is None else weight[own][self._node]
         self._bin = bins[self._node]
         self._outward = surfaces.outward[own][self._node]
         self._radius = surfaces.radius[own][self._node]
         self._start = state.start[self._node]
-        self._count = self._sum(np.bincount(self._bin, minlength=self._bins).astype(float))
+        self._count = self._sum(np.bincount(self._bin, weights=self._weight, minlength=self._bins))
         casing = np.flatnonzero(mesh.part == Part.CASING)
         fraction = mesh.station[casing] / np.asarray(lengths)[mesh.round[casing]]
         place = np.clip((fraction * per_round).astype(int), 0, per_round - 1)
@@ -104,8 +118,8 @@ class Measures:
         """Azimuthal mean of the casing's outer radius in every bin (m); not a number in empty bins."""
         moved = self._state.nodes.position[self._node] - self._start
         radius = self._radius + np.einsum("ij,ij->i", moved, self._outward)
-        total = self._sum(np.bincount(self._bin, weights=radius, minlength=self._bins))
-        return np.where(self._count > 0, total / np.maximum(self._count, 1.0), np.nan)
+        total = self._sum(np.bincount(self._bin, weights=self._weight * radius, minlength=self._bins))
+        return np.where(self._count > 0, total / np.where(self._count > 0, self._count, 1.0), np.nan)
 
     def outer_diameter(self) -> float:
         """Largest over rounds and stations of the azimuthal mean diameter (m)."""
@@ -121,12 +135,13 @@ class Measures:
         released = state.released & (state.mesh.part == Part.CASING)
         masses = (state.cell_mass[casing].sum(), state.cell_mass[released].sum())
         counts = self._sum(np.array([lost.sum(), folded.sum(), *masses], dtype=float))
+        counts *= self._images
         return Distortion(int(counts[0]), int(counts[1]), float(counts[2]), float(counts[3]))
 
     def rounds(self) -> list[RoundMeasures]:
         """Speeds and diameters along every round."""
         state = self._state
-        mass = state.cell_mass[self._casing]
+        mass = state.cell_mass[self._casing] * self._multiplicity[state.mesh.round[self._casing]]
         speed = np.linalg.norm(state.cell_velocities(), axis=1)[self._casing]
         largest = np.zeros(self._bins)
         np.maximum.at(largest, self._casing_bin, speed)
@@ -153,6 +168,6 @@ class Measures:
             where = mesh.segment[own]
             mass = self._sum(np.bincount(where, weights=state.cell_mass[own], minlength=count))
             weighted = self._sum(np.bincount(where, weights=state.cell_mass[own] * speed[own], minlength=count))
-            masses.append(mass)
+            masses.append(self._multiplicity[index] * mass)
             speeds.append(weighted / np.where(mass > 0.0, mass, 1.0))
         return masses, speeds

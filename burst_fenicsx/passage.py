@@ -68,6 +68,8 @@ class Passage:
     ----------
     mesh : the whole mesh. fields : this rank's share of it.
     rounds : in order. settings : of the burst. Without contact of surfaces, other rounds are left out.
+    images : how many times the arrangement is the computed part of it; the summary's masses are those of the whole.
+    multiplicity : (rounds,) how many times a round is the computed part of it; messages name masses of whole rounds.
 
     Attributes
     ----------
@@ -78,11 +80,20 @@ class Passage:
     """
 
     def __init__(
-        self, mesh: HexahedralMesh, fields: BurstFields, rounds: Sequence[Round], settings: BurstSettings
+        self,
+        mesh: HexahedralMesh,
+        fields: BurstFields,
+        rounds: Sequence[Round],
+        settings: BurstSettings,
+        *,
+        images: int = 1,
+        multiplicity: np.ndarray | None = None,
     ) -> None:
         self._fields, self._comm = fields, fields.mesh.comm
         self._names = [item.name for item in rounds]
         self._count = len(rounds)
+        self._images = images
+        self._multiplicity = np.ones(self._count) if multiplicity is None else multiplicity
         self._skin, self._overlap = _SKIN * settings.cell_size, _OVERLAP * settings.cell_size
         self._planes = [
             (np.asarray(plane.point, dtype=float), np.asarray(plane.normal) / np.linalg.norm(plane.normal))
@@ -262,20 +273,21 @@ class Passage:
 
     def _words(self, found: PassedThrough, index: int) -> str:
         """What of a round has passed through, and where."""
-        mass, whole = found.together[index], self.casing_mass[index]
+        times = self._multiplicity[index]
+        mass, whole = times * found.together[index], times * self.casing_mass[index]
         where = ", ".join(f"{1e3 * value:.1f}" for value in found.centre[index])
         behind = f", up to {1e3 * found.deepest:.2g} mm" if found.beyond_planes[index] > 0.0 else ""
         return (
             f"{mass:.3g} of {whole:.4g} kg ({100 * mass / whole:.2g} %) of the casing of round '{self._names[index]}' "
-            f"have passed through: {found.beyond_planes[index]:.3g} kg behind a plane{behind}, "
-            f"{found.in_rounds[index]:.3g} kg within other rounds, around ({where}) mm"
+            f"have passed through: {times * found.beyond_planes[index]:.3g} kg behind a plane{behind}, "
+            f"{times * found.in_rounds[index]:.3g} kg within other rounds, around ({where}) mm"
         )
 
     def log_result(self, contact: Mapping[str, Any], folded: float) -> None:
         """Log what has passed through, with the deepest interior nodes by `contact`'s summary; `folded` mass in kg."""
         if not self.needed or self._comm.rank != 0:
             return
-        planes, rounds = self.largest[:2]
+        planes, rounds = self._images * self.largest[:2]
         depths = [1e3 * contact[f"max_interior_{kind}_penetration"] for kind in ("plane", "collision")]
         _log.info(
             "casings: at most %.3g kg beyond planes and %.3g kg within other rounds; interior nodes up to %.3g mm "
@@ -289,10 +301,11 @@ class Passage:
     def summary(self) -> dict[str, Any]:
         """The passage's part of the summary: at the last look, and the largest so far."""
         last = self.last
-        planes, rounds, together, deepest = (float(value) for value in self.largest)
+        deepest = float(self.largest[3])
+        planes, rounds, together = (float(value) for value in self._images * self.largest[:3])
         return {
-            "beyond_planes": float(last.beyond_planes.sum()) if last else 0.0,
-            "in_other_rounds": float(last.in_rounds.sum()) if last else 0.0,
+            "beyond_planes": self._images * float(last.beyond_planes.sum()) if last else 0.0,
+            "in_other_rounds": self._images * float(last.in_rounds.sum()) if last else 0.0,
             "largest_beyond_planes": planes,
             "largest_in_other_rounds": rounds,
             "largest_together": together,

@@ -38,6 +38,7 @@ BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
 Interface = Literal["bonded", "shared"]
 Geometry = Literal["3d", "axisymmetric"]
+Symmetry = Literal["auto", "off"]
 
 
 class Part(IntEnum):
@@ -73,6 +74,8 @@ class Explosive:
     shear_modulus: float = 3.5e9  # of the unlit charge (Pa)
     shear_strength: float = 5.0e7  # of the unlit charge (Pa)
     source: str = ""
+    critical_energy: tuple[float, float] | None = None  # of initiation by shock: published range (J/m2)
+    critical_energy_source: str = ""
 
 
 @dataclass(frozen=True)
@@ -106,13 +109,16 @@ class IgnitionPoint:
 
 @dataclass(frozen=True)
 class ShockInitiation:
-    """Initiation of a charge by a neighbour's shock: a cell lights once its pressure has been held.
+    """Initiation of a charge by a neighbour's shock: a cell ignites once its pressure has been held.
 
-    `pressure` (Pa) is the threshold, `duration` (s) how long a cell must stay above it without a break.
+    `pressure` (Pa) is the threshold, `duration` (s) how long a cell must stay above it without a break; with an
+    infinite pressure nothing ignites, and what the shock does to the charge is reported (`exposure`). Pulses below
+    `floor` (Pa) do not count there.
     """
 
     pressure: float
     duration: float = 0.0
+    floor: float = 1e9
 
 
 @dataclass(frozen=True)
@@ -223,3 +229,4 @@ class BurstSettings:
     hourglass: Hourglass = field(default_factory=Hourglass)
     contact: Contact = field(default_factory=Contact)
     planes: tuple[RigidPlane, ...] = ()
+    symmetry: Symmetry = "auto"  # compute the smallest symmetric part of the arrangement, see `symmetry`; "off": all

@@ -22,12 +22,12 @@ _GURNEY_VOLUME = 7.0
 
 
 def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
-    """Describe every round of a finished run.
+    """Describe every computed round of a finished run, cut ones as whole.
 
     `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.
     """
     mesh = run.mesh
-    volume = mesh.volumes
+    volume = mesh.volumes * run.part.multiplicity[mesh.round]
     records = []
     for index, item in enumerate(run.rounds):
         own = mesh.round == index

@@ -6,7 +6,7 @@ import hashlib
 import logging
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.detonation import LeakageParts
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.exposure import ShockExposures
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.gathered import output_fields, snapshot_fields
 from burst_fenicsx.initiation import ShockInitiations
@@ -29,9 +30,12 @@ from burst_fenicsx.passage import Passage
 from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records import round_records
 from burst_fenicsx.snapshot import write_snapshot
-from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.solver import BurstSolver, Hold
 from burst_fenicsx.summary import Clocks, burst_summary
 from burst_fenicsx.surfaces import radial_surfaces
+from burst_fenicsx.symmetry import smallest_part
+from burst_fenicsx.symmetry.completion import Completion
+from burst_fenicsx.symmetry.words import symmetry_words
 from fragfield_base.interruption import Interruption
 
 if TYPE_CHECKING:
@@ -149,28 +153,49 @@ class Simulation:
         provenance: dict[str, str],
         on_progress: Callable[[BurstProgress], None] | None = None,
     ) -> None:
-        self.rounds = list(rounds)
-        self.settings = settings
+        _check(rounds, settings)
+        self.part = smallest_part(rounds, settings)
+        self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
+        self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
         self.out_dir = out_dir
         self.comm = comm
         self.provenance = provenance
         self.on_progress = on_progress
         self.clocks = Clocks()
-        _check(self.rounds, settings)
-        if len(self.rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
+        if comm.rank == 0 and self.geometry == "3d":
+            for line in symmetry_words(self.part.summary()):
+                _log.info("%s", line)
+        if len(rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
             _log.warning(
                 "%d rounds are computed as if each stood alone: contact of surfaces is switched off, and the distances "
                 "are not those of a stack",
-                len(self.rounds),
+                len(rounds),
             )
 
         self.mesh, self.quality = self._make_mesh()
         self.fuze_density = [_fuze_density(item) for item in self.rounds]
+        self.completion = Completion(self.part, self.mesh)
         bins = int(np.clip(max(self.mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
         self.surfaces = self._make_surfaces(bins)
         self._make_state()
-        self.measures = Measures(self.fields, self.surfaces, self.rounds, self.mesh.lengths)
-        self.passage = Passage(self.mesh, self.fields, self.rounds, settings)
+        self.exposures = ShockExposures(self.rounds, self.fields)
+        self.measures = Measures(
+            self.fields,
+            self.surfaces,
+            self.rounds,
+            self.mesh.lengths,
+            multiplicity=self.part.multiplicity,
+            images=self.part.images,
+            weight=self.mesh.node_weight,
+        )
+        self.passage = Passage(
+            self.mesh,
+            self.fields,
+            self.rounds,
+            settings,
+            images=self.part.images,
+            multiplicity=self.part.multiplicity,
+        )
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
@@ -185,7 +210,12 @@ class Simulation:
 
     def _make_mesh(self) -> tuple[HexahedralMesh, MeshQuality]:
         """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
-        mesh = merge([mesh_round(item, self.settings.cell_size, index) for index, item in enumerate(self.rounds)])
+        mesh = merge(
+            [
+                mesh_round(item, self.settings.cell_size, index, cuts)
+                for index, (item, cuts) in enumerate(zip(self.rounds, self.part.cuts, strict=True))
+            ]
+        )
         found = quality(mesh)
         return (split_charges(mesh) if self.settings.contact.charge_casing == "bonded" else mesh), found
 
@@ -212,7 +242,13 @@ class Simulation:
         self.contact = ContactForces(mesh, self.fields, settings)
         self.initiation = ShockInitiations.of_rounds(self.rounds, self.fields)
         self.solver = BurstSolver(
-            self.fields, settings, self.leakage, self.ledger, contact=self.contact, initiation=self.initiation
+            self.fields,
+            settings,
+            self.leakage,
+            self.ledger,
+            contact=self.contact,
+            initiation=self.initiation,
+            holds=self._holds(),
         )
 
     def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:
@@ -226,7 +262,16 @@ class Simulation:
             surfaces.radius[own],
             surfaces.outward[own],
             surfaces.parts,
+            self.mesh.node_weight[own],
         )
+
+    def _holds(self) -> tuple[Hold, ...]:
+        """Nodes in planes that cut rounds, which stay there."""
+        held = self.mesh.held
+        if held is None:
+            return ()
+        local = held[self.fields.mesh.node]
+        return tuple(Hold(np.flatnonzero(local >> bit & 1), normal) for bit, normal in enumerate(self.part.normals))
 
     def _make_ledger(self) -> Ledger:
         state = self.fields
@@ -235,7 +280,13 @@ class Simulation:
             own = (state.mesh.round == index) & (state.mesh.part == Part.CHARGE)
             chemical[index] = state.cell_mass[own].sum() / products.density * products.energy
         chemical = self.comm.allreduce(chemical)
-        return Ledger(self.settings.energy_tolerance, LEAST_WORK * float(chemical.sum()), chemical, self.comm)
+        return Ledger(
+            self.settings.energy_tolerance,
+            LEAST_WORK * float(chemical.sum()),
+            chemical,
+            self.comm,
+            balanced=self.part.held_directions,
+        )
 
     @property
     def key(self) -> str:
@@ -248,6 +299,7 @@ class Simulation:
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
         self.passage.largest = records["passed_through"]
+        self.exposures.restore(records)
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -288,6 +340,7 @@ class Simulation:
                 if finished:
                     break
                 solver.step(min(output, end))
+                self.exposures.update(solver.time, solver.time_step)
         finally:
             self.clocks.stepping += clock.perf_counter() - began
             if self._series is not None:
@@ -329,12 +382,13 @@ class Simulation:
     def _open_series(self) -> None:
         if self.comm.rank == 0:
             self._series = TimeSeries(
-                self.out_dir / "burst", self.mesh.cells, self.provenance, resume_at=self._resumed_at
+                self.out_dir / "burst", self.completion.cells, self.provenance, resume_at=self._resumed_at
             )
 
     def _write_output(self) -> None:
         points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
         if self._series is not None:
+            points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             self._place(points)
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
@@ -352,6 +406,8 @@ class Simulation:
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
         records["passed_through"] = self.passage.largest
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
+        if self.exposures.any:
+            records |= self.exposures.arrays()
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
     def _report_progress(self, end: float, began: float) -> None:
@@ -376,30 +432,25 @@ class Simulation:
         )
 
     def finish(self) -> BurstResult:
-        """Write the snapshot and give the summary; collective."""
+        """Write the snapshot and give the summary, of all rounds; collective."""
+        whole = self.completion
         along = self.measures.rounds()
         counts = [len(segments) for segments in self.mesh.segments]
         masses, speeds = self.measures.segment_masses_and_speeds(counts)
-        records = round_records(self, masses, speeds)
+        records = whole.records(round_records(self, masses, speeds))
+        along = whole.measures(along)
         nodes, cells = snapshot_fields(self.fields)
         self._place(nodes)
-        history = self.ledger.columns()
+        history = whole.history(self.ledger.columns())
         summary = burst_summary(self, along, [record.charge_mass for record in records])
         self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
         if self.comm.rank == 0:
-            whole = self.mesh
+            names = whole.names
             write_snapshot(
                 self.out_dir / "burst_snapshot.h5",
                 self.solver.time,
-                nodes,
-                {
-                    "nodes": whole.cells,
-                    "part": whole.part.astype(np.uint8),
-                    "round": whole.round,
-                    "segment": whole.segment,
-                    "station": whole.station,
-                    **cells,
-                },
+                whole.point_fields(nodes),
+                {"nodes": whole.cells, **names, "part": names["part"].astype(np.uint8), **whole.cell_fields(cells)},
                 records,
                 along,
                 history,

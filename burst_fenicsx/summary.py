@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from burst_fenicsx.exposure import verdict
 from burst_fenicsx.lighting import ignitions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.exposure import Exposure
     from burst_fenicsx.measures import RoundMeasures
+    from burst_fenicsx.problem import Round
     from burst_fenicsx.simulation import Simulation
 
 __all__ = ["Clocks", "burst_summary"]
@@ -37,8 +40,8 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     Parameters
     ----------
     run : the run.
-    along : speeds and diameters along each round.
-    charge_masses : of each round (kg).
+    along : speeds and diameters along each round of the whole arrangement.
+    charge_masses : of each of these rounds (kg).
     """
     solver, last = run.solver, run.ledger.entries[-1]
     distortion = run.measures.distortion()
@@ -49,13 +52,16 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
     growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
-    contact = run.contact.summary()
-    shocks = run.initiation.sources if run.initiation is not None else [None] * len(run.rounds)
+    contact = _of_all_images(run.contact.summary(), run.part.images)
+    whole, source = run.part.whole, run.part.source
+    shocks = run.completion.sources(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
+    exposures = run.completion.exposures(run.exposures.found())
     return {
         "geometry": run.geometry,
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
+        "symmetry": {**run.part.summary(), "all_cells": len(run.completion.cells)},
         "ranks": run.comm.size,
         "threads": numba.get_num_threads(),
         "steps": solver.steps,
@@ -100,15 +106,28 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                 "max_initial_speed": measure.largest,
                 "outer_diameter": float(np.nanmax(measure.outer_diameter)),
                 "fastest_station": measure.fastest,
-                "length": run.mesh.lengths[index],
-                "products_balance": float(balances[index]),
+                "length": run.mesh.lengths[source[index]],
+                "products_balance": float(balances[source[index]]),
                 "ignition": [
-                    one.summary() for one in ignitions(item, run.mesh.lengths[index], shocks[index], solver.time)
+                    one.summary()
+                    for one in ignitions(item, run.mesh.lengths[source[index]], shocks[index], solver.time)
                 ],
+                **_exposure(exposures[index], item, run.settings.cell_size),
             }
-            for index, (item, measure, charge) in enumerate(zip(run.rounds, along, charge_masses, strict=True))
+            for index, (item, measure, charge) in enumerate(zip(whole, along, charge_masses, strict=True))
         ],
     }
+
+
+def _exposure(found: Exposure | None, item: Round, cell_size: float) -> dict[str, Any]:
+    """What a neighbour's shock did to a round without ignition points; nothing for the others."""
+    return {} if found is None else {"exposure": verdict(found, item.explosive.critical_energy, cell_size)}
+
+
+def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
+    """Contact's summary with counts and energies of the whole arrangement, `images` times the computed part."""
+    extensive = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat")
+    return {**contact, **{name: images * contact[name] for name in extensive}}
 
 
 def _error_at_outputs(run: Simulation) -> float:

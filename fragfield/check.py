@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from burst_fenicsx.meshing import MeshQuality
+    from burst_fenicsx.meshing.cut import Cut
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Round
     from fragfield.case import Case
@@ -41,42 +42,54 @@ def check_report(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `case`, `rounds`, `arrangement`, `geometry`, `mesh`, `expected` and `warnings`; numbers in SI.
+        `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected` and
+        `warnings`; numbers in SI.
 
     Raises
     ------
     InputError
         The mesh cannot be made: the contours do not allow it, or a mesh file is at fault.
     """
+    from burst_fenicsx.symmetry import smallest_part
+
     settings, rounds = burst_settings(case), burst_rounds(case)
+    part = smallest_part(rounds, settings)
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
     first = _first_alike(case)
-    made = {index: _meshed(rounds[index], settings) for index in sorted(set(first))}
-    meshed = {index: mesh for index, (mesh, _) in made.items()}
-    meshes = [meshed[index] for index in first]
-    qualities = {index: quality for index, (_, quality) in made.items()}
-    descriptions = {index: _round(rounds[index], settings, mesh) for index, mesh in meshed.items()}
-    described = [{**descriptions[index], "name": entry.name} for index, entry in zip(first, rounds, strict=True)]
-    expected = expected_cost(settings, rounds, described, meshes)
+    computed = [
+        (first[index], tuple(cut.normal for cut in cuts)) for index, cuts in zip(part.indices, part.cuts, strict=True)
+    ]
+    meshed: dict[tuple[Any, ...], CellMesh] = {}
+    qualities: dict[tuple[Any, ...], MeshQuality] = {}
+    descriptions: dict[int, dict[str, Any]] = {}
+    for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
+        if key not in meshed:
+            meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
+            descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
+    of_round = [computed[source] for source in part.source.tolist()]
+    described = [{**descriptions[key], "name": entry.name} for (key, _), entry in zip(of_round, rounds, strict=True)]
+    cells = sum(qualities[key].cells for key in computed)
+    expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
     return {
         "case": plain(case),
         "rounds": described,
         "arrangement": arrangement(case),
         "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
-            "cells": sum(qualities[index].cells for index in first),
-            "nodes": sum(qualities[index].nodes for index in first),
+            "cells": cells,
+            "nodes": sum(qualities[key].nodes for key in computed),
             "min_scaled_jacobian": min(one.min_scaled_jacobian for one in qualities.values()),
             "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
             "min_edge": min(one.min_edge for one in qualities.values()),
         },
+        "symmetry": part.summary(),
         "expected": expected,
         "warnings": [*_warnings(case, settings, described, expected), *_mean_mass_warnings(case, rounds, described)],
     }
 
 
-def _meshed(item: Round, settings: BurstSettings) -> tuple[CellMesh, MeshQuality]:
-    """The mesh on which a round is computed, and its quality."""
+def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[CellMesh, MeshQuality]:
+    """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
     from burst_fenicsx.meshing import mesh_round, quality
     from burst_fenicsx.meshing.split import split_charges
 
@@ -87,7 +100,7 @@ def _meshed(item: Round, settings: BurstSettings) -> tuple[CellMesh, MeshQuality
         meridian = mesh_meridian(item.profile, settings.cell_size)
         found = meridian_quality(meridian, item.profile)
         return (split_charges(meridian) if settings.contact.charge_casing == "bonded" else meridian), found
-    mesh = mesh_round(item, settings.cell_size)
+    mesh = mesh_round(item, settings.cell_size, cuts=cuts)
     if settings.contact.charge_casing == "bonded":
         mesh = split_charges(mesh)
     return mesh, quality(mesh)
@@ -110,15 +123,16 @@ def gurney_speed(constant: float, charge_ratio: float) -> float:
     return constant * math.sqrt(charge_ratio / (1.0 + 0.5 * charge_ratio))
 
 
-def _round(entry: Round, settings: BurstSettings, mesh: CellMesh) -> dict[str, Any]:
+def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> dict[str, Any]:
+    """What follows from a round; it is `times` its mesh."""
     from burst_fenicsx.meshing import part_volumes
     from burst_fenicsx.problem import Part
 
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
     found: dict[str, Any] = {"name": entry.name}
-    in_mesh = {"casing_mass": meshed[Part.CASING] * density[Part.CASING]}
-    in_mesh["charge_mass"] = meshed[Part.CHARGE] * density[Part.CHARGE]
+    in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
+    in_mesh["charge_mass"] = times * meshed[Part.CHARGE] * density[Part.CHARGE]
     exact = dict(in_mesh)
     if entry.profile is not None:
         profile = entry.profile

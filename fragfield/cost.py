@@ -61,6 +61,8 @@ def expected_cost(
     rounds: Sequence[Round],
     described: Sequence[dict[str, Any]],
     meshes: Sequence[CellMesh],
+    *,
+    computed_cells: int | None = None,
 ) -> dict[str, Any]:
     """Estimate what a burst will cost.
 
@@ -73,7 +75,9 @@ def expected_cost(
     described : sequence of dict
         Of each round `charge_length`, `outer_diameter` (m) and `gurney_speed` (m/s).
     meshes : sequence of CellMesh
-        Of each round.
+        Of each round, or of its computed part.
+    computed_cells : int, optional
+        Number of cells that are computed, where rounds are images of others; left out: those of all meshes.
 
     Returns
     -------
@@ -100,7 +104,8 @@ def expected_cost(
     together = settings.time_step.cfl * stepping
     subcycles = settings.time_step.subcycling and settings.damping == 0.0
     step = settings.time_step.fixed or (max(own, together) if subcycles else together)
-    cells, steps = sum(len(mesh.cells) for mesh in meshes), math.ceil(end / step)
+    cells = sum(len(mesh.cells) for mesh in meshes) if computed_cells is None else computed_cells
+    steps = math.ceil(end / step)
     memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
     contact, rings = settings.contact, settings.geometry == "axisymmetric"
     share = 1.0 + _BONDS * (contact.charge_casing == "bonded") + _SURFACES * (contact.surfaces and not rings)

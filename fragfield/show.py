@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case import to_toml
+from fragfield.exposure_words import exposed_rounds, exposure_words
 from fragfield.progress import duration
 
 if TYPE_CHECKING:
@@ -74,6 +75,10 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
         f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
     )
+    from burst_fenicsx.symmetry.words import symmetry_words
+
+    for line in symmetry_words(found["symmetry"]):
+        console.print(line, markup=False)
     console.print(
         f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
         f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
@@ -182,7 +187,10 @@ def _lighting(entry: Mapping[str, Any]) -> str:
         words.append(f"at {first} us{points}" if first == last else f"at {first} to {last} us{points}")
     if entry["initiation"]:
         pressure, time = entry["initiation"]["pressure"], entry["initiation"]["duration"]
-        words.append(f"by {pressure / 1e9:.4g} GPa held for {time * 1e6:.4g} us")
+        if pressure is not None:
+            words.append(f"by {pressure / 1e9:.4g} GPa held for {time * 1e6:.4g} us")
+        elif not words:
+            words.append("never; shock reported")
     return ", or ".join(words)
 
 
@@ -222,6 +230,9 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:
             table.add_row("burst", f"ignition of {entry['name']}", *_lit(entry["ignition"]))
+    for name, exposure, initiated in exposed_rounds(summary.get("burst") or {}):
+        label = "initiated" if initiated else "not initiated"
+        table.add_row("burst", f"{name}, {label}", exposure_words(exposure), "")
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", _number(surface["hits"], 1.0), "")
     for obstacle in summary.get("obstacle") or []:

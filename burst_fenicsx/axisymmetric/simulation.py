@@ -59,7 +59,9 @@ class AxisymmetricSimulation(Simulation):
         if reason is not None:
             raise InputError(f"the burst is not axisymmetric: {reason}; compute it in three dimensions")
         self._planes = settings.planes
-        super().__init__(rounds, replace(settings, planes=()), out_dir, MPI.COMM_SELF, provenance, on_progress)
+        super().__init__(
+            rounds, replace(settings, planes=(), symmetry="off"), out_dir, MPI.COMM_SELF, provenance, on_progress
+        )
 
     def _make_mesh(self) -> tuple[MeridianMesh, MeshQuality]:
         profile = self.rounds[0].profile

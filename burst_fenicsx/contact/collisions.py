@@ -160,6 +160,7 @@ class CollidingSurfaces(NodeContact):
         face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)
         normals = np.empty_like(position)
         node_normals(position, surfaces.faces[: surfaces.on_surface], normals)
+        self.surfaces.flatten(normals)
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         active = self._rows[surfaces.outside[self._rows]]

@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.planes import PlaneContact, nodes_at_planes
+from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
 from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
@@ -110,11 +110,13 @@ class ContactForces:
         self.planes: list[PlaneContact] = []
         if settings.planes and self.surfaces is not None:
             nodes, interior = nodes_at_planes(mesh, self.surfaces)
-            local = fields.mesh.local_node(nodes)
-            rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
-            rows = rows[np.argsort(interior[rows], kind="stable")]
-            outer = int(np.count_nonzero(~interior[rows]))
-            self.planes = [PlaneContact(plane, fields, local[rows], rows, outer) for plane in settings.planes]
+            for plane in settings.planes:
+                free = ~held_in_plane(mesh, nodes, plane)
+                local = fields.mesh.local_node(nodes[free])
+                rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
+                rows = rows[np.argsort(interior[free][rows], kind="stable")]
+                outer = int(np.count_nonzero(~interior[free][rows]))
+                self.planes.append(PlaneContact(plane, fields, local[rows], rows, outer))
             self._at_planes = nodes
         self._nodes = np.flatnonzero(self.touched).astype(np.int32)
         self._always = self._always_pushed()
@@ -200,12 +202,13 @@ class ContactForces:
         """Forces of the planes, and what impulse they have given."""
         if not self.planes:
             return
-        before = sum_rows(self.force, self.planes[0].state.node)
+        pushed = np.zeros(3)
         for plane in self.planes:
+            before = sum_rows(self.force, plane.state.node)
             plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
+            pushed += sum_rows(self.force, plane.state.node) - before
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
-        pushed = sum_rows(self.force, self.planes[0].state.node) - before
         self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
         self.plane_force = pushed
 

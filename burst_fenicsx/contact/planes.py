@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import RigidPlane
 
-__all__ = ["PlaneContact", "nodes_at_planes"]
+__all__ = ["PlaneContact", "held_in_plane", "nodes_at_planes"]
+
+_IN_PLANE = 1e-9  # m
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -38,6 +40,16 @@ def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np
     meets |= on_face
     nodes = np.flatnonzero(meets)
     return nodes, ~on_face[nodes]
+
+
+def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane) -> np.ndarray:
+    """Whether each of the nodes (k,) of a cut round lies in the plane for good, and so never meets it."""
+    if mesh.held is None:
+        return np.zeros(len(nodes), dtype=bool)
+    normal = np.asarray(plane.normal, dtype=float)
+    height = (mesh.nodes[nodes] - np.asarray(plane.point)) @ (normal / np.linalg.norm(normal))
+    lies: np.ndarray = (mesh.held[nodes] != 0) & (np.abs(height) < _IN_PLANE)
+    return lies
 
 
 class PlaneContact(NodeContact):

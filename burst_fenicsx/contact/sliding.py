@@ -85,6 +85,8 @@ class SlidingInterface:
         # In the order of the nodes, so that contacts that follow each other find theirs in cache.
         mine = np.flatnonzero(slave >= 0)
         mine = mine[np.argsort(slave[mine], kind="stable")].astype(np.int32)
+        held = np.zeros(0, dtype=np.uint8) if mesh.held is None else mesh.held[solid_nodes[group_row]]
+        self._in_planes = [(np.flatnonzero(held >> bit & 1), np.asarray(normal)) for bit, normal in mesh.held_normals]
         of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
         of_round[mesh.cells] = mesh.round[:, None]
         material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
@@ -161,8 +163,10 @@ class SlidingInterface:
         self._master_halo.fetch(self._position, self._velocity, self.load[:, None])
         face_vectors(self._position, surface.faces, self._near_faces, self._vectors)
         group_vectors(surface.first_face, surface.face, self._near_groups, self._vectors, surface.vector)
+        self._add_images(surface.vector, 2.0)
         face_vectors(nodes.position, self._charge_faces, self._beside, self._charge_vectors)
         group_vectors(surface.first_face, surface.face, contacts.contact, self._charge_vectors, contacts.area)
+        self._add_images(contacts.area, 1.0)
         burnt, pressure = self._charge_state()
         law = SlideLaw(
             budget, step, settings.tensile_strength, settings.cohesion,
@@ -177,6 +181,16 @@ class SlidingInterface:
         add_slide_forces(surface, contacts, nodes.rounding, self._load_rounding, self._sums, force)
         self._master_halo.give(self._sums)
         take_reactions(self._sums, rows, masters, self.load, force)
+
+    def _add_images(self, vectors: np.ndarray, sides: float) -> None:
+        """Complete sums of area vectors (groups, 3) over the faces of one side of planes in which their nodes lie.
+
+        With the image's faces the sum lies in the plane, and is twice as long where both sides count: that is the
+        surface's normal (`sides` 2). What presses on a node of half the mass is one side (`sides` 1).
+        """
+        for groups, normal in self._in_planes:
+            own = vectors[groups]
+            vectors[groups] = sides * (own - (own @ normal)[:, None] * normal)
 
     def _charge_state(self) -> tuple[np.ndarray, np.ndarray]:
         """Mean burn fraction and pressure (Pa) of the charge's cells around each contact's node; collective."""

@@ -34,6 +34,7 @@ class ContactSurfaces:
     interior : (surface nodes,) bool, nodes of a casing that lie on no face: they meet faces of other rounds only.
     on_surface : how many of the faces, the first, lie on a surface. The others lie within casings, between layers of
         cells counted from the outside, and look outward: nodes of other rounds meet them where outer cells fold.
+    held, held_normals : (surface nodes,) uint8 and planes of symmetry, as the mesh has them.
     """
 
     node: np.ndarray
@@ -44,6 +45,17 @@ class ContactSurfaces:
     outside: np.ndarray
     interior: np.ndarray
     on_surface: int
+    held: np.ndarray
+    held_normals: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+
+    def flatten(self, vectors: np.ndarray) -> None:
+        """Take from vectors (surface nodes, 3) what points out of the planes in which nodes are held.
+
+        Faces of one side alone are summed at a plane of symmetry; with those of the image their sum lies in it.
+        """
+        for bit, normal in self.held_normals:
+            rows = np.flatnonzero(self.held >> bit & 1)
+            vectors[rows] -= (vectors[rows] @ np.asarray(normal))[:, None] * np.asarray(normal)
 
 
 def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
@@ -77,7 +89,16 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     at = mesh.nodes[node][numbered]
     area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
     return ContactSurfaces(
-        node, numbered, face_body, node_body, np.sqrt(area), outside[node], ~on_face[node], len(all_faces)
+        node,
+        numbered,
+        face_body,
+        node_body,
+        np.sqrt(area),
+        outside[node],
+        ~on_face[node],
+        len(all_faces),
+        np.zeros(len(node), dtype=np.uint8) if mesh.held is None else mesh.held[node],
+        mesh.held_normals,
     )
 
 

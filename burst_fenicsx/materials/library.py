@@ -22,6 +22,8 @@ EXPLOSIVE_KEYS = (
     "gurney",
     "jwl",
     "source",
+    "critical_energy",
+    "critical_energy_source",
 )
 CASING_KEYS = (
     "density",
@@ -70,6 +72,12 @@ def load_explosive(name_or_path: str | Path) -> Explosive:
         jwl = JonesWilkinsLee(**{key: constants.number(key, above=0.0) for key in JWL_KEYS})
     if "gurney" in table:
         _range(table)
+    critical = None
+    if "critical_energy" in table:
+        low, high = table.numbers("critical_energy", 2)
+        if not 0.0 < low <= high:
+            raise table.fault("critical_energy", "two energies above 0 (J/m2), the smaller first, are expected")
+        critical = low, high
     return Explosive(
         name=name,
         density=table.number("density", above=0.0, unit="kg/m3"),
@@ -80,6 +88,8 @@ def load_explosive(name_or_path: str | Path) -> Explosive:
         shear_modulus=table.number("shear_modulus", Explosive.shear_modulus, above=0.0, unit="Pa"),
         shear_strength=table.number("shear_strength", Explosive.shear_strength, at_least=0.0, unit="Pa"),
         source=table.text("source", ""),
+        critical_energy=critical,
+        critical_energy_source=table.text("critical_energy_source", ""),
     )
 
 

@@ -45,6 +45,10 @@ class CellMesh:
         The length of each round (m).
     twins : numpy.ndarray, int64, shape (pairs, 2)
         Nodes that lie in the same place on both sides of a split face: the charge's and the casing's or fuze's.
+    held : numpy.ndarray, uint8, shape (n,), or None
+        Where rounds are cut at planes of symmetry: bit k is set for the nodes in plane k. None: nothing is cut.
+    held_normals : tuple of (int, tuple of float)
+        The bits that are used and the unit normals of their planes.
     """
 
     nodes: NDArray[np.float64]
@@ -56,6 +60,16 @@ class CellMesh:
     segments: tuple[tuple[Segment, ...], ...] = ()
     lengths: tuple[float, ...] = ()
     twins: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    held: NDArray[np.uint8] | None = None
+    held_normals: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+
+    @property
+    def node_weight(self) -> NDArray[np.float64]:
+        """Share of each node (nodes,) that belongs to the mesh: a half in a plane that cuts its round, else 1."""
+        if self.held is None:
+            return np.ones(len(self.nodes))
+        weights: NDArray[np.float64] = 0.5 ** np.unpackbits(self.held[:, None], axis=1).sum(axis=1)
+        return weights
 
     @property
     def volumes(self) -> NDArray[np.float64]:
@@ -108,10 +122,18 @@ class HexahedralMesh(CellMesh):
 
     @cached_property
     def neighbours(self) -> NDArray[np.int32]:
-        """The cell behind each of a cell's faces (cells, 6), across splits too; -1 where there is none."""
-        from burst_fenicsx.kernels.faces import face_neighbours  # kernels are imported where they are used
+        """The cell behind each of a cell's faces (cells, 6), across splits too; -1 where there is none.
+
+        Behind a plane of symmetry lies a cell's own image: there the cell itself is named.
+        """
+        from burst_fenicsx.kernels.faces import FACES, face_neighbours  # kernels are imported where they are used
 
         found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
+        if self.held is not None:
+            cell, side = np.nonzero(found < 0)
+            corners = self.held[self.cells[cell[:, None], FACES[side]]]
+            in_plane = np.bitwise_and.reduce(corners, axis=1) != 0
+            found[cell[in_plane], side[in_plane]] = cell[in_plane]
         return found
 
 
@@ -141,6 +163,16 @@ def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
         segments=tuple(segments for mesh in meshes for segments in mesh.segments),
         lengths=tuple(length for mesh in meshes for length in mesh.lengths),
         twins=np.concatenate([mesh.twins + offset for mesh, offset in zip(meshes, offsets, strict=True)]),
+        held=_merged_held(meshes),
+        held_normals=tuple(sorted({one for mesh in meshes for one in mesh.held_normals})),
+    )
+
+
+def _merged_held(meshes: Sequence[HexahedralMesh]) -> NDArray[np.uint8] | None:
+    if all(mesh.held is None for mesh in meshes):
+        return None
+    return np.concatenate(
+        [np.zeros(len(mesh.nodes), dtype=np.uint8) if mesh.held is None else mesh.held for mesh in meshes]
     )
 
 

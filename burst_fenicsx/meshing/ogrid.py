@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.meshing.cut import cut_mesh, turn_to
 from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, SectionGrid, section_grid
 from burst_fenicsx.meshing.gmsh_import import read_gmsh
 from burst_fenicsx.meshing.mesh import HexahedralMesh
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import Round
+    from burst_fenicsx.symmetry.part import Cut
 
 __all__ = ["LEAST_SCALED_JACOBIAN", "mesh_profile", "mesh_round"]
 
@@ -34,7 +36,7 @@ LARGEST_MASS_ERROR = 0.02
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
 
-def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0) -> HexahedralMesh:
+def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0, cuts: Sequence[Cut] = ()) -> HexahedralMesh:
     """Mesh a round, or read its mesh file, and place it in the world.
 
     Parameters
@@ -46,6 +48,8 @@ def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0) -> He
         Edge of the mean cell (m); of no concern to a mesh file.
     round_index : int
         Index to write into the mesh.
+    cuts : sequence of Cut
+        Planes of symmetry through the axis of a round with a profile; the side of their normals is kept.
 
     Raises
     ------
@@ -59,7 +63,7 @@ def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0) -> He
         "round_index": round_index,
     }
     if cased_round.profile is not None and cased_round.mesh_file is None:
-        return mesh_profile(cased_round.profile, cell_size, **place_and_index)
+        return mesh_profile(cased_round.profile, cell_size, **place_and_index, cuts=cuts)
     if cased_round.mesh_file is not None and cased_round.profile is None:
         return read_gmsh(cased_round.mesh_file, **place_and_index)
     found = "both" if cased_round.profile is not None else "neither"
@@ -73,6 +77,7 @@ def mesh_profile(
     position: Sequence[float] = (0.0, 0.0, 0.0),
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     round_index: int = 0,
+    cuts: Sequence[Cut] = (),
 ) -> HexahedralMesh:
     """Mesh a profile: core square, rings and wall, over all its length; solid ends are casing through and through.
 
@@ -88,6 +93,9 @@ def mesh_profile(
         Centre of the base plane (m) and direction from base to nose.
     round_index : int
         Index to write into the mesh.
+    cuts : sequence of Cut
+        Planes of symmetry through the axis, at right angles to each other: the grid is turned so that they are planes
+        of nodes, and the side of their normals is kept.
 
     Returns
     -------
@@ -101,7 +109,7 @@ def mesh_profile(
         Jacobian of 0.2 (the message says where) or is too fine for the cells (a mass off by more than 2 %).
     """
     _check_ends(profile)
-    counts = grid_counts(profile, cell_size)
+    counts = grid_counts(profile, cell_size, even_core=bool(cuts))
     grid = section_grid(counts.core, counts.rings, counts.wall)
     stations = counts.stations
     outer = profile.outer.radius(stations)
@@ -109,7 +117,7 @@ def mesh_profile(
 
     across = grid.inner[None] * inner[:, None, None] + grid.outer[None] * outer[:, None, None]
     local = np.empty((*across.shape[:2], 3))
-    local[..., :2] = across
+    local[..., :2] = across @ turn_to(cuts, axis)
     local[..., 2] = (profile.length - stations)[:, None]
 
     layers = len(stations) - 1
@@ -132,7 +140,7 @@ def mesh_profile(
         lengths=(profile.length,),
     )
     _check_shape(mesh, profile, cell_size)
-    return mesh
+    return cut_mesh(mesh, cuts)
 
 
 def _check_ends(profile: Profile) -> None:

@@ -68,12 +68,13 @@ def _is_sharp(contour: Contour, station: float, spacing: float) -> bool:
     return bool(abs(contour.radius(station) - chord) > 0.1 * spacing)
 
 
-def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
+def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) -> GridCounts:
     """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
 
     The wall gets its mean thickness over the cell size, but never fewer than three cells. The other counts and the
     axial spacing (within a quarter of the cell size) are those of the least misfit: of the number of cells to volume
-    over cell size cubed, of core, ring and wall cells to each other, and of the spacing to the cell size.
+    over cell size cubed, of core, ring and wall cells to each other, and of the spacing to the cell size. With
+    `even_core` the core's side has an even number of cells, so that its middle lines are lines of the grid.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
         empty = 0
         if volumes.void > 0.0:
             empty = int(np.count_nonzero((centres > profile.cavity.start) & (centres < profile.charge_front)))
-        for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0))):
+        for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0)), 2 if even_core else 1):
             core_cell = 0.5 * np.pi * 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS) * inner / core
             ring_width = 2.0 * np.pi * (inner - 0.5 * ring_depth) / (4 * core)
             outer_width = 2.0 * np.pi * outer / (4 * core)

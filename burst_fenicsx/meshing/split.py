@@ -46,4 +46,5 @@ def split_charges(mesh: _Mesh) -> _Mesh:
         nodes=np.concatenate([mesh.nodes, mesh.nodes[shared]]),
         cells=cells,
         twins=np.stack([own[shared], shared], axis=1),
+        held=None if mesh.held is None else np.concatenate([mesh.held, mesh.held[shared]]),
     )

@@ -100,6 +100,8 @@ class BurstTable(Table):
     its axis, with no plane within reach of its casing."""
     convergence: Literal["auto", "off"] = "auto"
     """Whether an axisymmetric burst is computed with coarser cells as well, for the grid convergence of the results."""
+    symmetry: Literal["auto", "off"] = "auto"
+    """Compute the smallest part of the arrangement that planes of symmetry bound, or every round in full."""
     quadrature: Literal["one_point", "full"] = "one_point"
     """One point with hourglass control, or 2 x 2 x 2 points with mean dilatation."""
     products: Literal["landau", "landau_cj", "jwl"] = "landau_cj"

@@ -45,6 +45,7 @@ def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSett
     return BurstSettings(
         cell_size=table.cell_size,
         geometry=geometry or burst_geometry(case).geometry,
+        symmetry=table.symmetry,
         quadrature=table.quadrature,
         products=table.products,
         burn=table.burn,
@@ -226,7 +227,13 @@ def burst_round(entry: RoundTable, key: str) -> Round:
         ignition=tuple(
             IgnitionPoint(float(point.station), point.offset, point.delay) for point in entry.ignition or []
         ),
-        initiation=ShockInitiation(**entry.initiation.model_dump()) if entry.initiation else None,
+        initiation=ShockInitiation(
+            math.inf if entry.initiation.pressure is None else entry.initiation.pressure,
+            entry.initiation.duration,
+            entry.initiation.floor,
+        )
+        if entry.initiation
+        else None,
     )
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "Density",
     "Direction",
     "Energy",
+    "EnergyRange",
     "EnergyPerArea",
     "EnergyPerMass",
     "FrictionAngle",
@@ -353,6 +354,9 @@ Pressure = Annotated[float, Quantity("Pa", "800 MPa", least=0.0)]
 Energy = Annotated[float, Quantity("J", "79 J", above=0.0)]
 EnergyPerMass = Annotated[float, Quantity("J/kg", "4.52 MJ/kg", above=0.0)]
 EnergyPerArea = Annotated[float, Quantity("J/m^2", "14.7e4 J/m^2", above=0.0)]
+EnergyRange = Annotated[
+    tuple[float, float], Vector(2, Quantity("J/m^2", "1.4 MJ/m^2", above=0.0), '["1.4 MJ/m^2", "1.8 MJ/m^2"]')
+]
 ArealDensity = Annotated[float, Quantity("1/m^2", "1 / (55.7 m^2)", above=0.0)]
 Angle = Annotated[float, Quantity("rad", "5 deg")]
 FrictionAngle = Annotated[float, Quantity("rad", "20 deg", least=0.0, most=1.5)]

@@ -10,6 +10,7 @@ from fragfield.case.quantities import (
     Density,
     Direction,
     EnergyPerMass,
+    EnergyRange,
     NumberOrWord,
     Offset,
     Place,
@@ -73,6 +74,10 @@ class ExplosiveTable(Table):
     """Constants for products = "jwl"."""
     source: str = ""
     """Where the constants come from."""
+    critical_energy: EnergyRange | None = None
+    """Smallest and largest published energy per area of a plane shock that initiates it."""
+    critical_energy_source: str = ""
+    """Where they come from."""
 
 
 class CasingTable(Table):
@@ -115,10 +120,12 @@ class IgnitionTable(Table):
 class InitiationTable(Table):
     """Initiation of the charge by the shock of a neighbour: every cell that was pressed hard and long enough lights."""
 
-    pressure: Annotated[float, Quantity("Pa", "5 GPa", above=0.0)]
-    """Pressure that a cell must hold."""
+    pressure: Annotated[float | None, Quantity("Pa", "5 GPa", above=0.0)] = None
+    """Pressure that a cell must hold; left out: no pressure initiates it, and only what the shock does is reported."""
     duration: Annotated[float, Quantity("s", "0.2 us", least=0.0)] = 0.0
     """Time for which it must hold it without a break."""
+    floor: PositivePressure = 1e9
+    """Pressure below which a pulse does not count for the energy that is reported against the critical one."""
 
 
 class RoundTable(Table):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fragfield.certainty import certainty
+from fragfield.exposure_words import exposed_rounds, exposure_words
 from fragfield.report.ignition_table import lit_by_shock, never_lit
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
@@ -121,7 +122,7 @@ def _burst(run: RunFiles) -> list[Finding]:
     part = run.part("burst")
     found: list[Finding] = []
     folded = _folded_casing_cells(run)
-    lost, cells = _value(part, "lost_cells"), _value(part, "cells")
+    lost, cells = _value(part, "lost_cells"), _value(part.get("symmetry") or part, "all_cells") or _value(part, "cells")
     if lost is not None and cells:
         if lost:
             text = f"{number(int(lost))} of {number(int(cells))} cells were lost ({100 * lost / cells:.2g} %)"
@@ -235,6 +236,16 @@ def _unlit(run: RunFiles) -> list[Finding]:
             "that of a detonated round.",
         )
         for name in dark
+    ]
+    found += [
+        Finding(
+            "note" if exposure["verdict"] == "below" and exposure["resolved"] else "warning",
+            f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is one of "
+            "plane, short shocks; it knows nothing of fragments, friction, fire and later reaction: a round below it "
+            "is not thereby safe.",
+        )
+        for name, exposure, initiated in exposed_rounds(run.part("burst"))
+        if not initiated
     ]
     shares = [(str(one.get("name")), _value(one, "products_balance")) for one in run.part("burst").get("rounds") or []]
     found += [

@@ -96,7 +96,11 @@ def _ignition(entry: dict[str, Any]) -> str:
         words.append("at " + " and ".join(number(time, 3) for time in times[:: max(1, len(times) - 1)]) + " µs")
     if shock := entry.get("initiation"):
         pressure, time = si_value(shock.get("pressure"), math.nan), si_value(shock.get("duration"), 0.0)
-        words.append(f"by {number(pressure * 1e-9, 3)} GPa held for {number(time * 1e6, 3)} µs")
+        by = f"by {number(pressure * 1e-9, 3)} GPa held for {number(time * 1e6, 3)} µs"
+        if not math.isnan(pressure):
+            words.append(by)
+        elif not words:
+            words.append("never; shock reported")
     return " or ".join(words)
 
 

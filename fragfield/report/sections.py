@@ -21,6 +21,7 @@ from fragfield.report.blocks import (
 from fragfield.report.distance_tables import density_table, distance_table, sector_table, stack_rule_table
 from fragfield.report.document import document_of
 from fragfield.report.exposed_tables import exposed_tables, verdict_table
+from fragfield.report.exposure_table import exposure_table
 from fragfield.report.findings import findings
 from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
@@ -226,6 +227,7 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         ),
         *contact_rows(run),
         *ignition_table(run),
+        *exposure_table(run),
         *round_table(run),
     ]  # fmt: skip
     return Section("burst", "Burst", _stage(run, "burst", blocks))

@@ -89,8 +89,21 @@ def mesh_rows(run: RunFiles) -> Rows:
                 "Casing cells folded at the end", int((after[part == 0] <= 0).sum()), "",
                 "scaled Jacobian of 0 or less; the casing is torn there by then",
             ),
+            *_symmetry_rows(run),
         ),
     )  # fmt: skip
+
+
+def _symmetry_rows(run: RunFiles) -> Iterator[Row]:
+    """What of the arrangement was computed, where planes of symmetry bound it."""
+    from burst_fenicsx.symmetry.words import symmetry_words
+
+    found = run.part("burst").get("symmetry")
+    if found and found["planes"]:
+        yield row("Hexahedra computed", run.part("burst").get("cells"), "", "the others are their images")
+    for line in symmetry_words(found) if found else ():
+        words, _, rest = line.partition(": ")
+        yield Row(words.capitalize(), rest)
 
 
 def ledger_table(run: RunFiles) -> Iterator[Table]:

@@ -13,7 +13,7 @@ from tests.burst_fenicsx.boxes import STEEL, TNT
 if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
 
-SETTINGS = BurstSettings(cell_size=20e-3, end_time=20e-6, output_interval=10e-6)
+SETTINGS = BurstSettings(cell_size=20e-3, end_time=20e-6, output_interval=10e-6, symmetry="off")
 
 
 @cache

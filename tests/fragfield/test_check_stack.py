@@ -107,7 +107,7 @@ def test_rounds_that_are_alike_are_warned_of_once():
 
 
 def test_the_cost_of_a_stack_is_that_of_its_rounds():
-    one, eight = (check_report(_case(stack=_row(count))) for count in (1, 8))
+    one, eight = (check_report(_case(stack=_row(count), burst={"symmetry": "off"})) for count in (1, 8))
     assert eight["mesh"]["cells"] == 8 * one["mesh"]["cells"]
     assert eight["mesh"]["nodes"] == 8 * one["mesh"]["nodes"]
     assert eight["mesh"]["min_edge"] == pytest.approx(one["mesh"]["min_edge"])
@@ -187,3 +187,28 @@ def test_the_expected_steps_are_those_of_bursts_that_were_run(name, size, steps)
     path = Path(__file__).parents[2] / "cases" / f"{name}.toml"
     expected = check_report(load_case(path, cell_size=f"{size} mm"))["expected"]["steps"]
     assert 0.55 * steps < expected < 1.3 * steps
+
+
+def test_check_says_what_is_computed_by_symmetry():
+    """A row of four: two half rounds, a quarter of the cells of as many rounds in full on the same grid."""
+    found = check_report(_case(stack=_row(4)))
+    assert found["symmetry"]["share"] == 0.25
+    assert [one["share"] for one in found["symmetry"]["computed_rounds"]] == [0.5, 0.5]
+    quarter = check_report(_case())
+    assert quarter["symmetry"]["share"] == 0.25
+    assert found["mesh"]["cells"] == 4 * quarter["mesh"]["cells"]
+    assert found["expected"]["cell_steps"] == 4 * quarter["expected"]["cell_steps"]
+    # Masses are those of whole rounds.
+    full = check_report(_case(burst={"symmetry": "off"}))
+    assert quarter["rounds"][0]["casing_mass"] == full["rounds"][0]["casing_mass"]
+    assert abs(quarter["rounds"][0]["mass_error_of_mesh"]["casing_mass"]) < 0.02
+
+
+def test_check_names_the_plane_that_one_initiation_breaks():
+    initiation = {"pressure": "5 GPa", "duration": "0.2 us"}
+    shell = {**ROUND, "initiation": initiation}
+    found = check_report(_case(round=[shell], stack={**_row(2), "initiated": [1]}))["symmetry"]
+    assert found["share"] == 0.5
+    (refused,) = found["not_used"]
+    assert refused["normal"] == [1.0, 0.0, 0.0]
+    assert refused["reason"].endswith("are not initiated alike")

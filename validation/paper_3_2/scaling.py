@@ -23,6 +23,9 @@ SIZE = "8 mm"
 WARM_UP_SIZE = "14 mm"
 STACKS = ("single", "pair", "row", "pallet")
 
+FULL = {"burst.symmetry": "off"}
+"""Every round is computed: what is measured is how cost grows with their number."""
+
 
 def compute(runs: Runs, size: str = SIZE) -> dict[str, dict[str, Any]]:
     """Run single round, pair, row of four and pallet of eight to the report; summary.json of each.
@@ -30,11 +33,11 @@ def compute(runs: Runs, size: str = SIZE) -> dict[str, dict[str, Any]]:
     A coarse pair goes before, so that no measured run compiles kernels.
     """
     try:
-        runs.run(f"{NAME}_scaling_warm_up", REFERENCE["pair"], WARM_UP_SIZE, stage="burst")
+        runs.run(f"{NAME}_scaling_warm_up", REFERENCE["pair"], WARM_UP_SIZE, FULL, stage="burst")
     except StudyError as error:
         if error.code != STOPPED:  # so coarse, its ledger may open
             raise
-    return {name: summary_of(runs.run(f"{NAME}_scaling_{name}", REFERENCE[name], size)) for name in STACKS}
+    return {name: summary_of(runs.run(f"{NAME}_scaling_{name}", REFERENCE[name], size, FULL)) for name in STACKS}
 
 
 def _per_round(summary: Mapping[str, Any]) -> dict[str, float]:

@@ -1,0 +1,89 @@
+"""A round cut at planes of symmetry through its axis: the cells of one side, with the nodes that lie in the planes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.meshing.placement import frame
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from burst_fenicsx.meshing.mesh import HexahedralMesh
+    from burst_fenicsx.symmetry.part import Cut
+
+__all__ = ["cut_mesh", "turn_to"]
+
+_IN_PLANE = 1e-9  # m, from a plane, up to which a node lies in it
+
+
+def turn_to(cuts: Sequence[Cut], axis: Sequence[float]) -> NDArray[np.float64]:
+    """Rotation about a round's axis that puts the middle lines of its grid into the planes.
+
+    Parameters
+    ----------
+    cuts : planes through the axis. axis : from base to nose.
+
+    Returns
+    -------
+    (2, 2) matrix by which local coordinates across the axis, rows (x, y), are multiplied from the right; the identity
+    where the planes are those of the local axes already, or where there is none.
+    """
+    if not cuts:
+        return np.eye(2)
+    x, y = frame(axis)[:2] @ np.asarray(cuts[0].normal)
+    if min(abs(x), abs(y)) < 1e-9:
+        return np.eye(2)
+    length = np.hypot(x, y)
+    return np.array([[x, y], [-y, x]]) / length
+
+
+def cut_mesh(mesh: HexahedralMesh, cuts: Sequence[Cut]) -> HexahedralMesh:
+    """Keep the cells on the sides to which the planes' normals point.
+
+    Nodes within 1e-9 m of a plane are put into it and marked in `held`.
+
+    Parameters
+    ----------
+    mesh : of one round, each of the planes a plane of its nodes. cuts : the planes.
+
+    Raises
+    ------
+    RuntimeError
+        A cell lies on both sides of a plane.
+    """
+    if not cuts:
+        return mesh
+    nodes = mesh.nodes.copy()
+    held = np.zeros(len(nodes), dtype=np.uint8)
+    keep = np.ones(len(mesh.cells), dtype=bool)
+    for cut in cuts:
+        normal = np.asarray(cut.normal)
+        height = (nodes - np.asarray(cut.point)) @ normal
+        inside = np.abs(height) < _IN_PLANE
+        nodes[inside] -= height[inside, None] * normal
+        height[inside] = 0.0
+        held[inside] |= np.uint8(1 << cut.bit)
+        of_cell = height[mesh.cells]
+        if ((of_cell.min(axis=1) < 0.0) & (of_cell.max(axis=1) > 0.0)).any():
+            raise RuntimeError(f"cells lie on both sides of the plane through {cut.point} with normal {cut.normal}")
+        keep &= of_cell.max(axis=1) > 0.0
+    used = np.zeros(len(nodes), dtype=bool)
+    used[mesh.cells[keep]] = True
+    number = np.cumsum(used) - 1
+    return replace(
+        mesh,
+        nodes=nodes[used],
+        cells=number[mesh.cells[keep]],
+        part=mesh.part[keep],
+        round=mesh.round[keep],
+        segment=mesh.segment[keep],
+        station=mesh.station[keep],
+        held=held[used],
+        held_normals=tuple(sorted((cut.bit, cut.normal) for cut in cuts)),
+    )

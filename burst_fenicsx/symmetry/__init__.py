@@ -1,0 +1,7 @@
+"""The smallest symmetric part of an arrangement of rounds: found, computed, completed by reflection."""
+
+from __future__ import annotations
+
+from burst_fenicsx.symmetry.part import SymmetricPart, smallest_part
+
+__all__ = ["SymmetricPart", "smallest_part"]

@@ -1,0 +1,212 @@
+"""From the computed part to the whole: mesh, fields and records of all rounds, cut ones joined at the planes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.measures import RoundMeasures
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from burst_fenicsx.exposure import Exposure
+    from burst_fenicsx.initiation import Source
+    from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.snapshot import RoundRecord
+    from burst_fenicsx.symmetry.part import SymmetricPart
+
+    Arrays = dict[str, NDArray]
+
+__all__ = ["EXTENSIVE", "Completion"]
+
+_REFLECTED = (
+    3,
+    2,
+    1,
+    0,
+    7,
+    6,
+    5,
+    4,
+)  # corners of a reflected hexahedron (VTK) in the order in which it is not inverted
+_VECTORS = ("velocity", "displacement", "contact_force")
+_POINTS = ("position", "reference")
+
+EXTENSIVE = (
+    "kinetic",
+    "kinetic_casing",
+    "strain",
+    "plastic",
+    "viscous",
+    "hourglass",
+    "contact",
+    "damping",
+    "external_work",
+    "products_work",
+    "products_viscous",
+    "products_energy_left",
+)
+"""Columns of the ledger that grow with the number of rounds (J)."""
+
+
+@dataclass(frozen=True)
+class _Copy:
+    """Nodes and cells of the part and the planes at which they are reflected, for round `index` of the whole."""
+
+    index: int
+    mirrors: int
+    nodes: NDArray[np.int64]
+    cells: NDArray[np.int64]
+
+
+class Completion:
+    """The whole mesh and how fields of the part are carried to it.
+
+    A cut round is joined from its images: nodes in a plane of symmetry are common to both sides. Nothing is left of
+    the planes, so that the break-up's fragments do not end there.
+
+    Parameters
+    ----------
+    part : what is computed. mesh : of the part.
+
+    Attributes
+    ----------
+    cells : (all cells, 8) int64, nodes of the whole in VTK order. names : `part`, `round`, `segment` and `station` of
+        the whole's cells. nodes : number of nodes of the whole.
+    """
+
+    def __init__(self, part: SymmetricPart, mesh: HexahedralMesh) -> None:
+        self._part = part
+        self.trivial = part.images == 1
+        self._copies: list[_Copy] = []
+        self._history_factor = float(part.images)
+        if self.trivial:
+            self.nodes, self.cells = len(mesh.nodes), mesh.cells
+        else:
+            self.nodes, self.cells = self._join(mesh)
+        self.names = self.cell_fields(
+            {"part": mesh.part, "round": mesh.round, "segment": mesh.segment, "station": mesh.station}
+        )
+
+    def _join(self, mesh: HexahedralMesh) -> tuple[int, NDArray[np.int64]]:
+        """Number the whole's nodes and make its cells."""
+        part = self._part
+        held = np.zeros(len(mesh.nodes), dtype=np.int64) if mesh.held is None else mesh.held.astype(np.int64)
+        of_round = np.empty(len(mesh.nodes), dtype=np.int64)
+        of_round[mesh.cells] = mesh.round[:, None]
+        count, cells = 0, []
+        number = np.full(len(mesh.nodes), -1, dtype=np.int64)
+        for index, source in enumerate(part.source.tolist()):
+            own = np.flatnonzero(of_round == source)
+            own_cells = np.flatnonzero(mesh.round == source)
+            known: dict[int, NDArray[np.int64]] = {}
+            for sides in _subsets([cut.bit for cut in part.cuts[source]]):
+                # Reflection at a plane in which a node lies does nothing: it is a node of the other side as well.
+                fresh = own[(held[own] & sides) == 0]
+                number = number.copy()
+                number[fresh] = count + np.arange(len(fresh))
+                count += len(fresh)
+                for planes in np.unique(held[own] & sides):
+                    if planes:
+                        shared = own[(held[own] & sides) == planes]
+                        number[shared] = known[sides & ~int(planes)][shared]
+                known[sides] = number
+                mirrors = int(part.mirrors[index]) ^ sides
+                corners = mesh.cells[own_cells]
+                if mirrors.bit_count() % 2:
+                    corners = corners[:, _REFLECTED]
+                cells.append(number[corners])
+                self._copies.append(_Copy(index, mirrors, fresh, own_cells))
+        return count, np.concatenate(cells)
+
+    def point_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
+        """Fields of the whole's nodes from those of the part's, (nodes, 3): places, or vectors by their names."""
+        if self.trivial:
+            return dict(fields)
+        return {name: np.concatenate([self._moved(name, values, copy) for copy in self._copies])
+                for name, values in fields.items()}  # fmt: skip
+
+    def _moved(self, name: str, values: NDArray, copy: _Copy) -> NDArray:
+        own = values[copy.nodes]
+        if name in _POINTS:
+            return self._part.place(own, copy.mirrors)
+        if name in _VECTORS:
+            return own @ self._part.matrix(copy.mirrors).T
+        raise KeyError(f"no rule for the reflection of '{name}'")
+
+    def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
+        """Fields of the whole's cells from those of the part's; `stress` (cells, 6) is turned, `round` renumbered."""
+        if self.trivial:
+            return dict(fields)
+        result: Arrays = {}
+        for name, values in fields.items():
+            if name == "round":
+                pieces = [np.full(len(copy.cells), copy.index, dtype=values.dtype) for copy in self._copies]
+            elif name == "stress":
+                pieces = [_turned(values[copy.cells], self._part.matrix(copy.mirrors)) for copy in self._copies]
+            else:
+                pieces = [values[copy.cells] for copy in self._copies]
+            result[name] = np.concatenate(pieces)
+        return result
+
+    def measures(self, along: Sequence[RoundMeasures]) -> list[RoundMeasures]:
+        """Measures of all rounds from those of the computed parts, whose masses are those of whole rounds already."""
+        return [along[source] for source in self._part.source]
+
+    def records(self, records: Sequence[RoundRecord]) -> list[RoundRecord]:
+        """Records of all rounds, with names and places of their own."""
+        whole = self._part.whole
+        return [
+            replace(records[source], name=item.name, position=tuple(item.position), axis=tuple(item.axis))
+            for source, item in zip(self._part.source.tolist(), whole, strict=True)
+        ]
+
+    def sources(self, sources: Sequence[Source | None]) -> list[Source | None]:
+        """Where shocks initiated each round of the whole."""
+        part = self._part
+        found = [sources[source] for source in part.source.tolist()]
+        return [
+            None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
+            for one, mirrors in zip(found, part.mirrors.tolist(), strict=True)
+        ]
+
+    def exposures(self, exposures: Sequence[Exposure | None]) -> list[Exposure | None]:
+        """What shocks did to each round of the whole."""
+        part = self._part
+        found = [exposures[source] for source in part.source.tolist()]
+        return [
+            None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
+            for one, mirrors in zip(found, part.mirrors.tolist(), strict=True)
+        ]
+
+    def history(self, columns: Mapping[str, NDArray]) -> Arrays:
+        """The ledger's columns for the whole: energies are those of all images."""
+        return {
+            name: values * self._history_factor if name in EXTENSIVE else values for name, values in columns.items()
+        }
+
+
+def _subsets(bits: Sequence[int]) -> list[int]:
+    """All sets of the planes `bits`, smaller ones first."""
+    sets = [0]
+    for bit in bits:
+        sets += [one | 1 << bit for one in sets]
+    return sorted(sets, key=lambda one: (one.bit_count(), one))
+
+
+def _turned(stress: NDArray, matrix: NDArray) -> NDArray:
+    """Stresses (cells, 6) in the order xx, yy, zz, xy, yz, zx after the transformation `matrix`."""
+    xx, yy, zz, xy, yz, zx = stress.T
+    full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)
+    full = np.einsum("ij,njk,lk->nil", matrix, full, matrix)
+    return np.stack([full[:, 0, 0], full[:, 1, 1], full[:, 2, 2], full[:, 0, 1], full[:, 1, 2], full[:, 2, 0]], axis=-1)
+
+
+def _triple(values: NDArray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
