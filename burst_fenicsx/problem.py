@@ -90,7 +90,7 @@ class CasingMaterial:
     tensile_strength: float  # sigma_t
     shear_softening_strain: float | None = 0.5  # gamma_lim; None: no softening
     tensile_softening_strain: float | None = 0.5  # eps_lim; None: no softening
-    softening_length: float | None = 3e-3  # limits are scaled by this over the cell's length (m); None: not scaled
+    softening_length: float | None = None  # limits are scaled by this over the cell's length (m); None: not scaled
     source: str = ""
 
 

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from burst_fenicsx.meshing import MeshQuality
-    from burst_fenicsx.meshing.cut import Cut
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Round
+    from burst_fenicsx.symmetry.part import Cut
     from fragfield.case import Case
 
 __all__ = ["check_report", "gurney_constant", "gurney_speed"]

@@ -46,6 +46,7 @@ class AxisymmetricSimulation(Simulation):
     """
 
     geometry = "axisymmetric"
+    mesh: MeridianMesh  # type: ignore[assignment]
 
     def __init__(
         self,
@@ -59,11 +60,10 @@ class AxisymmetricSimulation(Simulation):
         if reason is not None:
             raise InputError(f"the burst is not axisymmetric: {reason}; compute it in three dimensions")
         self._planes = settings.planes
-        super().__init__(
-            rounds, replace(settings, planes=(), symmetry="off"), out_dir, MPI.COMM_SELF, provenance, on_progress
-        )
+        free = replace(settings, planes=(), symmetry="off")
+        super().__init__(rounds, free, out_dir, MPI.COMM_SELF, provenance, on_progress)
 
-    def _make_mesh(self) -> tuple[MeridianMesh, MeshQuality]:
+    def _make_mesh(self) -> tuple[MeridianMesh, MeshQuality]:  # type: ignore[override]
         profile = self.rounds[0].profile
         assert profile is not None
         mesh = mesh_meridian(profile, self.settings.cell_size)

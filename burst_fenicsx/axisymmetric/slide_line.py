@@ -140,6 +140,8 @@ class LineInterface:
 class MeridianContact(ContactForces):
     """Contact of an axisymmetric burst: its slide line, which the step's kernel computes."""
 
+    interface: LineInterface | None  # type: ignore[assignment]
+
     def __init__(self, mesh: MeridianMesh, fields: RingFields, settings: BurstSettings) -> None:
         self._fields = fields
         self.comm = MPI.COMM_SELF
@@ -212,7 +214,7 @@ def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np
     starts = {int(node): edge for edge, node in enumerate(edges[:, 0])}
     neighbour = np.full((len(edges), 2), -1, dtype=np.int32)
     end = np.full((len(edges), 2), -1, dtype=np.int32)
-    sides = []
+    sides: list[tuple[int, int]] = []
     for edge, node in enumerate(edges[:, 1]):
         onward = starts.get(int(node), -1)
         smooth = onward >= 0 and float(along[edge] @ along[onward]) > _SMOOTH

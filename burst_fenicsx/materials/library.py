@@ -36,8 +36,6 @@ CASING_KEYS = (
     "softening_length",
     "source",
 )
-SOFTENING_LENGTH = 3e-3
-"""Reference length of softening (m) where a table gives none: the cell of the paper's case 3.1."""
 JWL_KEYS = ("A", "B", "R1", "R2", "omega", "E0")
 
 
@@ -129,9 +127,9 @@ def load_casing(name_or_path: str | Path) -> CasingMaterial:
 
 
 def _softening_length(table: Table) -> float | None:
-    if table.values.get("softening_length") == "none":
+    if table.values.get("softening_length", "none") == "none":
         return None
-    return table.number("softening_length", SOFTENING_LENGTH, above=0.0, unit="m")
+    return table.number("softening_length", above=0.0, unit="m")
 
 
 def _softening(table: Table, key: str) -> float | None:

@@ -99,9 +99,9 @@ class CasingTable(Table):
     """Equivalent plastic shear strain at which tau_c is zero, or "none"."""
     tensile_softening_strain: SofteningStrain = 0.5
     """Plastic volumetric strain at which sigma_t is zero, or "none"."""
-    softening_length: Annotated[float | str, Quantity("m", "3 mm", above=0.0, words=("none",))] = 3e-3
-    """Scales the softening strains by this length over the cell's, so that results depend less on the cell size (3 mm
-    is the paper's cell); "none": not scaled."""
+    softening_length: Annotated[float | str, Quantity("m", "3 mm", above=0.0, words=("none",))] = "none"
+    """Scales the softening strains by this length over the cell's, for the energy of a tear one cell wide; "none": not
+    scaled, which is what a casing that stretches evenly wants."""
     source: str = ""
     """Where the constants come from."""
 

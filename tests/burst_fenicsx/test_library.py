@@ -62,9 +62,9 @@ def test_paper_steel_and_copper():
 
 
 def test_softening_has_a_length_unless_it_is_switched_off(tmp_path):
-    assert load_casing("steel_m107").softening_length == 3e-3
+    assert load_casing("steel_m107").softening_length is None
     path = tmp_path / "mine.toml"
-    for line, length in (("", 3e-3), ("softening_length = 0.004\n", 4e-3), ('softening_length = "none"\n', None)):
+    for line, length in (("", None), ("softening_length = 0.004\n", 4e-3), ('softening_length = "none"\n', None)):
         path.write_text(CASING + line)
         assert load_casing(path).softening_length == length
 
