@@ -190,11 +190,11 @@ class MeridianContact(ContactForces):
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
     """Edges of the casing on which a charge may slide (edges, 2), and whether a charge lies at each.
 
-    Besides those at a charge the free ones to which these lead on without a crease.
+    Besides those at a charge the ones to which these lead on without a crease, free or behind a fuze: a line that ended
+    at the fuze's rim would lose the products that slide there.
     """
     edges, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
-    at_fuze = (behind >= 0) & (mesh.part[behind] == Part.FUZE)
-    edges, covered = edges[~at_fuze], (behind >= 0)[~at_fuze]
+    covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     neighbour, _, _ = _smooth_groups(mesh.nodes, edges)
     chosen = covered.copy()
     while True:

@@ -25,12 +25,10 @@ def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, int]:
     """Faces of the casing on which a charge may slide, outward from the casing, as nodes (faces, 4).
 
     First those at which a charge lies, whose number is returned as well; then the free ones to which these lead on
-    without a crease, such as the wall of a cavity that the charge does not fill.
+    without a crease, such as the wall of a cavity that the charge does not fill, or that behind a fuze.
     """
     faces, _, behind = outer_faces(mesh, np.where(mesh.part == Part.CASING, 0, -1))
-    at_fuze = (behind >= 0) & (mesh.part[behind] == Part.FUZE)
-    faces, behind = faces[~at_fuze], behind[~at_fuze]
-    covered = behind >= 0
+    covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     one, other = _smooth_edges(mesh.nodes, faces)
     joined = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
     _, surface = connected_components(joined, directed=False)
