@@ -327,7 +327,9 @@ def _press(
     whole = was_bonded and unreacted > 0.0
     gas = burnt * max(pressure, 0.0) * area
     press = gas - stiffness * gap
-    apart = contacts.off[c] != 0 or press <= (-law.tensile_strength * unreacted * area if whole else 0.0)
+    # Products fill what they are in: their surface does not leave the casing, unless over an end of the line.
+    tension = np.inf if burnt == 1.0 else (law.tensile_strength * unreacted * area if whole else 0.0)
+    apart = contacts.off[c] != 0 or press <= -tension
     slip = old_slip - ur * nz + uz * nr
     # Where friction would hold more than the explosive bears, it is the explosive that yields.
     limit = max((law.cohesion * area if whole else 0.0) + press * law.friction, 0.0)
