@@ -77,15 +77,15 @@ def test_the_ready_cases_are_usual(path):
         ('round.0.ignition=[{station="nose",delay="50 us"}]', "delay: found 5e-05 s; allowed: below burst.end_time"),
         ('round.0.name="' + "n" * 5000 + '"', "round[1].name: found a text of 5000 characters; allowed: at most 500"),
         ('burst.cell_size="9**9**9**9 m"', "takes a power of a number; only units have powers"),
-        ("burst.output.interval=\"1e-12 s\"", "burst.output.interval: found 1e-12 s; allowed: "),
+        ('burst.output.interval="1e-12 s"', "burst.output.interval: found 1e-12 s; allowed: "),
         (
-            'round.0.profile={unit="m",outer={points=[[0,0.1],[1000,0.1]]},cavity={points=[[0,0.08],[1000,0.08]]},'
-            "charge={}}",
+            ('round.0.profile={unit="m",outer={points=[[0,0.1],[1000,0.1]]},cavity={points=[[0,0.08],[1000,0.08]]},'
+            "charge={}}"),
             "found 2 points up to 1000 m; allowed: ",
         ),
         (
-            'round.0.profile={unit="mm",outer={points=[[0,1e300],[200,1e300]]},cavity={points=[[0,1],[200,1]]},'
-            "charge={}}",
+            ('round.0.profile={unit="mm",outer={points=[[0,1e300],[200,1e300]]},cavity={points=[[0,1],[200,1]]},'
+            "charge={}}"),
             "found 2 points up to 1e+297 m; allowed: ",
         ),
     ],
