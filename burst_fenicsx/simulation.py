@@ -336,6 +336,7 @@ class Simulation:
                 # Here, between two steps, and nowhere else the state is one that a run can go on from.
                 if solver.time > 0.0 and interruption.asked():
                     self._write_checkpoint()
+                    self.comm.Barrier()  # a rank that left would end the others, and the first one is still writing
                     raise KeyboardInterrupt
                 if finished:
                     break

@@ -20,10 +20,11 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -40,19 +41,27 @@ from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
 
     import h5py
     from numpy.typing import NDArray
 
     from flight.ensemble import Curve
 
-__all__ = ["CSV_FILES", "read_ensemble", "read_fragment_ensemble", "write_ensemble", "write_fragment_ensemble"]
+__all__ = [
+    "CSV_FILES",
+    "FragmentEnsemble",
+    "read_ensemble",
+    "read_fragment_ensemble",
+    "write_ensemble",
+    "write_fragment_ensemble",
+]
 
 FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
     "fragfield ensemble", "fragfield ensemble of fragments", 2, 1,
 )  # fmt: skip
 CSV_FILES = ("ensemble.csv", "hazard_by_distance.csv", "hazard_by_sector.csv")
+_AGAIN = "break the casing up again"
 _COUNTS = ("edges", "landings", "tracks", "fragments", "hazardous", "throw")
 _GRID = ("sectors", "cuts", "cell", "cells")
 _CRITERIA = ("energy", "density", "person_area", "person_height")
@@ -188,31 +197,77 @@ def write_fragment_ensemble(
     with creating(path, InputError) as file:
         write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
         file.attrs["first"] = first
-        _put(file, "offset", np.cumsum([0, *(len(one) for one in realisations)]))
+        first_of_all = realisations[0]
+        offset = np.cumsum([0, *(len(one) for one in realisations)])
+        _put(file, "offset", offset)
         for name in ARRAYS:
-            _put(file, f"fragments/{name}", np.concatenate([getattr(one, name) for one in realisations]))
-        names = realisations[0].round_names
+            like = getattr(first_of_all, name)
+            options = {"compression": "gzip", "compression_opts": 4} if like.ndim > 1 else {}
+            shape = (int(offset[-1]), *like.shape[1:])
+            file.create_dataset(f"fragments/{name}", shape=shape, dtype=like.dtype, **options)
+        for one, (start, end) in zip(realisations, pairwise(offset.tolist()), strict=True):
+            for name in ARRAYS:  # one after the other: together they may be half of the memory
+                file[f"fragments/{name}"][start:end] = getattr(one, name)
+        names = first_of_all.round_names
         file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
     return path
 
 
-def read_fragment_ensemble(path: str | Path) -> list[Fragments]:
-    """Read what `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
-    advice = "break the casing up again"
-    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION, advice) as file:
-        offset = numbers(file, "offset", InputError, str(path), kind="whole numbers", shape=(None,), least=0)
-        data = {name: file[f"fragments/{name}"] for name in ARRAYS}
+def read_fragment_ensemble(path: str | Path) -> FragmentEnsemble:
+    """The realisations that `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
+    where = str(path)
+    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION, _AGAIN) as file:
+        offset = numbers(file, "offset", InputError, where, kind="whole numbers", shape=(None,), least=0)
         sound = offset.size > 0 and offset[0] == 0 and bool((np.diff(offset) > 0).all())
-        if not sound or any(len(values) != offset[-1] for values in data.values()):
-            raise InputError(f"{path}: data cut off; {advice}")
-        names = texts(file, "round_names", InputError, str(path))
-        found = [
-            Fragments.from_arrays(**{name: values[start:end] for name, values in data.items()}, round_names=names)
-            for start, end in pairwise(offset.tolist())
-        ]
-    for one in found:
-        check_possible(one, str(path))
-    return found
+        if not sound or any(len(file[f"fragments/{name}"]) != offset[-1] for name in ARRAYS):
+            raise InputError(f"{path}: data cut off; {_AGAIN}")
+        names = texts(file, "round_names", InputError, where)
+    return FragmentEnsemble(Path(path), tuple(offset.tolist()), tuple(names))
+
+
+@dataclass(frozen=True)
+class FragmentEnsemble(Sequence[Fragments]):
+    """Realisations in a file, read when they are asked for: thousands of them would fill the memory.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    offset : tuple of int, (n + 1,)
+        Rows at which realisations begin and end.
+    round_names : tuple of str
+        Names of the rounds.
+    """
+
+    path: Path
+    offset: tuple[int, ...]
+    round_names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Number of realisations."""
+        return len(self.offset) - 1
+
+    @overload
+    def __getitem__(self, number: int) -> Fragments: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[Fragments]: ...
+    def __getitem__(self, number: int | slice) -> Fragments | list[Fragments]:
+        """Read one realisation, or some; raises InputError where the file has changed."""
+        if isinstance(number, slice):
+            return self.some(range(*number.indices(len(self))))
+        return self.some([range(len(self))[number]])[0]
+
+    def some(self, numbers: Iterable[int]) -> list[Fragments]:
+        """Read realisations by their numbers."""
+        found = []
+        with open_checked(self.path, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, _AGAIN) as file:
+            for number in numbers:
+                rows = slice(self.offset[number], self.offset[number + 1])
+                arrays = {name: file[f"fragments/{name}"][rows] for name in ARRAYS}
+                found.append(Fragments.from_arrays(**arrays, round_names=self.round_names))
+        for one in found:
+            check_possible(one, str(self.path))
+        return found
 
 
 def _put(file: h5py.File | h5py.Group, name: str, values: NDArray[Any]) -> None:

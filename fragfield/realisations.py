@@ -36,7 +36,8 @@ class Realisations:
 
     def __init__(self, job: Job, given: Sequence[Fragments]) -> None:
         self.job = job
-        self._given = job.team.tell(list(given) if job.team.first else None)
+        # A list is sent to the other ranks, of an ensemble in a file its place: each rank reads what it flies.
+        self._given = job.team.tell(given if job.team.first else None)
         self.count = len(self._given)
         self._prepared: BreakUp | None = None
         snapshot = job.source.file("burst_snapshot.h5")
@@ -58,10 +59,6 @@ class Realisations:
             assert self._prepared is not None  # `prepare` comes first
             new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.threads), strict=True))
         return [new[number] if number >= self.count else self._given[number] for number in numbers]
-
-    def release(self) -> None:
-        """Forget the given realisations but the first: they have been flown."""
-        self._given = self._given[:1]
 
     def prepare(self) -> None:
         """Read the snapshot on every rank, once. Collective."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -177,7 +178,7 @@ def fly(job: Job, stage: Stage) -> None:
     )
 
 
-def _realisations(job: Job, stage: Stage) -> list[Fragments]:
+def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     """The fragments of all realisations; of fragments from elsewhere there is one."""
     import flight
     from flight.ensemble_files import read_fragment_ensemble, write_fragment_ensemble
@@ -189,14 +190,34 @@ def _realisations(job: Job, stage: Stage) -> list[Fragments]:
     else:
         fragments = flight.Fragments.read(job.fragments or job.needed(stage))
     others = job.source.file("ensemble_fragments.h5")
-    further = read_fragment_ensemble(others) if job.fragments is None and others.is_file() else []
+    further: Sequence[Fragments] = ()
+    if job.fragments is None and others.is_file():
+        further = read_fragment_ensemble(others)
     if job.fragments is not None or job.source.path != job.target.path:
         provenance = provenance_of(job.case)
         for name in ("fragments.h5", "fragments.csv"):
             fragments.write(job.target.file(name), provenance)
         if further:
             write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
-    return [fragments, *further]
+    return WithFirst(fragments, further)
+
+
+@dataclass(frozen=True)
+class WithFirst(Sequence["Fragments"]):
+    """The first realisation and the others, which may lie in a file."""
+
+    first: Fragments
+    others: Sequence[Fragments]
+
+    def __len__(self) -> int:
+        """Number of realisations."""
+        return 1 + len(self.others)
+
+    def __getitem__(self, number: Any) -> Any:  # noqa: ANN401 - a number here; slices have no use
+        """One realisation by its number."""
+        if not 0 <= number < len(self):
+            raise IndexError(number)
+        return self.others[number - 1] if number else self.first
 
 
 def report(job: Job, stage: Stage) -> None:

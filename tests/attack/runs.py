@@ -29,7 +29,7 @@ def start(*arguments: object, ranks: int = 1, **options: Any) -> subprocess.Pope
     variables = environment()
     if ranks > 1:
         variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-        variables |= {"OMPI_MCA_odls_base_sigkill_timeout": "60"}
+        variables |= {"OMPI_MCA_odls_base_sigkill_timeout": "5"}
     return subprocess.Popen(
         [*launcher, *command(*arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=variables, start_new_session=True, **options,
@@ -43,15 +43,20 @@ def run(*arguments: object, timeout: float = 900.0, ranks: int = 1, **options: A
     return process.returncode, words
 
 
-def different(ours: Path, theirs: Path) -> list[str]:
-    """Files and keys in which two run directories hold other results; empty when they agree to the last bit."""
+def different(ours: Path, theirs: Path, names: tuple[str, ...] | None = None) -> list[str]:
+    """Files and keys in which two run directories hold other results; empty when they agree to the last bit.
+
+    Of the `names` alone, and of the burst's part of the summary, if they are given.
+    """
     found = []
-    for name in FILES:
+    for name in names or FILES:
         if (ours / name).is_file() != (theirs / name).is_file():
             found.append(f"{name} is in one of them only")
         elif (ours / name).is_file():
             found += [f"{name}: {key}" for key in _different_data(ours / name, theirs / name)]
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in (ours, theirs))
+    if names is not None:
+        one, other = one["burst"], other["burst"]
     return found + [f"summary.json: {key}" for key in _different_values(one, other)]
 
 

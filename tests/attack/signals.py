@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import signal
 import time
 from collections import Counter
@@ -18,18 +19,18 @@ SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 _ENDS = {signal.SIGTERM: (130,), signal.SIGINT: (130,), signal.SIGKILL: (-9, 137)}
 
 
-def reference(folder: Path) -> tuple[Path, Path, float]:
-    """Case, the directory of a run that was left alone, and its duration (s)."""
+def reference(folder: Path) -> tuple[Path, Path, dict[str, float]]:
+    """Case, the directory of a run that was left alone, and how long (s) its stages took."""
     folder.mkdir(parents=True, exist_ok=True)
     case = folder / "attacked.toml"
     case.write_text(CASE)
     whole = folder / "whole"
-    code, words = run("run", case, "--out", whole, "--quiet")
+    code, words = run("run", case, "--out", whole, "--quiet")  # compiles
     assert code in (0, 3), words
-    began = time.monotonic()
     code, words = run("run", case, "--out", whole, "--quiet", "--overwrite")
     assert code in (0, 3), words
-    return case, whole, time.monotonic() - began
+    log = (whole / "run.log").read_text()
+    return case, whole, {name: float(time) for name, time in re.findall(r"([\w-]+): done in ([\d.]+) s", log)}
 
 
 def _children(process: int) -> list[int]:
@@ -41,32 +42,38 @@ def _children(process: int) -> list[int]:
 
 
 def signalled(
-    folder: Path, number: int, chance: random.Random, made: tuple[Path, Path, float], ranks: int = 1
+    folder: Path, number: int, chance: random.Random, made: tuple[Path, Path, dict[str, float]], ranks: int = 1
 ) -> tuple[str, list[str]]:
     """One run with one signal: the stage in which it came, and what is wrong afterwards."""
-    case, whole, duration = made
+    case, whole, durations = made
     out, kind = folder / f"signalled_{ranks}_{number}", SIGNALS[number % 3]
-    moment = duration * ranks**0.5 * (0.15 + 0.8 * chance.random())
-    process = start("run", case, "--out", out, "--quiet", ranks=ranks)
-    time.sleep(moment)
-    # To every process of the session, as batch systems send it, or to the first alone.
-    children = _children(process.pid) if ranks > 1 and kind == signal.SIGKILL else []
-    for one in [process.pid, *children] if process.poll() is None else []:
+    stage = chance.choice(["burst", "burst", "burst", *durations])
+    verb = "burst" if stage == "burst" else "run"
+    process = start(verb, case, "--out", out, "--quiet", ranks=ranks)
+    while process.poll() is None and f"{stage}: begins" not in _text(out / "run.log"):
+        time.sleep(0.02)
+    delay = durations[stage] * chance.random()
+    time.sleep(delay)
+    # A launcher is one signal away from its ranks: sent to these, as batch systems do.
+    children = _children(process.pid) if ranks > 1 else []
+    for one in children or [process.pid]:
         with suppress(ProcessLookupError):
             os.kill(one, kind)
     _, words = process.communicate(timeout=600)
-    log = (out / "run.log").read_text() if (out / "run.log").is_file() else ""
-    stage = log.rsplit(": begins", 1)[0].rsplit(" ", 1)[-1] if ": begins" in log else "before"
-    what = f"{signal.Signals(kind).name} in {stage} at {moment:.1f} s"
-    wrong = [] if process.returncode in (0, 3, *_ENDS[kind]) or ranks > 1 else [f"{what}: exit {process.returncode}"]
+    what = f"{signal.Signals(kind).name} {delay:.2f} s into {stage}"
+    ended = process.returncode in (0, 3, *_ENDS[kind]) or ranks > 1
+    wrong = [] if ended else [f"{what}: exit {process.returncode}, {words[-300:]}"]
     wrong += [f"{what}: {words[-300:]}"] if "Traceback" in words else []
-    for _ in range(3):
-        code, words = run("run", case, "--out", out, "--quiet", "--resume")
-        if code in (0, 3):
-            break
-    else:
+    finished = process.returncode in (0, 3)
+    code, words = (0, "") if finished else run(verb, case, "--out", out, "--quiet", "--resume")
+    if code not in (0, 3):
         return stage, [*wrong, f"{what}: resumed with exit {code}: {words[-300:]}"]
-    return stage, wrong + [f"{what}: {key}" for key in different(out, whole)]
+    found = different(out, whole, None if verb == "run" else ("burst.h5", "burst_snapshot.h5"))
+    return f"{stage}, too late" if finished else stage, wrong + [f"{what}: {key}" for key in found]
+
+
+def _text(path: Path) -> str:
+    return path.read_text() if path.is_file() else ""
 
 
 def attack(folder: Path, seed: int, trials: int, until: float, ranks: int = 1) -> list[str]:

@@ -254,3 +254,27 @@ def test_unreadable_files_are_refused(tmp_path):
     broken.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0\n")
     with pytest.raises(InputError, match=r"broken\.msh: not a readable gmsh mesh"):
         read_gmsh(broken)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            lambda nodes: np.where(np.arange(len(nodes))[:, None] == 5, np.inf, nodes),
+            "1 nodes are not at finite places",
+        ),
+        (lambda nodes: nodes * 1e-30, "the mesh is .*e-31 m large in the unit 'm'; allowed: 0.001 to 20 m"),
+        (lambda nodes: nodes * 1e4, r"the mesh is 3e\+03 m large in the unit 'm'; allowed: 0.001 to 20 m"),
+    ],
+)
+def test_nodes_that_cannot_be_of_a_round_are_refused(tmp_path, tube, change, words):
+    path = write(tmp_path / "tube.msh", change(tube.nodes), [b for b in parts_of(tube) if len(b[1])])
+    with pytest.raises(InputError, match=rf"tube.msh: {words}"):
+        read_gmsh(path)
+
+
+def test_cells_that_are_there_twice_are_refused(tmp_path, tube):
+    twice = [(kind, np.concatenate([c, c]), np.concatenate([t, t])) for kind, c, t in parts_of(tube) if len(c)]
+    path = write(tmp_path / "tube.msh", tube.nodes, twice)
+    with pytest.raises(InputError, match=rf"tube.msh: {len(tube.cells)} hexahedra are there more than once"):
+        read_gmsh(path)

@@ -18,7 +18,7 @@ from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
 from fragfield.view import PictureUnavailableError, display_available, interactive, offscreen, offscreen_fault
 from fragfield.view.film import film_fault, read_paths
-from fragfield.view.interactive import interactive_fault
+from fragfield.view.interactive import interactive_fault, view_of_burst
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
 from fragfield.view.show import view_run, write_films, write_pictures
 from tests.fragfield.synthetic_run import END_TIME, write_run
@@ -262,3 +262,33 @@ def test_display_is_that_of_the_environment(monkeypatch):
     assert not display_available()
     monkeypatch.setenv("DISPLAY", ":0")
     assert display_available()
+
+
+@needs_vtk
+@needs_pages
+def test_without_the_series_the_page_of_the_burst_shows_its_end(tmp_path):
+    """Earlier states are missing where burst.h5 is: the page has one state, and no slider."""
+    folder = write_run(tmp_path / "run", stages=2)
+    for name in ("burst.h5", "burst.xdmf"):
+        (folder / name).unlink(missing_ok=True)
+    page = view_of_burst(read_run(folder), tmp_path).read_text(encoding="utf-8")
+    assert "Section of the burst at 120 µs" in page
+    assert 'type="range"' not in page
+
+
+@pytest.mark.parametrize("name", ["burst.h5", "burst.xdmf"])
+def test_a_damaged_series_is_refused_before_vtk_sees_it(tmp_path, name):
+    folder = write_run(tmp_path / "run", stages=2)
+    data = bytearray((folder / name).read_bytes())
+    data[len(data) // 2] ^= 1
+    (folder / name).write_bytes(data)
+    with pytest.raises(InputError, match=rf"{name}: damaged.*run `fragfield burst` again"):
+        burst_states(read_run(folder), 3)
+
+
+def test_a_series_that_takes_data_from_elsewhere_is_refused(tmp_path):
+    folder = write_run(tmp_path / "run", stages=2)
+    text = (folder / "burst.xdmf").read_text().rpartition("<!-- checksum")[0]
+    (folder / "burst.xdmf").write_text(text.replace("burst.h5:", "/etc/secret.h5:", 1))
+    with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/"):
+        burst_states(read_run(folder), 3)

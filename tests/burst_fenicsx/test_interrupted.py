@@ -1,0 +1,155 @@
+"""Signals within steps and files, full disks: what is resumed equals what was left alone, to the last bit."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx import simulation
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.output import TimeSeries
+from burst_fenicsx.simulation import simulate
+from burst_fenicsx.solver import BurstSolver
+from tests.burst_fenicsx.tubes import SETTINGS, tube
+from tests.faults import limited_file_size
+
+pytestmark = pytest.mark.dolfinx
+
+SHORT = replace(SETTINGS, end_time=12e-6, output_interval=3e-6)
+FILES = ("burst_snapshot.h5", "burst.h5")
+
+
+def _run(folder, *, resume=False):
+    return simulate([tube()], SHORT, folder, comm=MPI.COMM_SELF, provenance={"case": "tube"}, resume=resume)
+
+
+def _datasets(path):
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def _assert_equal(folder, whole):
+    for name in FILES:
+        expected, found = _datasets(whole / name), _datasets(folder / name)
+        assert set(expected) == set(found), name
+        for key, values in expected.items():
+            for column in values.dtype.names or (None,):
+                ours, theirs = (found[key], values) if column is None else (found[key][column], values[column])
+                np.testing.assert_array_equal(ours, theirs, err_msg=f"{name} {key} {column}")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A burst that is left alone; its folder and its number of steps."""
+    folder = tmp_path_factory.mktemp("whole")
+    return folder, _run(folder).summary["steps"]
+
+
+def _signal_within(monkeypatch, owner, method, number, kind):
+    """Send a signal from within the call of this number of a method, in its middle: after its work, before its end."""
+    calls, usual = [], getattr(owner, method)
+
+    def call(self, *arguments, **options):
+        result = usual(self, *arguments, **options)
+        calls.append(None)
+        if len(calls) == number:
+            os.kill(os.getpid(), kind)
+        return result
+
+    monkeypatch.setattr(owner, method, call)
+
+
+@pytest.mark.parametrize("kind", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
+def test_a_signal_in_the_middle_of_a_step_is_resumed_bitwise(whole, tmp_path, monkeypatch, kind, share):
+    """Forces are added within a step, when positions and stresses belong to different times."""
+    folder, steps = whole
+    usual = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch:
+            _signal_within(patch, BurstSolver, "check_cells", max(1, round(share * steps)), kind)
+            with pytest.raises(KeyboardInterrupt):
+                _run(tmp_path)
+    finally:
+        signal.signal(signal.SIGTERM, usual)
+    with h5py.File(tmp_path / "checkpoint.h5") as file:
+        assert file.attrs["steps"] == max(1, round(share * steps))
+    _run(tmp_path, resume=True)
+    assert not (tmp_path / "checkpoint.h5").exists()
+    _assert_equal(tmp_path, whole[0])
+    assert folder == whole[0]
+
+
+def test_a_signal_in_the_middle_of_an_output_keeps_the_state(whole, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        _signal_within(patch, TimeSeries, "_grid", 2, signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            _run(tmp_path)
+    _run(tmp_path, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
+def test_a_second_ctrl_c_ends_at_once_and_writes_nothing_of_the_broken_step(whole, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        _signal_within(patch, BurstSolver, "check_cells", 2, signal.SIGINT)
+        _signal_within(patch, BurstSolver, "add_forces", 5, signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            _run(tmp_path)
+    _run(tmp_path, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
+def test_several_sigterm_are_one(whole, tmp_path, monkeypatch):
+    usual = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch:
+            for number in (3, 4, 5):
+                _signal_within(patch, BurstSolver, "add_forces", number, signal.SIGTERM)
+            with pytest.raises(KeyboardInterrupt):
+                _run(tmp_path)
+    finally:
+        signal.signal(signal.SIGTERM, usual)
+    _run(tmp_path, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8, 0.95])
+def test_a_full_disk_is_one_message_and_is_resumed_bitwise(whole, tmp_path, monkeypatch, share):
+    monkeypatch.setattr(simulation, "_CHECKPOINT_SECONDS", 0.0)  # one at every output
+    largest = max((whole[0] / name).stat().st_size for name in FILES)
+    room = int(share * largest)
+    with limited_file_size(room), pytest.raises(InputError, match=r"h5: cannot be written: .*; ") as said:
+        _run(tmp_path)
+    assert "\n" not in str(said.value)
+    for path in tmp_path.glob("*.h5"):
+        _datasets(path)  # everything before can be read
+    _run(tmp_path, resume=True)
+    _assert_equal(tmp_path, whole[0])
+
+
+def test_a_file_that_vanishes_is_one_message(whole, tmp_path, monkeypatch):
+    calls, usual = [], BurstSolver.check_cells
+
+    def vanish(self):
+        usual(self)
+        calls.append(None)
+        if len(calls) == 2:
+            (tmp_path / "burst.h5").unlink()
+
+    monkeypatch.setattr(BurstSolver, "check_cells", vanish)
+    with pytest.raises(InputError, match=r"burst.h5: cannot be written: the file or its folder is not there any more"):
+        _run(tmp_path)
+    shutil.rmtree(tmp_path)
+    assert whole[0].is_dir()
