@@ -4,8 +4,11 @@ Bounds are one-sided at 95 % and hold for the expected value, as that of the haz
 the break-up leaves open, not for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
 the gamma law of Fay and Feuer (Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound
 and holds where nothing was hit at all; its variance is the larger of the hits' own and that between realisations. A
-share of realisations is bounded by Clopper and Pearson (1934). Of the pieces of a road or an area the worst counts, by
-its estimate and, for the bound, by the largest of the pieces' bounds: that bounds the worst place whichever it is.
+share of realisations is bounded by Clopper and Pearson (1934). Where all azimuths are alike (one upright round of
+revolution over even ground), a place in the open takes its densities from the curves over all azimuths that the hazard
+distance rests on: the same expected value, known far better than by what passed at one azimuth. Of the pieces of a
+road or an area the worst counts, by its estimate and, for the bound, by the largest of the pieces' bounds: that bounds
+the worst place whichever it is.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
 
 LEVEL = 0.95
+NORMAL = 1.6448536269514722  # of the normal distribution, at that level
 
 
 def sum_bound(total: float, squares: float, largest: float, level: float = LEVEL) -> float:
@@ -150,7 +154,7 @@ class ExposedSums:
         away = place.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
-        values = self._building(pieces[0], place) if place.is_building else self._open(pieces, place)
+        values = self._building(pieces[0], place) if place.is_building else self._open(case, pieces, place, found)
         quantity, limit = _criterion(case, place)
         determined = not found.undetermined
         entry: dict[str, Any] = {
@@ -171,7 +175,7 @@ class ExposedSums:
         entry["margin"] = _margin(away, distance, found)
         return entry
 
-    def _open(self, pieces: range, place: Place) -> dict[str, Any]:
+    def _open(self, case: Case, pieces: range, place: Place, found: EnsembleHazard) -> dict[str, Any]:
         normal, ground = [], []
         for index, prism in zip(pieces, place.prisms, strict=True):
             normal.append(self._mean("track", index, prism.volume, prism.longest))
@@ -179,7 +183,9 @@ class ExposedSums:
         worst = int(
             np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
         )
-        density = {"normal": _worst(normal), "ground": _worst(ground)}
+        counted = {"normal": _worst(normal), "ground": _worst(ground)}
+        around = _all_round(case, place, found)
+        density = around or counted
         table = place.table
         target = place.area * getattr(table, "number", 1.0)
         hits = {key: None if value is None else value * target for key, value in density["normal"].items()}
@@ -187,6 +193,7 @@ class ExposedSums:
         return {
             "density_normal": density["normal"],
             "density_ground": density["ground"],
+            "counted": counted if around else None,
             "expected_hits": hits,
             "probability": {key: -math.expm1(-(hits[key] or 0.0)) for key in ("expected", "upper")},
             "pieces": len(place.prisms),
@@ -206,6 +213,7 @@ class ExposedSums:
         return {
             "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.least_seen),
             "density_ground": None,
+            "counted": None,
             "expected_hits": self._mean("hits", index, 1.0, 1.0),
             "probability": {"expected": count / n, "upper": share_bound(count, n)},
             "pieces": 1,
@@ -216,6 +224,51 @@ class ExposedSums:
             else None,
             "barrier": barriers or None,
         }
+
+
+def _all_round(case: Case, place: Place, found: EnsembleHazard) -> dict[str, dict[str, float | None]] | None:
+    """Densities over all azimuths, the largest over the distances of a place; None where they are not the place's.
+
+    They are not where directions differ, where the place has an energy or a height of its own, or where too few
+    fragments reach so far that a bound could be drawn from them.
+    """
+    from flight.expected import KINDS
+
+    expected, prism = found.expected, place.prisms[0]
+    usual = case.hazard.energy, case.hazard.person_height
+    if expected is None or expected.direction is not None or found.undetermined or not expected.density_high.size:
+        return None
+    if (prism.energy, prism.height) != usual:
+        return None
+    away = place.edge() - np.asarray(case.flight.origin)
+    distance = np.hypot(away[:, 0], away[:, 1])
+    at = np.log(np.geomspace(max(float(distance.min()), 1e-3), float(distance.max()) * (1.0 + 1e-9), 65))
+    factor = student_bound(expected.groups)
+    made: dict[str, dict[str, float | None]] = {}
+    for kind, name in enumerate(KINDS):
+        with np.errstate(divide="ignore"):
+            mean, low, high = (
+                np.interp(at, np.log(expected.radius), np.log(rows[kind]), right=-np.inf)
+                for rows in (expected.density, expected.density_low, expected.density_high)
+            )
+        worst = int(np.argmax(mean))
+        if not np.isfinite([mean[worst], low[worst], high[worst]]).all():
+            return None
+        spread = 0.5 * (high[worst] - low[worst]) / NORMAL
+        value = math.exp(mean[worst])
+        made[name] = {
+            "expected": value,
+            "upper": value * math.exp(factor * spread),
+            "standard_error": value * spread,
+        }
+    return made
+
+
+def student_bound(groups: int) -> float:
+    """Factor on the bootstrap's standard deviation for a one-sided bound at `LEVEL`, for so many groups."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(groups - 1, LEVEL)) * math.sqrt(groups / (groups - 1))
 
 
 def _worst(values: list[dict[str, float | None]]) -> dict[str, float | None]:

@@ -17,9 +17,9 @@ WIDTH = 10.0
 _SUMS = ("number", "mass", "hazardous")
 
 
-def wide_zones(table: ArenaTable, width: float = WIDTH) -> dict[str, np.ndarray[Any, Any]]:
-    """A table by zones of a width (degrees), or by its own where they do not fit in; keys of `ArenaTable.by_zone`."""
-    found = table.by_zone()
+def wide_zones(table: ArenaTable, width: float = WIDTH, energy: float = 79.0) -> dict[str, np.ndarray[Any, Any]]:
+    """A table by zones of a width (degrees), or by its own where they do not fit in; as `ArenaTable.by_zone`."""
+    found = table.by_zone(energy)
     edges = np.arange(0.0, 180.0 + 0.5 * width, width)
     at = np.searchsorted(np.round(table.zones, 6), np.round(edges, 6))
     if (at >= len(table.zones)).any() or np.abs(table.zones[np.minimum(at, len(table.zones) - 1)] - edges).max() > 1e-6:

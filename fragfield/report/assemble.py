@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import fragfield
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
-from fragfield.report.document import document_of, identity_line
+from fragfield.report.document import css_text, document_of, identity_line
 from fragfield.report.drawing import drawing_style, to_bytes
 from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
@@ -131,6 +131,7 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int, written: 
     environment = Environment(
         loader=DictLoader(sources), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["css_text"] = css_text
     return environment.get_template("report.html").render(
         title=run.title,
         sections=parts,

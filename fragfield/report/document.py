@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["document_of", "identity_line"]
+__all__ = ["css_text", "document_of", "identity_line"]
 
 _KEYS = ("number", "revision", "classification", "prepared_by", "reviewed_by", "approved_by")
 
@@ -20,6 +20,12 @@ def document_of(run: RunFiles) -> dict[str, Any]:
         **{key: str(table.get(key) or "") for key in _KEYS},
         "changes": [str(c) for c in table.get("changes") or []],
     }
+
+
+def css_text(text: str) -> str:
+    """A text as it stands between the quotes of a CSS string in a page."""
+    safe = "".join(f"\\{ord(sign):x} " if sign in '\\"<>&\n\r\f' else sign for sign in text)
+    return " ".join(safe.split("\t"))
 
 
 def identity_line(run: RunFiles) -> str:

@@ -74,8 +74,8 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
     note = (
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
         "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
-        "piece where it is worst counts. Hits on people and vehicles: all taken to stand there; on a building: on "
-        "its walls and roof."
+        "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
+        "people and vehicles: all taken to stand there; on a building: on its walls and roof."
     )
     yield Table("Exposed places, all numbers", head, tuple(lines), note)
     yield from _walls(entries)

@@ -305,8 +305,8 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         *exposed_tables(run),
         *draw(
             "exposed_places", "Exposed places against their criteria",
-            "Expected value and upper bound (95 %) over what the place may meet; to the left of the line the criterion "
-            "is met.",
+            "Expected value (dot) and upper bound (95 %, bar) over what the place may meet; to the left of the "
+            "line the criterion is met.",
             site_figure.exposed_figure,
         ),
         *draw(

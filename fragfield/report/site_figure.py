@@ -176,7 +176,7 @@ def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
         xscale="log", yticks=range(len(entries)), yticklabels=[entry["name"] for entry in entries],
-        xlabel="Part of the criterion: expected value (dot), upper bound (bar)",
+        xlabel="Part of the criterion" if narrow else "Part of the criterion: expected value (dot), upper bound (bar)",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip
     axis.invert_yaxis()

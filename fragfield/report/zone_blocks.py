@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.compare.zones import wide_zones
 from fragfield.report.blocks import Table
 from fragfield.report.drawing import LINES, new_figure
 from fragfield.report.landings import hazard_energy
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["zone_figure", "zone_table"]
 
+JOINER = "\u2060"  # no line breaks here
+
 
 def _table(run: RunFiles) -> ArenaTable | None:
     from flight.arena import ArenaTable
@@ -34,21 +37,26 @@ def zone_table(run: RunFiles) -> Iterator[Table]:
     table = _table(run)
     if table is None:
         return
-    zones = table.by_zone(hazard_energy(run))
+    zones = wide_zones(table, energy=hazard_energy(run))
     lines = [
         (
-            f"{zones['from_deg'][i]:g}–{zones['to_deg'][i]:g}", number(float(f"{zones['number'][i]:.4g}")),
-            number(float(zones["mass"][i]), 3), _speed(zones, "mean_speed", i), _speed(zones, "max_speed", i),
-            number(float(f"{zones['hazardous'][i]:.3g}")),
+            f"{zones['from_deg'][i]:g}{JOINER}–{JOINER}{zones['to_deg'][i]:g}", _short(zones["number"][i]),
+            _short(zones["mass"][i]), _speed(zones, "mean_speed", i), _speed(zones, "max_speed", i),
+            _short(zones["hazardous"][i]),
         )
         for i in range(len(zones["number"]))
     ]  # fmt: skip
     head = ("Degrees from the nose", "Number", "Mass (kg)", "Mean speed (m/s)", "Largest (m/s)", "Hazardous at launch")
     note = (
         "Of one round, mean over rounds and stored realisations; speed by mass. Hazardous: "
-        f"{hazard_energy(run):.3g} J or more at launch. arena.csv holds the same by mass group (Z-data)."
+        f"{hazard_energy(run):.3g} J or more at launch. arena.csv holds zones of 5 degrees by mass group (Z-data)."
     )
-    yield Table("Fragments by polar zone", head, tuple(lines), note, 2)
+    yield Table("Fragments by polar zone", head, tuple(lines), note)
+
+
+def _short(value: float) -> str:
+    """Three digits, no zeros after them; whole from 100 on."""
+    return f"{value:,.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
 def _speed(zones: dict[str, Any], name: str, index: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
@@ -73,6 +74,27 @@ def test_two_revisions_stand_beside_each_other(runs, tmp_path):
     assert place["run"]["margin"] - place["reference"]["margin"] == pytest.approx(20.0, abs=3.0)
     assert (tmp_path / "both" / "by_zone.csv").is_file()
     assert (tmp_path / "both" / "places.csv").is_file()
+
+
+def test_places_use_all_azimuths_where_they_are_alike(runs, tmp_path):
+    case = "[hazard]\nmax_realisations = 30\ntolerance = 0.001\n"
+    for k in range(24):
+        x, y = 40.0 * math.cos(0.2618 * k), 40.0 * math.sin(0.2618 * k)
+        case += f'[[exposed]]\nname = "{k}"\nplace = ["{x:.3f} m", "{y:.3f} m"]\n'
+    (tmp_path / "ring.toml").write_text(case, encoding="utf-8")
+    done = invoke("fly", tmp_path / "ring.toml", "--fragments", runs / "test.csv", "--out", tmp_path / "ring", "--json")
+    assert done.exit_code == 0, done.stderr
+    places = json.loads(done.stdout)["exposed"]
+    for kind in ("normal", "ground"):
+        around = places[0][f"density_{kind}"]
+        for place in places[1:]:  # the same distance all around
+            assert place[f"density_{kind}"]["expected"] == pytest.approx(around["expected"], rel=1e-3)
+        counted = [place["counted"][kind] for place in places]
+        mean = sum(one["expected"] for one in counted) / 24
+        error = math.sqrt(sum(one["standard_error"] ** 2 for one in counted)) / 24
+        assert error < 0.25 * around["expected"]
+        assert abs(mean - around["expected"]) < 3.0 * math.hypot(error, around["standard_error"])
+        assert around["upper"] < min(one["upper"] for one in counted if one["expected"] > around["expected"])
 
 
 def test_the_report_has_the_zones(runs):

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
+import subprocess
 from html import unescape
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
 
+from fragfield.report.document import css_text
 from tests.flight.clouds import cloud
 from tests.fragfield.browser import needs_chromium, open_page, script_errors
 from tests.fragfield.short_run import invoke
@@ -119,13 +122,32 @@ def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(
     assert "<caption>Exposed places</caption>" in first
     assert re.search(r'<th scope="row">open</th><td>not met \(density\)</td>', first)
     assert "QD-17 · revision C" in html
-    assert '<div class="running" aria-hidden="true">OPEN · QD-17 · revision C</div>' in html
+    assert '@bottom-left { content: "OPEN · QD-17 · revision C"' in html
+    assert '@top-center { content: "OPEN"' in html
     assert "Prepared by A. Bee" in html
     assert "Bank moved." in html
     assert 'id="figure-site_map"' in html
     assert 'id="figure-exposed_places"' in html
     assert "modified NDRC" in html
     assert 'href="map.html"' in html
+
+
+def test_texts_of_the_document_end_no_string_of_the_style():
+    assert css_text('A "B" </style> C\\') == "A \\22 B\\22  \\3c /style\\3e  C\\5c "
+
+
+@needs_chromium
+@pytest.mark.skipif(shutil.which("pdftotext") is None, reason="needs pdftotext")
+def test_the_document_stands_on_every_printed_page(flown, tmp_path):
+    run, _ = flown
+    paper = tmp_path / "report.pdf"
+    open_page(run / "report.html", tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={paper}")
+    told = subprocess.run(["pdftotext", "-layout", str(paper), "-"], capture_output=True, text=True, check=True)
+    pages = [page.strip().splitlines() for page in told.stdout.split("\f")[:-1]]
+    assert len(pages) > 5
+    for number, lines in enumerate(pages, 1):
+        assert lines[0].strip() == "OPEN", number
+        assert "OPEN · QD-17 · revision C" in lines[-1], number
 
 
 @needs_chromium

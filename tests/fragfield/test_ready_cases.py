@@ -41,3 +41,26 @@ def test_a_ready_case_runs_to_the_report(name, cell_size, tmp_path):
     assert summary["flight"]["landed"] == summary["flight"]["fragments"] > 100
     assert 100.0 < summary["flight"]["max_range"] < 2000.0
     assert summary["witness"][0]["hits"] > 50
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_the_ready_site_runs_to_report_and_map(tmp_path):
+    options = ("--cell-size", "14 mm", "--set", "hazard.max_realisations=20")
+    done = invoke("run", ROOT / "cases" / "m107_pair_site.toml", *options, "--out", tmp_path / "site", "--json")
+    assert done.exit_code == 0, done.stderr
+    summary = json.loads(done.stdout)
+    places = {entry["name"]: entry for entry in summary["exposed"]}
+    assert set(places) == {
+        "sentry", "shelter behind the bank", "workshop", "office", "road", "footpath and meadow"
+    }  # fmt: skip
+    assert places["workshop"]["verdict"] == "not met"
+    # The bank keeps the shelter, 43 m away, below what the sentry at 98 m meets.
+    shelter, sentry = (places[name]["density_normal"]["expected"] for name in ("shelter behind the bank", "sentry"))
+    assert shelter < sentry
+    assert summary["rules"]["contents"]["rounds"] == 2
+    html = (tmp_path / "site" / "report.html").read_text(encoding="utf-8")
+    for words in ("Exposed places", "Map of the site", "Distances by rules", "EXAMPLE-001", "Fragments by polar zone"):
+        assert words in html, words
+    assert (tmp_path / "site" / "map.html").is_file()
+    assert (tmp_path / "site" / "contours.geojson").is_file()

@@ -1,0 +1,57 @@
+"""Shapes of the map: lines of terrain lie on the ground, and every kind reaches the geographic files."""
+
+from __future__ import annotations
+
+import json
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from flight.contours import write_geojson, write_kml
+from fragfield.case import load_case
+from fragfield.case.exposed_places import site_of
+from fragfield.case.surroundings import ground_of
+from fragfield.site_map import Shape, _terrain, to_contours
+from tests.fragfield.short_run import ROOT
+
+KML = "{http://www.opengis.net/kml/2.2}"
+
+
+@pytest.fixture(scope="module")
+def site():
+    return load_case(ROOT / "cases" / "m107_pair_site.toml")
+
+
+def test_lines_of_terrain_have_the_height_of_the_ground(site):
+    ground = ground_of(site)
+    lines = list(_terrain(ground, (np.array([-200.0, -200.0]), np.array([300.0, 200.0]))))
+    assert len({line.properties["height_m"] for line in lines}) >= 4
+    for line in lines:
+        height = ground.at(line.points[:, 0], line.points[:, 1])
+        assert height == pytest.approx(np.full(len(height), line.properties["height_m"]), abs=1e-6)
+        assert not line.closed
+
+
+def test_places_lines_and_points_reach_geojson_and_kml(site, tmp_path):
+    on_earth = site_of(site)
+    shapes = [
+        Shape("exposed", "yard", np.array([[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]]), properties={"verdict": "met"}),
+        Shape("terrain", "4 m", np.array([[0.0, 0.0], [50.0, 20.0], [90.0, 10.0]]), closed=False),
+        Shape("round", "round 1", np.array([[0.1, 0.0]])),
+        Shape("hazard", "left to the flight", np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])),
+    ]
+    contours = to_contours(shapes, on_earth, site.flight.origin)
+    write_geojson(contours, on_earth, tmp_path / "c.geojson")
+    write_kml(contours, on_earth, tmp_path / "c.kml")
+    features = json.loads((tmp_path / "c.geojson").read_text())["features"][1:]
+    assert [feature["geometry"]["type"] for feature in features] == ["Polygon", "LineString", "Point"]
+    ring = np.array(features[0]["geometry"]["coordinates"][0])
+    assert len(ring) == 4
+    assert (ring[0] == ring[-1]).all()
+    back = on_earth.offsets(ring[:3, 0], ring[:3, 1])
+    assert back == pytest.approx(shapes[0].points, abs=2e-4)  # nine digits of a degree
+    assert features[0]["properties"]["verdict"] == "met"
+    places = ET.parse(tmp_path / "c.kml").getroot().iter(f"{KML}Placemark")
+    kinds = [[child.tag.removeprefix(KML) for child in place][-1] for place in places]
+    assert kinds[1:] == ["Polygon", "LineString", "Point"]
