@@ -26,6 +26,7 @@ from validation.rows import print_rows, rows_table
 from validation.runs import FOLDER, Runs, StudyError
 from validation.sensitivities import study as sensitivities
 from validation.solid import study as solid
+from validation.stack_trends import study as stack_trends
 from validation.steel_tubes import study as steel_tubes
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ CASES = {
     "copper_cylinder": copper_cylinder.study,
     "steel_tubes": steel_tubes.study,
     "colliding_tubes": colliding_tubes.study,
+    "stack_trends": stack_trends.study,
     "mean_mass": mean_mass.study,
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,

@@ -1,7 +1,8 @@
 """Two coarse tubes, their state kept to the last bit: `python -m tests.burst_fenicsx.rank_states FILE OPTION...`.
 
 The options are random (cells are dealt to the ranks by chance), shared (charge and casing share their nodes, no
-contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left).
+contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left), symmetry (three tubes in a
+row, the left half and a quarter of the middle one computed).
 """
 
 from __future__ import annotations
@@ -40,6 +41,10 @@ def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -
         contact=Contact(charge_casing="shared", surfaces=False) if "shared" in options else Contact(),
     )
     rounds = [tube(name="left"), tube(name="right", position=(0.155 + GAP, 0.01, 0.0))]
+    if "symmetry" in options:
+        pitch = 0.155 + GAP
+        rounds = [tube(name=f"tube_{k}", position=(k * pitch, 0.0, 0.0)) for k in (-1, 0, 1)]
+        settings = replace(settings, symmetry="auto", cell_size=16e-3, end_time=34e-6)
     if "shock" in options:
         rounds[1] = replace(rounds[1], ignition=(), initiation=ShockInitiation(pressure=0.5e9, duration=0.1e-6))
     return Simulation(rounds, settings, folder, comm, {})

@@ -156,3 +156,22 @@ def test_ranks_change_no_bit_without_contact(tmp_path, mpirun, options):
     path = tmp_path / "state.npz"
     mpirun(3, "-m", "tests.burst_fenicsx.rank_states", path, "random", *options)
     assert differences(alone, {name: values for name, values in np.load(path).items() if name != "ranks"}) == []
+
+
+def test_ranks_change_no_bit_of_half_rounds(tmp_path, mpirun):
+    """A half and a quarter of tubes that meet, on one rank and on two: every bit, and all rounds in the files."""
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    going = burst(alone, MPI.COMM_SELF, frozenset({"symmetry"}))
+    going.finish()
+    assert [len(cuts) for cuts in going.part.cuts] == [1, 2]
+    assert going.solver.contact.penetrations.collision > 0.0
+    path = tmp_path / "state.npz"
+    mpirun(2, "-m", "tests.burst_fenicsx.rank_states", path, "random", "symmetry")
+    found = dict(np.load(path))
+    assert found.pop("ranks") == 2
+    assert differences(state(going), found) == []
+    for name in ("burst.h5", "burst_snapshot.h5"):
+        assert_same_content(alone / name, tmp_path / name)
+    with h5py.File(tmp_path / "burst_snapshot.h5") as file:
+        assert [file[f"rounds/{k}"].attrs["name"] for k in range(3)] == ["tube_-1", "tube_0", "tube_1"]

@@ -18,6 +18,7 @@ from validation.paper_3_2.ratios import (
     integral_above_one,
     number_by_half_width,
     number_ratio,
+    peaks,
     sector,
     speed_ratio,
 )
@@ -88,6 +89,18 @@ def test_speed_ratios_of_known_lobes(pair, single):
     assert abs(found.value - expected) < 4.0 * found.error < 0.01
     wide, wide_base = ours.in_bins_of(5.0), base.in_bins_of(5.0)
     assert speed_ratio(wide, wide_base, sector(wide, 15.0), "largest").value == pytest.approx(1.8, rel=0.01)
+
+
+@pytest.mark.parametrize("width", [5.0, 10.0])
+def test_peaks_of_the_curves_are_those_of_the_lobes(pair, single, width):
+    """Even lobes: every bin in them holds the same, so the peak is that, and what taking the highest of a few adds."""
+    number, speed = peaks(pair.every_height, single.every_height, width)
+    highest = 3.0 * number.error  # of at most 16 bins with independent errors
+    assert abs(number.value - 2.0 * SHARE) < highest + 3.0 * number.error
+    assert number.value > 2.0 * SHARE - 3.0 * number.error
+    hits = width * 2000 / 360
+    expected = 1.8 * mean_largest(2.0 * SHARE * hits) / mean_largest(hits)
+    assert abs(speed.value - expected) < 6.0 * speed.error < 0.06
 
 
 @pytest.mark.parametrize("half_width", [1.0, 5.0, 15.0])

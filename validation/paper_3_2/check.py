@@ -16,6 +16,7 @@ from validation.paper_3_2.ratios import (
     integral_above_one,
     number_by_half_width,
     number_ratio,
+    peaks,
     sector,
     speed_ratio,
 )
@@ -93,6 +94,7 @@ def compare_with_paper(pair: RingEnsemble, single: RingEnsemble, surface: str) -
     ours, base = getattr(pair, surface), getattr(single, surface)
     words = {"every_height": "ring", "band": "band of 2.4 m"}[surface]
     rows = _sector_rows(ours, base, words)
+    rows += _peak_rows(ours, base, words)
     half_widths, ratios = number_by_half_width(ours, base)
     met = half_width_of(half_widths, ratios, REFERENCE["number_ratio"])
     rows += _at_the_meeting(ours, base, met, ratios, words)
@@ -125,6 +127,17 @@ def _sector_rows(ours: RingCounts, base: RingCounts, words: str) -> list[Row]:
         fastest = fastest_ratio(ours, base, half_width)
         rows.append(_row(f"{words}: ratio of largest initial speeds in the sector, {place}", fastest, reference, None))
         rows.append(_row(f"{words}: ratio of mean initial speeds, {place}", mean, reference, None))
+    return rows
+
+
+def _peak_rows(ours: RingCounts, base: RingCounts, words: str) -> list[Row]:
+    """The curves' peaks, as the paper reads its own; it states no width of its bins."""
+    rows = []
+    for width in REFERENCE["bins"]:
+        number, speed = peaks(ours, base, width)
+        what = f"{words}: peak of the %s by azimuth, bins of {width:g} deg"
+        rows.append(_row(what % "number", number, REFERENCE["number_ratio"], None))
+        rows.append(_row(what % "largest initial speed", speed, REFERENCE["speed_ratio"], None))
     return rows
 
 

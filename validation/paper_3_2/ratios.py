@@ -28,6 +28,7 @@ __all__ = [
     "integral_above_one",
     "number_by_half_width",
     "number_ratio",
+    "peaks",
     "sector",
     "speed_ratio",
 ]
@@ -130,6 +131,36 @@ def fastest_ratio(pair: RingCounts, single: RingCounts, half_width: float) -> Es
     for shift in range(1, round(2.0 * half_width / single.width)):
         around = np.maximum(around, np.roll(largest, -shift, axis=1))
     return _estimate(np.mean(both, axis=0)).over(_estimate(around.mean(axis=1)))
+
+
+def peaks(pair: RingCounts, single: RingCounts, width: float, within: float = 20.0) -> tuple[Estimate, Estimate]:
+    """The paper's reading: the highest bin of the counts' curve near the focus, and the peak of the curve of maxima.
+
+    The paper shows one curve of counts by azimuth and one of "the maximum initial velocity of fragments with different
+    azimuth angles" (section 3.2.1) and compares their peaks in the focus with the single round's.
+
+    Parameters
+    ----------
+    pair, single : RingCounts
+        Ensembles.
+    width : float
+        Of the bins (degrees).
+    within : float
+        Half-width (degrees) of the area about 90 and 270 degrees in which peaks are looked for.
+
+    Returns
+    -------
+    Number ratio of the bin with the most hits on average, and ratio of largest initial speeds of the bin in which they
+    are largest on average, both over the single round's mean over all bins of that width.
+    """
+    ours, base = pair.in_bins_of(width), single.in_bins_of(width)
+    near = np.flatnonzero(sector(ours, within))
+    fullest = near[np.argmax(ours.hits[:, near].mean(axis=0))]
+    fastest = near[np.argmax(ours.largest_initial_speed[:, near].mean(axis=0))]
+    everywhere = np.ones(base.hits.shape[1], dtype=bool)
+    number = _estimate(ours.hits[:, fullest].astype(float)).over(_estimate(base.hits.mean(axis=1)))
+    of_single = _estimate(_speeds(base, everywhere, "largest", "initial_speed"))
+    return number, _estimate(ours.largest_initial_speed[:, fastest]).over(of_single)
 
 
 def number_by_half_width(pair: RingCounts, single: RingCounts) -> tuple[NDArray[np.float64], list[Estimate]]:

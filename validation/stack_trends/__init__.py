@@ -1,0 +1,3 @@
+"""What any correct model of a stack must show: trends over gap, delay and number of rounds, and exact symmetries."""
+
+from __future__ import annotations

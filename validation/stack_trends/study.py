@@ -1,0 +1,87 @@
+"""Trends of stacks from their runs to their rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from validation.runs import ROOT, summary_of
+from validation.soundness import all_passed, sound
+from validation.stack_trends.check import (
+    NAME,
+    REFERENCE,
+    Focus,
+    count_rows,
+    delay_rows,
+    focus_of,
+    gap_rows,
+    speed_row,
+    varied,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from validation.options import Options
+    from validation.rows import Row
+    from validation.runs import Runs
+
+__all__ = ["study"]
+
+_GAP = 0.0217  # m, of the pair in the paper
+
+
+@dataclass
+class _Stacks:
+    """Runs of the case with other numbers of rounds, gaps and delays, and what must hold for each."""
+
+    runs: Runs
+    size: str
+    rows: list[Row]
+
+    def summary(self, name: str, *, count: int = 2, gap: float = _GAP, delays: Sequence[float] = ()) -> dict[str, Any]:
+        """Run one and return its summary with the folder; a row is added for what is not sound."""
+        times = list(delays) or [0.0] * count
+        text = (ROOT / REFERENCE["case"]).read_text(encoding="utf-8")
+        self.runs.folder.mkdir(parents=True, exist_ok=True)
+        path = self.runs.folder / f"{NAME}_{name}.toml"
+        end = REFERENCE["end"] + max(times)
+        path.write_text(varied(text, count=count, gap=gap, delays=times, end=end), encoding="utf-8")
+        folder = self.runs.run(f"{NAME}_{name}", str(path), self.size, stage="burst")
+        found = summary_of(folder)
+        self.rows += [row for row in sound(NAME, found, REFERENCE["sound"], name) if row.passed is False]
+        return {**found, "folder": folder}
+
+    def focus(self, name: str, **changes: Any) -> Focus:
+        """The focus of one."""
+        return focus_of(self.summary(name, **changes)["folder"] / "burst_snapshot.h5")
+
+
+def study(options: Options, runs: Runs) -> list[Row]:
+    """Burst single round, pairs over gaps and delays, and longer rows."""
+    quick = "quick_" if options.quick else ""
+    stacks = _Stacks(runs, options.cell_size or REFERENCE[f"{quick}size"], [])
+    alone = stacks.summary("single", count=1)
+    single = focus_of(alone["folder"] / "burst_snapshot.h5")
+    calibre = REFERENCE["calibre"]
+    gaps = {
+        gap: stacks.focus(f"gap_{gap:g}", gap=_GAP if gap == REFERENCE["gaps"][0] else gap * calibre)
+        for gap in REFERENCE[f"{quick}gaps"]
+    }
+    pair = gaps[REFERENCE["gaps"][0]]
+    counts = {count: pair if count == 2 else stacks.focus(f"row_{count}", count=count) for count in REFERENCE["counts"]}
+    delays = {
+        delay: (
+            stacks.focus(f"left_{1e6 * delay:g}_us", delays=(delay, 0.0)),
+            stacks.focus(f"right_{1e6 * delay:g}_us", delays=(0.0, delay)),
+        )
+        for delay in REFERENCE[f"{quick}delays"]
+    }
+    if not all_passed(stacks.rows):
+        return stacks.rows  # void
+    return [
+        *gap_rows(gaps, single),
+        *delay_rows(delays, pair),
+        *count_rows(counts),
+        speed_row(pair, float(alone["burst"]["max_initial_speed"])),
+    ]
