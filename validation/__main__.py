@@ -11,6 +11,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_INPUT, nearest
+from validation.axisymmetric import study as axisymmetric
 from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
 from validation.m107_1944 import study as m107_1944
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 CASES = {
     "products": products.study,
     "solid": solid.study,
+    "axisymmetric": axisymmetric.study,
     "copper_cylinder": copper_cylinder.study,
     "steel_tubes": steel_tubes.study,
     "colliding_tubes": colliding_tubes.study,
