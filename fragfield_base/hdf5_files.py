@@ -461,7 +461,7 @@ def _probed(path: Path) -> str | None:
     """Have a process of its own look through a file that is not sealed; what is wrong with it."""
     # A launcher's variables would make MPI start in the child.
     environment = {key: value for key, value in os.environ.items() if not key.startswith(_LAUNCHERS)}
-    command = [sys.executable, "-s", str(Path(__file__).with_name("probe.py")), str(path)]
+    command = [sys.executable, "-s", "-P", str(Path(__file__).with_name("probe.py")), str(path)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
     except subprocess.TimeoutExpired:

@@ -15,14 +15,16 @@ from tests.attack.signals import reference
 __all__ = ["attack", "filled"]
 
 
-def filled(folder: Path, kilobytes: int, case: Path, whole: Path) -> tuple[str, list[str]]:
+def filled(
+    folder: Path, kilobytes: int, case: Path, whole: Path, verb: str = "run", names: tuple[str, ...] | None = None
+) -> tuple[str, list[str]]:
     """A run on a disk of this size, made larger afterwards: where it stopped, and what is wrong."""
     disk = folder / "disk"
     disk.mkdir(exist_ok=True)
     subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", str(disk)], check=True)
     try:
         out, what = disk / "run", f"disk of {kilobytes} kB"
-        code, words = run("run", case, "--out", out, "--quiet")
+        code, words = run(verb, case, "--out", out, "--quiet")
         said = [line for line in words.splitlines() if line.startswith("fragfield: ")]
         wrong = []
         if code not in (0, 3):
@@ -33,10 +35,10 @@ def filled(folder: Path, kilobytes: int, case: Path, whole: Path) -> tuple[str, 
         subprocess.run(["mount", "-o", "remount,size=512M", str(disk)], check=True)
         if code not in (0, 3):
             kept = (out / "case.toml").is_file()
-            again, words = run("run", case, "--out", out, "--quiet", *(["--resume"] if kept else []))
+            again, words = run(verb, case, "--out", out, "--quiet", *(["--resume"] if kept else []))
             if again not in (0, 3):
                 return what, [*wrong, f"{what}: resumed with exit {again}: {words[-300:]}"]
-        wrong += [f"{what}: {key}" for key in different(out, whole)]
+        wrong += [f"{what}: {key}" for key in different(out, whole, names)]
         place = said[0].split(": ")[1].rsplit("/", 1)[-1] if said else "enough"
     finally:
         subprocess.run(["umount", "-l", str(disk)], check=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -32,8 +33,13 @@ def start(*arguments: object, ranks: int = 1, **options: Any) -> subprocess.Pope
         variables |= {"OMPI_MCA_odls_base_sigkill_timeout": "5"}
     return subprocess.Popen(
         [*launcher, *command(*arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        env=variables, start_new_session=True, **options,
+        env=variables, start_new_session=True, preexec_fn=_take_interrupts, **options,  # noqa: PLW1509 - one thread
     )  # fmt: skip
+
+
+def _take_interrupts() -> None:
+    """A shell's background jobs ignore SIGINT, and hand that on."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def run(*arguments: object, timeout: float = 900.0, ranks: int = 1, **options: Any) -> tuple[int, str]:

@@ -18,6 +18,7 @@ import fragfield.sweep.work as work
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.cli import app
 from fragfield.errors import InputError
+from fragfield.stamped import stamped_toml
 from fragfield.sweep import plan_sweep
 
 ROOT = Path(__file__).parents[2]
@@ -45,7 +46,7 @@ def calls(monkeypatch):
         made.append(command)
         out = Path(command[command.index("--out") + 1])
         out.mkdir(exist_ok=True)
-        (out / "case.toml").write_text(Path(command[4]).read_text())
+        (out / "case.toml").write_text(stamped_toml(Path(command[4]).read_text()))
         if code := codes.pop(0) if codes else 0:
             return code, json.dumps({"error": {"message": "cell 7 is lost", "exit_code": code}}) + "\n"
         for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5", "report.html"):
@@ -230,8 +231,8 @@ def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
     [
         (3, '{"error": {"message": "lost", "exit_code": 3}}\n', "lost"),
         (-9, "", "ended by signal 9"),
-        (1, "", "a fault of the program; its traceback stands above"),
-        (4, "words\n", "exit code 4"),
+        (4, "", "a fault of the program; its traceback is in the run's log"),
+        (1, "words\n", "exit code 1"),
     ],
 )
 def test_why_a_run_failed_is_told(code, printed, message):
