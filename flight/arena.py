@@ -1,8 +1,9 @@
 """Fragments as arena tests report them: numbers, masses and speeds by polar zone and mass group of one round.
 
-A polar zone lies between two angles from the nose; 90 degrees is abreast. The file (Z-data) is CSV with one line a zone
-and mass group, empty ones left out; zones without any fragment have one line of group 0 with number 0, so that
-every zone tested is in the file. Numbers are per round and may be fractions: means over tests or realisations.
+A polar zone lies between two angles from the nose; 90 degrees is abreast. Fragments at rest count there. The file
+(Z-data) is CSV with one line a zone and mass group, empty ones left out; zones without any fragment have one line of
+group 0 with number 0, so that every zone tested is in the file. Numbers are per round and may be fractions: means
+over tests or realisations.
 
 Table and file hold what such tests hold, and no more: within a zone directions are even over the sphere, within a
 group all fragments have the group's mean mass and mean speed.
@@ -79,9 +80,9 @@ class ArenaTable:
                 raise InputError(
                     f"arena: {name} of row {int(np.argmax(bad)) + 1} is {values[bad][0]}, needed: 0 or more"
                 )
-        empty = (self.number > 0.0) & ~((self.mass > 0.0) & (self.speed > 0.0))
+        empty = (self.number > 0.0) & ~(self.mass > 0.0)
         if empty.any():
-            raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass or speed")
+            raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass")
 
     @classmethod
     def of(

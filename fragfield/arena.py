@@ -84,7 +84,7 @@ def arena_of(case: Case, realisations: Sequence[Fragments]) -> ArenaTable | None
 
 def write_arena(case: Case, realisations: Sequence[Fragments], path: Path, provenance: Mapping[str, str]) -> None:
     """Write arena.csv of a break-up, where it has one."""
-    table = arena_of(case, realisations) if case.round else None
+    table = arena_of(case, realisations) if case.round and any(len(one) for one in realisations) else None
     if table is None:
         path.unlink(missing_ok=True)
         return

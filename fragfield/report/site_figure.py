@@ -37,7 +37,8 @@ def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
     ):
         return None
     resolved = read_resolved(run.folder / "case.toml")
-    return resolved, shapes_of(resolved, run.ensemble, exposed_entries(run))
+    shapes = shapes_of(resolved, run.ensemble, exposed_entries(run))
+    return (resolved, shapes) if shapes else None
 
 
 def north_of(case: Case) -> float | None:
@@ -69,7 +70,8 @@ def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
     north = north_of(case)
     if north is not None:
         _north(axis, north)
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08 if not narrow else -0.14), ncols=1 if narrow else 2)
+    if labels:
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08 if not narrow else -0.14), ncols=1 if narrow else 2)
     return figure
 
 

@@ -93,6 +93,14 @@ def test_distance_from_the_table_is_that_of_the_fragments(table):
     assert theirs == pytest.approx(ours, rel=0.04)
 
 
+def test_fragments_at_rest_count_abreast_and_fall(table):
+    fragments = flight.Fragments.from_arrays([0.01, 0.02], (0.0, 0.0, 1.0), [(0.0, 0.0, 0.0), (0.0, 0.0, 500.0)])
+    found = ArenaTable.of([fragments])
+    assert found.by_zone()["number"][[0, 18]].tolist() == [1.0, 1.0]
+    again = found.realisation(1)
+    assert flight.fly(again, sample=0, threads=1).summary["landed"] == 2
+
+
 def test_rounds_lie_along_their_axis(table):
     fragments = table.realisation(1, axis=(1.0, 1.0, 0.0), position=(1.0, 2.0, 3.0), round_number=2)
     assert np.all(fragments.position == (1.0, 2.0, 3.0))
@@ -108,7 +116,7 @@ def test_rounds_lie_along_their_axis(table):
     [
         ("0,90,0,1,3,0.01,900\n100,180,0,1,3,0.01,900\n", "nothing from 90 to 100 degrees"),
         ("0,100,0,1,3,0.01,900\n90,180,0,1,3,0.01,900\n", "overlaps another"),
-        ("0,180,0,1,3,0,900\n", "fragments without mass or speed"),
+        ("0,180,0,1,3,0,900\n", "fragments without mass"),
         ("0,180,0,1,-3,0.1,900\n", "number of row 1 is -3.0, needed: 0 or more"),
         ("10,180,0,1,3,0.1,900\n", "zones must rise from 0 to 180"),
     ],

@@ -198,7 +198,9 @@ def test_check_derives_masses_speeds_and_costs(path):
     expected = {
         "grenade_155_tnt": (40.0, 8.0),
         "m107_tnt": (34.53, 6.863),
-        **dict.fromkeys((f"m107_{name}" for name in ("comp_b", "pair", "pair_mirrored", "row4", "pallet_2x4")), comp_b),
+        **dict.fromkeys(
+            (f"m107_{name}" for name in ("comp_b", "pair", "pair_mirrored", "pair_site", "row4", "pallet_2x4")), comp_b
+        ),
         "tube": (7800 * 0.3 * 3.14159265 * (0.0775**2 - 0.055**2), 1630 * 0.3 * 3.14159265 * 0.055**2),
     }[path.stem]
     assert (entry["casing_mass"], entry["charge_mass"]) == pytest.approx(expected, rel=2e-3)
