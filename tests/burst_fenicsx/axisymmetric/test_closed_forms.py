@@ -121,27 +121,40 @@ def sphere(count):
     return solver, moved, exact, hoop
 
 
-@pytest.mark.parametrize("body", [cylinder, sphere])
-def test_lames_cylinder_and_sphere(body):
-    """Displacement under an inner pressure converges with the square of the cell size; level and hoop stress stated."""
+def errors_of(body, counts=(4, 8)):
+    """Errors in displacement and hoop stress, L2 over the largest, for numbers of cells through the wall."""
     errors, stresses = [], []
-    for count in (4, 8):
+    for count in counts:
         solver, moved, exact, hoop = body(count)
         errors.append(np.sqrt(np.average((moved - exact) ** 2, weights=solver.fields.mass)) / np.abs(exact).max())
         found = matrices(solver.fields.solid.stress[: solver.fields.mesh.cells, 0])[:, 1, 1]
-        weight = solver.fields.cell_mass
-        stresses.append(np.sqrt(np.average((found - hoop) ** 2, weights=weight)) / hoop.max())
-    rate = np.log2(errors[0] / errors[1])
-    text = f"displacement {errors}, rate {rate:.2f}, hoop stress {stresses}"
-    assert rate > 1.8, text
+        stresses.append(np.sqrt(np.average((found - hoop) ** 2, weights=solver.fields.cell_mass)) / hoop.max())
+    return np.array(errors), np.array(stresses)
+
+
+def test_lames_cylinder():
+    """The nodes' displacements are exact but for the geometry's change, of the order of p/E; hoop stress of order 2."""
+    errors, stresses = errors_of(cylinder)
+    text = f"displacement {errors}, hoop stress {stresses}"
+    assert errors.max() < 2.0 * PRESSURE / YOUNG, text
+    assert np.log2(stresses[0] / stresses[1]) > 1.8, text
+    assert stresses[1] < 2e-3, text
+
+
+def test_lames_sphere():
+    """Both poles on the axis: displacement of order 2 and hoop stress, of cells at the axis as well."""
+    errors, stresses = errors_of(sphere)
+    text = f"displacement {errors}, hoop stress {stresses}"
+    assert np.log2(errors[0] / errors[1]) > 1.8, text
+    assert np.log2(stresses[0] / stresses[1]) > 1.0, text
     assert errors[1] < 0.01, text
     assert stresses[1] < 0.02, text
-    assert stresses[1] < 0.6 * stresses[0], text
 
 
 def test_an_impact_closes_the_ledger_and_keeps_axial_momentum():
-    """A cylinder struck at one end and left to itself: axial momentum to 1e-12, energy to 0.5 %."""
-    settings = replace(BARE, hourglass=Hourglass(casing_viscous=0.05, casing_stiffness=0.05))
+    """A cylinder struck at one end and left to itself: axial momentum to 1e-12, energy to 0.5 % in short steps."""
+    settings = whole_steps(BARE, hourglass=Hourglass(casing_viscous=0.05, casing_stiffness=0.05))
+    settings = replace(settings, time_step=replace(settings.time_step, cfl=0.1))
     solver = ring_burst(rectangle((6, 12), (0.0, 0.012), 0.024), settings)
     fields = solver.fields
     fields.nodes.velocity[:, 2] = 20.0 * np.exp(-((fields.start[:, 2] / 6e-3) ** 2))
