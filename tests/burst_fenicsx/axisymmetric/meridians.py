@@ -1,0 +1,132 @@
+"""Small meridians and a one-call burst on them, for tests of the axisymmetric solver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
+from burst_fenicsx.axisymmetric.mesh import MeridianMesh
+from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+from burst_fenicsx.axisymmetric.solver import RingSolver
+from burst_fenicsx.detonation import LeakageParts
+from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, Round
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+__all__ = ["HeldSolver", "meridian", "named", "random_meridian", "rectangle", "ring_burst", "whole_steps"]
+
+
+def meridian(
+    counts: Sequence[int], mapping: Callable[[np.ndarray], np.ndarray], part: Part = Part.CASING
+) -> MeridianMesh:
+    """Quadrilaterals of the unit square, counts[0] x counts[1], carried by `mapping` of points (n, 2) to (r, z) in m."""
+    axes = [np.linspace(0.0, 1.0, count + 1) for count in counts]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    number = np.arange(len(points)).reshape(counts[0] + 1, counts[1] + 1)
+    corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    cells = np.stack([corner.ravel() for corner in corners], axis=1).astype(np.int64)
+    r, z = mapping(points).T
+    nodes = np.stack([r, np.zeros(len(r)), z], axis=1)
+    height = float(z.max())
+    return MeridianMesh(
+        nodes=nodes,
+        cells=cells,
+        part=np.full(len(cells), part, dtype=np.int32),
+        round=np.zeros(len(cells), dtype=np.int32),
+        segment=np.full(len(cells), 0 if part == Part.CASING else -1, dtype=np.int32),
+        station=height - z[cells].mean(axis=1),
+        segments=((),),
+        lengths=(height,),
+    )
+
+
+def rectangle(
+    counts: Sequence[int], radii: tuple[float, float], height: float, part: Part = Part.CASING
+) -> MeridianMesh:
+    """Regular meridian of a cylinder or tube between two radii (m)."""
+    inner, outer = radii
+    return meridian(counts, lambda p: np.stack([inner + (outer - inner) * p[:, 0], height * p[:, 1]], axis=1), part)
+
+
+def random_meridian(
+    count: int, size: float, inner: float = 0.0, part: Part = Part.CASING, share: float = 0.25
+) -> MeridianMesh:
+    """count x count cells of edge `size` (m), sheared and tapered, nodes off the axis moved at random by up to `share`."""
+    mesh = rectangle((count, count), (0.0, count * size), count * size, part)
+    move = np.random.default_rng(7).uniform(-share, share, mesh.nodes.shape) * size
+    move[:, 1] = 0.0
+    move[mesh.nodes[:, 0] == 0.0, 0] = 0.0
+    r, _, z = (mesh.nodes + move).T
+    whole = count * size
+    nodes = np.stack([inner + r * (1.0 + 0.2 * z / whole), np.zeros(len(r)), z * (1.0 + 0.1 * r / whole) + 0.15 * r], 1)
+    return replace(mesh, nodes=nodes)
+
+
+def named(mesh: MeridianMesh, part: np.ndarray) -> MeridianMesh:
+    """The mesh with these parts (cells,)."""
+    return replace(mesh, part=part.astype(np.int32), segment=np.where(part == Part.CASING, 0, -1).astype(np.int32))
+
+
+class HeldSolver(RingSolver):
+    """A ring solver with forces and holds from outside, which act where all cells take the same step.
+
+    Attributes
+    ----------
+    held : (nodes, 2) bool, whether r and z of a node are held. outside : adds to the forces (nodes, 3) at a time (s).
+    """
+
+    held: np.ndarray | None = None
+    outside: Callable[[float, np.ndarray], None] | None = None
+
+    def add_forces(self, step: float, least: int = 0) -> None:
+        """As `RingSolver`, then the forces from outside and the holds."""
+        super().add_forces(step, least)
+        force = self.fields.nodes.force
+        if self.outside is not None:
+            self.outside(self.time, force)
+        if self.held is not None:
+            force[self.held[:, 0], 0] = 0.0
+            force[self.held[:, 1], 2] = 0.0
+
+
+def whole_steps(settings: BurstSettings, **changes: Any) -> BurstSettings:
+    """The settings with one step for all cells."""
+    return replace(settings, time_step=replace(settings.time_step, subcycling=False), **changes)
+
+
+def ring_burst(
+    mesh: MeridianMesh,
+    settings: BurstSettings = BARE,
+    *,
+    casing: CasingMaterial = ELASTIC,
+    explosive: Explosive = TNT,
+    ignition: tuple = (),
+    solver: type[RingSolver] = RingSolver,
+) -> RingSolver:
+    """Solver on the meridian of one round; nodes and cells keep dolfinx's order."""
+    distributed = on_dolfinx(mesh)
+    item = Round(name="ring", explosive=explosive, casing=casing, ignition=ignition)
+    nothing = np.zeros(0)
+    leakage = LeakageParts.of_charges(
+        settings.leakage, MPI.COMM_SELF, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
+    )
+    fields = make_ring_fields(
+        distributed,
+        item,
+        settings,
+        fuze_density=3000.0,
+        axial_part=np.zeros(distributed.cells, dtype=np.int32),
+        leakage=leakage.factor,
+        length=mesh.lengths[0],
+    )
+    charge = distributed.part == Part.CHARGE
+    chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy
+    ledger = Ledger(settings.energy_tolerance, 1.0, np.array([chemical]), MPI.COMM_SELF)
+    return solver(fields, settings, leakage, ledger, MeridianContact(mesh, fields, settings))

@@ -1,0 +1,234 @@
+"""The slide line of the meridian: even pressure, sliding without friction, hollow corners, the rim of a fuze."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from burst_fenicsx.axisymmetric.mesh import mesh_meridian
+from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
+from burst_fenicsx.kernels.sliding import SlideLaw
+from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.problem import Contact, Part
+from tests.burst_fenicsx.axisymmetric.meridians import HeldSolver, meridian, named, ring_burst, whole_steps
+from tests.burst_fenicsx.bodies import QUIET
+from tests.burst_fenicsx.boxes import STEEL as TUBE
+from tests.burst_fenicsx.boxes import TNT, run_until
+
+pytestmark = pytest.mark.dolfinx
+
+PRESSURE, COUNT, LENGTH = 3e9, 24, 0.06
+LAW = SlideLaw(1e8, 1e-7, 0.0, 0.0, 0.0)
+
+
+def bench(shape):
+    """A layer of charge on a layer of casing whose line is a cylinder, a disc to the axis, or a cone cut short."""
+
+    def carry(points):
+        along, across = LENGTH * points[:, 0], 0.02 * (points[:, 1] - 0.5)
+        if shape == "cylinder":
+            return np.stack([0.03 - across, along], axis=1)
+        if shape == "disc":
+            return np.stack([along, across], axis=1)
+        return np.stack([0.01 + along, across + 0.7 * along], axis=1)
+
+    mesh = meridian((COUNT, 4), carry)
+    upper = np.tile([False, False, True, True], COUNT)
+    return split_charges(named(mesh, np.where(upper, Part.CHARGE, Part.CASING)))
+
+
+def pressed(solver, pressure=PRESSURE, law=LAW):
+    """Forces of contact (nodes, 3) under an even pressure, at the places that the nodes now have."""
+    interface, fields = solver.contact.interface, solver.fields
+    fields.charge.burn_fraction[:] = 1.0
+    fields.charge.pressure[:] = pressure
+    own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
+    add_line_forces(
+        law, 1.0, interface.line, interface.contacts, fields.charge.burn_fraction, fields.charge.pressure,
+        fields.nodes.position, fields.mass, own, force,
+    )  # fmt: skip
+    np.testing.assert_array_equal(own, force)
+    return own
+
+
+def line_load(solver):
+    """Consistent nodal forces (nodes, 3) of the even pressure on all edges of the line that the charge covers."""
+    line, position = solver.contact.interface.line, solver.fields.nodes.position
+    force = np.zeros_like(position)
+    for a, b in line.edges:
+        (ra, _, za), (rb, _, zb) = position[a], position[b]
+        for node, radius in ((a, 2.0 * ra + rb), (b, ra + 2.0 * rb)):
+            share = PRESSURE * 2.0 * np.pi / 6.0 * radius
+            force[node, 0] -= share * (zb - za)
+            force[node, 2] += share * (rb - ra)
+    return force
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "disc", "cone"])
+def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(shape):
+    """Both sides' nodes are shifted along the line at random, its own also gathered under single edges of the charge.
+
+    Every node of the line, the end ones and that on the axis included, takes the consistent load of the line.
+    """
+    solver = ring_burst(bench(shape), QUIET)
+    interface, position = solver.contact.interface, solver.fields.nodes.position
+    contacts, line, start = interface.contacts, interface.line, solver.fields.start
+    first, last = start[line.edges[0, 0]], start[line.edges[-1, 1]]
+    along = last - first
+    random = np.random.default_rng(3)
+
+    def shifted(nodes, power):
+        """Nodes at other places of the line, in their order; the ends stay."""
+        share = ((start[nodes] - first) @ along) / (along @ along)
+        inner = (share > 1e-9) & (share < 1.0 - 1e-9)
+        share[inner] = np.clip(share[inner] ** power, 1e-6, 1.0 - 1e-6)
+        order = np.argsort(share)
+        gaps = np.diff(share[order])
+        moved = share[order][1:-1] + 0.35 * random.uniform(-1, 1, len(gaps) - 1) * np.minimum(gaps[1:], gaps[:-1])
+        share[order[1:-1]] = moved
+        position[nodes] = first + share[:, None] * along
+
+    shifted(np.unique(line.edges), 1.35)
+    shifted(np.unique(contacts.slave), 0.85)
+    force = pressed(solver)
+    exact = line_load(solver)
+    on_line = np.unique(line.edges)
+    bearers = contacts.spread_count
+    assert bearers.min() >= 2
+    assert bearers.max() >= 5  # several of the line's nodes under one of the charge's
+    assert (contacts.off == 0).all()
+    size = np.abs(exact).max()
+    assert np.abs(force[on_line] - exact[on_line]).max() < 1e-12 * size
+    # The charge's own nodes take the consistent load of its own edges, so that nothing is left over in all.
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
+
+
+def test_a_node_loaded_by_one_edge_alone_would_not_be_loaded_evenly():
+    """What the spreading is for: the shares of the edge under each node alone are off by a good part of the load."""
+    solver = ring_burst(bench("disc"), QUIET)
+    interface = solver.contact.interface
+    contacts = interface.contacts
+    slaves = np.unique(contacts.slave)
+    solver.fields.nodes.position[slaves, 0] *= np.where(solver.fields.start[slaves, 0] < LENGTH - 1e-9, 0.7, 1.0)
+    pressed(solver)
+    single = np.zeros(len(solver.fields.mass))
+    for k in range(2):
+        np.add.at(single, interface.line.edges[contacts.face, k], -contacts.weight[:, k] * contacts.pressing[:, 1])
+    exact = line_load(solver)[:, 2]
+    near = (solver.fields.start[:, 0] < 0.009) & (exact != 0.0)
+    assert near.sum() == 4
+    assert np.abs(single[near] / exact[near] - 1.0).max() > 0.3
+
+
+def gas_tube(held, density=7850.0):
+    """Burnt products at rest in a tube, 10 mm in radius and 120 mm long, open at its upper end; the tube is longer."""
+    cell = 2.5e-3
+    mesh = meridian((6, 96), lambda p: np.stack([6 * cell * p[:, 0], 0.24 * p[:, 1]], axis=1))
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    gas = centre[:, 0] < 4 * cell
+    keep = ~gas | (centre[:, 2] < 0.12)
+    used = np.zeros(len(mesh.nodes), dtype=bool)
+    used[mesh.cells[keep]] = True
+    number = np.cumsum(used) - 1
+    part = np.where(gas, Part.CHARGE, Part.CASING)[keep]
+    mesh = replace(
+        mesh, nodes=mesh.nodes[used], cells=number[mesh.cells[keep]], round=mesh.round[keep],
+        station=mesh.station[keep],
+    )  # fmt: skip
+    mesh = split_charges(named(mesh, part))
+    settings = whole_steps(QUIET, cell_size=cell, contact=Contact())
+    casing = replace(TUBE, density=density)
+    solver = ring_burst(mesh, settings, casing=casing, solver=HeldSolver)
+    fields, start = solver.fields, solver.fields.start
+    in_gas = np.zeros(len(start), dtype=bool)
+    in_gas[fields.mesh.dofmap[fields.mesh.part == Part.CHARGE]] = True
+    wall = ~in_gas
+    solver.held = np.stack([wall & held, (wall & held) | (in_gas & (start[:, 2] < 1e-9))], axis=1)
+    fields.charge.burn_fraction[: fields.mesh.cells][fields.mesh.part == Part.CHARGE] = 1.0
+    solver.free_step = 1e-10
+    solver.add_forces(0.0)
+    return solver, in_gas, cell
+
+
+def test_gas_expands_along_a_rigid_tube_as_without_one():
+    """Centred rarefaction of a gas of gamma = 3, u = (c0 + (z - L) / t) / 2, on the wall and on the axis as well."""
+    solver, in_gas, cell = gas_tube(held=True)
+    run_until(solver, 15e-6)
+    sound = TNT.detonation_velocity * np.sqrt(3.0 * 27.0 / 256.0)
+    fields = solver.fields
+    radius = fields.start[:, 0]
+    force = solver.contact.force
+    for place in (0.0, 4 * cell):
+        line = in_gas & (np.abs(radius - place) < 1e-9)
+        z, speed = fields.nodes.position[line, 2], fields.nodes.velocity[line, 2]
+        fan = (z - 0.12) / (sound * solver.time)
+        inside = (fan > -0.75) & (fan < 0.1)
+        assert inside.sum() > 12
+        assert (z - fields.start[line, 2])[inside].max() > 3 * cell
+        error = speed[inside] - 0.5 * sound * (1.0 + fan[inside])
+        assert np.abs(error).max() < 0.02 * sound
+    # No tangential momentum passes, and the gas does not sink in.
+    assert np.abs(force[:, 2]).max() < 1e-9 * np.abs(force[:, 0]).max()
+    assert solver.contact.penetrations.interface_at_front < 0.02 * cell
+    assert solver.contact.penetrations.interface_after < 0.02 * cell
+
+
+def test_gas_in_a_tube_that_gives_way_closes_the_ledger():
+    """A tube of steel driven apart by its gas: energy to 0.5 % of the work, no contact lost but at the open end."""
+    solver, _, cell = gas_tube(held=False)
+    run_until(solver, 15e-6)
+    solver.ledger.energy_tolerance = np.inf
+    solver.fields.nodes.force[:] = solver.resultant
+    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0, solver.contact)
+    assert entry.kinetic_casing > 0.05 * entry.products_work
+    assert entry.energy_error < 5e-3
+    assert solver.contact.penetrations.interface_after < 0.02 * cell
+
+
+def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both_sides():
+    """The flat base of a cavity: from its wall on to the base; the corner's own node is held by both."""
+    mesh = meridian((6, 8), lambda p: np.stack([0.03 * p[:, 0], 0.04 * p[:, 1]], axis=1))
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    gas = (centre[:, 0] < 0.02) & (centre[:, 2] > 0.01)
+    solver = ring_burst(split_charges(named(mesh, np.where(gas, Part.CHARGE, Part.CASING))), QUIET)
+    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    position, start = solver.fields.nodes.position, solver.fields.start
+    assert (line.across >= 0).sum() == 2  # the edges that meet in the corner
+    at = start[contacts.slave]
+    corner = np.flatnonzero((np.abs(at[:, 0] - 0.02) < 1e-9) & (np.abs(at[:, 2] - 0.01) < 1e-9))
+    assert len(corner) == 2
+    assert (contacts.share[corner] == 2.0).all()
+    (c,) = np.flatnonzero((np.abs(at[:, 0] - 0.02) < 1e-9) & (np.abs(at[:, 2] - 0.015) < 1e-9))
+    node = contacts.slave[c]
+    pressed(solver)
+    assert contacts.normal[c, 0] == pytest.approx(-1.0)
+    # The node is drawn down the wall, round the corner's own and on along the base.
+    for place, gap in (([0.02, 0.0, 0.0101], 0.0), ([0.0195, 0.0, 0.0099], -1e-4), ([0.017, 0.0, 0.01], 0.0)):
+        position[node] = place
+        pressed(solver)
+        assert contacts.off[c] == 0
+        assert contacts.gap[c] == pytest.approx(gap, abs=1e-12)
+    np.testing.assert_allclose(contacts.normal[c], [0.0, 1.0], atol=1e-12)
+    assert start[line.edges[contacts.face[c]], 2] == pytest.approx([0.01, 0.01])
+
+
+def test_the_charges_nodes_at_the_rim_of_a_fuze_belong_to_both_sides():
+    """The M107: one node of charge, casing and fuze, without a contact's force; all others are split."""
+    mesh = split_charges(mesh_meridian(load_profile("m107"), 8e-3))
+    solver = ring_burst(mesh, QUIET)
+    contacts = solver.contact.interface.contacts
+    (rim,) = np.flatnonzero(contacts.off == 2)
+    touched = [np.unique(mesh.cells[mesh.part == part]) for part in (Part.CHARGE, Part.CASING, Part.FUZE)]
+    node = solver.fields.mesh.node[contacts.slave[rim]]
+    assert all(node in nodes for nodes in touched)
+    charge, casing, fuze = touched
+    np.testing.assert_array_equal(np.intersect1d(charge, casing), [node])
+    assert len(np.intersect1d(charge, fuze)) > 2  # the charge's front is tied to the fuze
+    pressed(solver)
+    assert contacts.stiffness[rim] == 0.0
+    assert (contacts.stiffness[contacts.off == 0] > 0.0).all()
