@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import fragfield
@@ -49,6 +49,8 @@ class Job:
         Fragments from elsewhere, to fly in place of the run's own.
     resume : bool
         Go on from a burst's checkpoint where there is one.
+    began : float
+        Clock (s) at which the work began.
     """
 
     case: Case
@@ -59,6 +61,7 @@ class Job:
     threads: int | None = None
     fragments: Path | None = None
     resume: bool = False
+    began: float = field(default_factory=time.perf_counter)
 
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""
@@ -137,6 +140,7 @@ def fly(job: Job, stage: Stage) -> None:
     from flight.ensemble_files import write_ensemble
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
+    from fragfield.convergence import convergence_of
     from fragfield.ensemble import fly_all
     from fragfield.rules import rules_of
     from fragfield.stack_rule import stack_rule_of
@@ -145,6 +149,7 @@ def fly(job: Job, stage: Stage) -> None:
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     seconds = time.perf_counter() - began
     if flown is None:
+        job.team.tell()
         return
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
@@ -165,6 +170,8 @@ def fly(job: Job, stage: Stage) -> None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
     rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
+    convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
+    job.team.tell()
     job.note(
         {
             "flight": summary,
@@ -173,6 +180,7 @@ def fly(job: Job, stage: Stage) -> None:
             "hazard": headline,
             "exposed": flown.exposed,
             "rules": rules,
+            "convergence": convergence,
         }
     )
 
