@@ -167,6 +167,8 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
             "no grid convergence: other cell sizes are computed for axisymmetric bursts only, and this one is in three "
             f"dimensions; {_SWEEP}"
         )
+    if job.lean:
+        return "no grid convergence: not computed for the runs of a sweep"
     if job.case.burst.convergence == "off":
         return f'no grid convergence: burst.convergence = "off"; {_SWEEP}, or set it to "auto"'
     return ""
@@ -227,7 +229,7 @@ def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Re
     folder = job.target.file(SCRATCH)
     try:
         with _scratch(folder), _silent():
-            done = simulate(burst_rounds(case), burst_settings(case), folder, comm=job.team.alone)
+            done = simulate(burst_rounds(case), burst_settings(case), folder, comm=job.team.alone, series=False)
             broken = transition.BreakUp(transition.Snapshot.read(folder / "burst_snapshot.h5"), break_up_settings(case))
             fragments = [broken.realisation(case.seed).fragments]
             fragments += broken.many(case.seed, range(1, realisations), job.threads)

@@ -49,6 +49,8 @@ class Job:
         Fragments from elsewhere, to fly in place of the run's own.
     resume : bool
         Go on from a burst's checkpoint where there is one.
+    lean : bool
+        Numbers alone: no files for visualisation, no other cell sizes.
     began : float
         Clock (s) at which the work began.
     """
@@ -61,6 +63,7 @@ class Job:
     threads: int | None = None
     fragments: Path | None = None
     resume: bool = False
+    lean: bool = False
     began: float = field(default_factory=time.perf_counter)
 
     def needed(self, stage: Stage) -> Path:
@@ -109,6 +112,7 @@ def burst(job: Job, stage: Stage) -> None:
             provenance=provenance_of(job.case),
             on_progress=job.reporter.burst,
             resume=job.resume,
+            series=not job.lean,
         )
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})

@@ -349,8 +349,8 @@ def _convergence(run: RunFiles, draw: Draw) -> Section:
         *convergence_tables(run),
         *draw(
             "grid_convergence", "Values by cell size",
-            "Each value over that of this run (upright), with its statistical error; open circles at zero: limits, where "
-            "an order was observed.",
+            "Each value over that of this run (upright), with its statistical error; open circles at zero: "
+            "limits, where an order was observed.",
             convergence_figure,
         ),
     ]  # fmt: skip
