@@ -94,6 +94,7 @@ def simulate(
     provenance: Mapping[str, str] | None = None,
     on_progress: Callable[[BurstProgress], None] | None = None,
     resume: bool = False,
+    series: bool = True,
 ) -> BurstResult:
     """Compute the burst and write burst.xdmf, burst.h5, burst_snapshot.h5 and, while it runs, checkpoint.h5.
 
@@ -106,6 +107,7 @@ def simulate(
     provenance : written into every file.
     on_progress : called on rank 0 about five times a second.
     resume : go on from checkpoint.h5 in `out_dir` where there is one.
+    series : write burst.xdmf and what else is for visualisation alone; the snapshot is written in any case.
 
     Raises
     ------
@@ -125,6 +127,7 @@ def simulate(
         simulation = AxisymmetricSimulation(rounds, settings, out_dir, dict(provenance or {}), on_progress)
     else:
         simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
+    simulation.writes_series = series
     if resume and simulation.checkpoint_path.exists():
         simulation.resume()
     simulation.run()
@@ -140,6 +143,7 @@ class Simulation:
     Attributes
     ----------
     geometry : "3d" or "axisymmetric", written into the snapshot.
+    writes_series = True
     """
 
     geometry = "3d"
@@ -381,7 +385,7 @@ class Simulation:
         return bool(self.comm.allreduce(latest, op=MPI.MAX) < self.solver.time)
 
     def _open_series(self) -> None:
-        if self.comm.rank == 0:
+        if self.comm.rank == 0 and self.writes_series:
             self._series = TimeSeries(
                 self.out_dir / "burst", self.completion.cells, self.provenance, resume_at=self._resumed_at
             )

@@ -12,6 +12,7 @@ import numpy as np
 
 from burst_fenicsx.exposure import verdict
 from burst_fenicsx.lighting import ignitions
+from burst_fenicsx.measures import speed_quantiles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,6 +77,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "charge_mass": float(sum(charge_masses)),
         "mean_initial_speed": float((means * casing).sum() / casing.sum()),
         "max_initial_speed": max(item.largest for item in along),
+        "speed_quantiles": speed_quantiles(along),
         "outer_diameter": last.outer_diameter,
         "lost_cells": distortion.lost,
         "folded_cells": distortion.folded,
@@ -104,6 +106,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                 "charge_mass": float(charge),
                 "mean_initial_speed": measure.mean,
                 "max_initial_speed": measure.largest,
+                "speed_quantiles": speed_quantiles([measure]),
                 "outer_diameter": float(np.nanmax(measure.outer_diameter)),
                 "fastest_station": measure.fastest,
                 "length": run.mesh.lengths[source[index]],

@@ -260,13 +260,21 @@ def sweep(
         Path | None, typer.Option("--out", metavar="DIR", help="Holds the runs; default runs/NAME_sweep.")
     ] = None,
     stage: Annotated[str, typer.Option("--stage", metavar="run|burst", help="The whole chain, or the burst.")] = "run",
-    threads: Threads = None,
+    threads: Annotated[
+        int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs side by side; default all cores.")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, go on with begun ones.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
-    """Run a case for every combination of values, one after another, into one table.
+    """Run a case for every combination of values, side by side, into one table.
+
+    Runs go as far as the flight and write no report, pictures and files for ParaView; `fragfield run CASE --out DIR
+    --resume` adds the report to one of them.
 
     A run that fails is told in the table and the others go on. Exit code 0 if all runs are done, 3 if one failed, 2 if
     a key or a value is not allowed: then nothing runs.
@@ -275,7 +283,7 @@ def sweep(
         from fragfield.sweep import SweepOptions, plan_sweep, print_sweep, run_sweep
 
         folder = out or Path("runs") / f"{case.stem}_sweep"
-        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet)
+        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet, jobs)
         found = run_sweep(plan_sweep(case, values), options)
         _give(found, json=json, quiet=quiet, show=print_sweep)
     raise typer.Exit(found["exit_code"])

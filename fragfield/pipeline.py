@@ -53,6 +53,8 @@ class Request:
         Fragments from elsewhere, for the stage `fly`.
     settings : tuple of str
         KEY=VALUE that replace values of the case.
+    lean : bool
+        Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
     """
 
     target: Path
@@ -64,6 +66,7 @@ class Request:
     quiet: bool = False
     fragments: Path | None = None
     settings: tuple[str, ...] = ()
+    lean: bool = False
 
     def case(self, *, burst: bool = True) -> Case:
         """The resolved case of the file, or of the run directory; raises InputError."""
@@ -120,7 +123,7 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
     done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
     with _working(request, team, directory, fresh=not request.resume) as reporter:
         _warn_of_values(case, team)
-        job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume)
+        job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean)
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
         with _together(team):
@@ -129,7 +132,8 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
         if not team.first:
             sys.exit(team.wait())
         with _releasing(team):
-            perform(job, stages[-1])
+            if not request.lean:
+                perform(job, stages[-1])
             return directory.summary()
 
 
@@ -148,7 +152,9 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
     with _working(request, team, directory, fresh=name == "burst" and not request.resume) as reporter:
         if name != "report":
             _warn_of_values(case, team)
-        job = Job(case, source, directory, team, reporter, request.threads, request.fragments, request.resume)
+        job = Job(
+            case, source, directory, team, reporter, request.threads, request.fragments, request.resume, request.lean
+        )
         with _together(team):
             perform(job, stage)
         return directory.summary() if team.first else {}

@@ -10,6 +10,7 @@ it ends.
 from __future__ import annotations
 
 import os
+import shutil
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
 
-__all__ = ["STAGES", "RunDirectory", "Stage"]
+__all__ = ["SCRATCH", "STAGES", "RunDirectory", "Stage"]
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ STAGES: dict[str, Stage] = {
                 "contours.geojson",
                 "contours.kml",
             ),
-            ("flight", "witness", "obstacle", "hazard", "exposed", "rules"),
+            ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "convergence"),
             ("flight", "witness", "hazard", "site", "obstacle", "exposed"),
         ),
         Stage(
@@ -120,6 +121,8 @@ STAGES: dict[str, Stage] = {
     )
 }
 _MOST_DIFFERENCES = 10
+SCRATCH = ".convergence"
+"""Folder of a run's files with other cell sizes, which are removed; one that a killed run left goes as well."""
 _OWN_FILES = ("case.toml", "summary.json", "run.log")
 
 
@@ -257,7 +260,7 @@ class RunDirectory:
         return [name for stage in stages for name in stage.files if self.file(name).is_file()]
 
     def _refuse_foreign(self) -> None:
-        names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures"}
+        names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures", SCRATCH}
         found = (entry.name for entry in self.path.iterdir())
         drafts = {name + suffix for name in names for suffix in (DRAFT, JOURNAL, f"{JOURNAL}.new")}
         other = sorted(name for name in found if name not in names | drafts)
@@ -286,7 +289,10 @@ class RunDirectory:
         With `clean` the whole summary goes, damaged or not.
         """
         names = [name for stage in stages for name in stage.files]
+        name = SCRATCH
         try:
+            if self.file(SCRATCH).is_dir() and not self.file(SCRATCH).is_symlink():
+                shutil.rmtree(self.file(SCRATCH))
             for name in (*names, *((self.summary_file.name,) if clean else ())):
                 for suffix in (JOURNAL, f"{JOURNAL}.new", DRAFT, ""):
                     self.file(name + suffix).unlink(missing_ok=True)

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case import to_toml
+from fragfield.convergence import convergence_words
 from fragfield.exposure_words import exposed_rounds, exposure_words
 from fragfield.progress import duration
 
@@ -38,6 +39,7 @@ _SUMMARY_ROWS = (
     ("burst", "end_time", 1e6, "us"),
     ("burst", "wall_seconds", 1.0, "s"),
     ("burst", "mean_initial_speed", 1.0, "m/s"),
+    ("burst", "speed_99", 1.0, "m/s"),
     ("burst", "max_initial_speed", 1.0, "m/s"),
     ("burst", "outer_diameter", 1e3, "mm"),
     ("burst", "lost_cells", 1.0, ""),
@@ -46,6 +48,11 @@ _SUMMARY_ROWS = (
     ("break_up", "mass", 1.0, "kg"),
     ("flight", "landed", 1.0, ""),
 )
+
+_LABELS = {
+    "speed_99": "speed of 99 % of the mass",
+    "max_initial_speed": "max initial speed (of a cell)",
+}
 
 
 def _console() -> Console:
@@ -224,8 +231,11 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     )
     for part, key, factor, unit in _SUMMARY_ROWS:
         found = summary.get(part)
+        if isinstance(found, dict) and key == "speed_99":
+            found = {key: (found.get("speed_quantiles") or {}).get("99")}
         if isinstance(found, dict) and found.get(key) is not None:
-            table.add_row(part.replace("_", " "), key.replace("_", " "), _number(found[key], factor), unit)
+            label = _LABELS.get(key, key.replace("_", " "))
+            table.add_row(part.replace("_", " "), label, _number(found[key], factor), unit)
     rounds = (summary.get("burst") or {}).get("rounds") or []
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:
@@ -241,6 +251,8 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     console = _console()
     console.print(table)
     _print_hazard(console, summary.get("hazard") or {})
+    for line in convergence_words(summary.get("convergence") or {}):
+        console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
         margin = "" if entry["margin"] is None else f", margin {entry['margin']:+.0f} m"
         console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)

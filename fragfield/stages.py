@@ -6,7 +6,7 @@ import logging
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import fragfield
@@ -50,6 +50,10 @@ class Job:
         Fragments from elsewhere, to fly in place of the run's own.
     resume : bool
         Go on from a burst's checkpoint where there is one.
+    lean : bool
+        Numbers alone: no files for visualisation, no other cell sizes.
+    began : float
+        Clock (s) at which the work began.
     """
 
     case: Case
@@ -60,6 +64,8 @@ class Job:
     threads: int | None = None
     fragments: Path | None = None
     resume: bool = False
+    lean: bool = False
+    began: float = field(default_factory=time.perf_counter)
 
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""
@@ -107,6 +113,7 @@ def burst(job: Job, stage: Stage) -> None:
             provenance=provenance_of(job.case),
             on_progress=job.reporter.burst,
             resume=job.resume,
+            series=not job.lean,
         )
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
@@ -138,6 +145,7 @@ def fly(job: Job, stage: Stage) -> None:
     from flight.ensemble_files import write_ensemble
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
+    from fragfield.convergence import convergence_of
     from fragfield.ensemble import fly_all
     from fragfield.rules import rules_of
     from fragfield.stack_rule import stack_rule_of
@@ -146,6 +154,7 @@ def fly(job: Job, stage: Stage) -> None:
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     seconds = time.perf_counter() - began
     if flown is None:
+        job.team.tell()
         return
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
@@ -166,6 +175,8 @@ def fly(job: Job, stage: Stage) -> None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
     rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
+    convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
+    job.team.tell()
     job.note(
         {
             "flight": summary,
@@ -174,6 +185,7 @@ def fly(job: Job, stage: Stage) -> None:
             "hazard": headline,
             "exposed": flown.exposed,
             "rules": rules,
+            "convergence": convergence,
         }
     )
 

@@ -63,6 +63,7 @@ class Runs:
         changes: Mapping[str, Any] | None = None,
         *,
         stage: Literal["run", "burst"] = "run",
+        geometry: Literal["3d", "axisymmetric"] = "3d",
     ) -> Path:
         """Run a case of this repository at a cell size and return its directory.
 
@@ -78,6 +79,8 @@ class Runs:
             New values by dotted key; see `changed_case`.
         stage : "run" or "burst"
             The whole chain to the report, or the burst alone.
+        geometry : "3d" or "axisymmetric"
+            Of the burst: validation says which was validated, and leaves nothing to the case's choice.
 
         Raises
         ------
@@ -87,10 +90,9 @@ class Runs:
         out, path = self.directory(name, size), ROOT / case
         if not path.is_file():
             raise StudyError(f"{name}: there is no case {case}")
-        if changes:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            path = out.with_name(f"{out.name}.toml")  # a size may have a point of its own
-            path.write_text(changed_case(ROOT / case, changes), encoding="utf-8")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        path = out.with_name(f"{out.name}.toml")  # a size may have a point of its own
+        path.write_text(changed_case(ROOT / case, {"burst.geometry": geometry, **(changes or {})}), encoding="utf-8")
         if self.resume and _finished(out, path, size, stage):
             return out
         command = [sys.executable, "-m", "fragfield", stage, str(path), "--cell-size", size, "--out", str(out)]

@@ -116,6 +116,8 @@ class AxisymmetricSimulation(Simulation):
     def finish(self) -> BurstResult:
         """Write the snapshot and the last state swept around the axis for ParaView, and give the summary."""
         result = super().finish()
+        if not self.writes_series:
+            return result
         points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
         self._place(points)
         item, start = self.rounds[0], {"reference": self.mesh.nodes}

@@ -25,6 +25,7 @@ Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
 _MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
 _MOST_HOURGLASS = 0.1
+_MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 _PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
 _DRAG_WARNING = re.compile(r"^drag .* above Mach")
 _ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
@@ -47,7 +48,8 @@ class Finding:
 
 def findings(run: RunFiles) -> list[Finding]:
     """All findings of a run, the gravest first."""
-    found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_imprint(run), *_log(run)]
+    found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_imprint(run)]
+    found += [*_grid_convergence(run), *_log(run)]
     if run.provenance:
         told = (run.provenance.get(key, "") for key in ("program_version", "revision"))
         found.append(Finding(*validation_words(read_record(), *told)))
@@ -363,6 +365,37 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
         text = f"Taking the worst direction may bias the hazard distance by up to {share:.1g} % either way."
         found.append(Finding("note", text))
     return found
+
+
+def _grid_convergence(run: RunFiles) -> list[Finding]:
+    """How far the cells, apart from randomness, leave the hazard distance open."""
+    part, hazard = run.part("convergence"), run.part("hazard")
+    entry = (part.get("quantities") or {}).get("hazard_distance")
+    if not part or not hazard or not hazard.get("determined"):
+        return []
+    if entry is None or entry["uncertainty"] is None or not hazard.get("distance"):
+        return [Finding("note", f"{part['reason'][0].upper()}{part['reason'][1:]}.")] if part.get("reason") else []
+    share, tolerance = entry["uncertainty"] / hazard["distance"], hazard["tolerance"]
+    text = f"By its cells the hazard distance is uncertain by {number(100.0 * share, 2)} %"
+    if share > _MOST_TOLERANCES * tolerance:
+        text += (
+            f" (grid convergence, values {_trend(entry['kind'])}), several times `hazard.tolerance` "
+            f"({100.0 * tolerance:g} %): repeat with smaller cells."
+        )
+        return [Finding("warning", text)]
+    return [Finding("good", f"{text} (grid convergence, beside its statistical error).")]
+
+
+def _trend(kind: str) -> str:
+    """Kind of a grid convergence as part of a sentence."""
+    return {
+        "monotone": "with an observed order",
+        "oscillating": "that oscillate",
+        "diverging": "that do not converge",
+        "two_sizes": "of two sizes",
+        "statistical": "within their statistical errors",
+        "constant": "that agree",
+    }.get(kind, kind)
 
 
 def _imprint(run: RunFiles) -> list[Finding]:

@@ -18,6 +18,7 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
+from fragfield.report.convergence_tables import convergence_figure, convergence_tables
 from fragfield.report.distance_tables import density_table, distance_table, sector_table, stack_rule_table
 from fragfield.report.document import document_of
 from fragfield.report.exposed_tables import exposed_tables, verdict_table
@@ -87,6 +88,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         _break_up(run, draw, picture),
         _flight(run, draw),
         _hazard(run, draw),
+        _convergence(run, draw),
         Section(
             "tables", "Tables by azimuth", _stage(run, "flight", lambda: [*azimuth_tables(run), *sector_table(run)])
         ),
@@ -116,9 +118,10 @@ def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
         )
     for label, name, note in (
         ("Mean initial speed", "mean_initial_speed", "of the casing, by mass"),
-        ("Largest initial speed", "max_initial_speed", "largest mean of a cell"),
+        ("Speed of 99 % of the mass", "speed_99", "not exceeded by 99 % of the casing's mass"),
+        ("Largest initial speed", "max_initial_speed", "largest mean of a cell; grows as cells get smaller"),
     ):
-        value = burst.get(name)
+        value = (burst.get("speed_quantiles") or {}).get("99") if name == "speed_99" else burst.get(name)
         if isinstance(value, (int, float)):
             cards.append(Card(label, number(round(value)), "m/s", note))
     blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards)), *_caution(*graver)]
@@ -339,6 +342,19 @@ def _hazard(run: RunFiles, draw: Draw) -> Section:
         ),
     ]  # fmt: skip
     return Section("hazard", "Hazard", _stage(run, "flight", blocks))
+
+
+def _convergence(run: RunFiles, draw: Draw) -> Section:
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *convergence_tables(run),
+        *draw(
+            "grid_convergence", "Values by cell size",
+            "Each value over that of this run (upright), with its statistical error; open circles at zero: "
+            "limits, where an order was observed.",
+            convergence_figure,
+        ),
+    ]  # fmt: skip
+    return Section("convergence", "Grid convergence", _stage(run, "flight", blocks))
 
 
 def _validation(run: RunFiles) -> Section:

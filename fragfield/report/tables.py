@@ -34,7 +34,9 @@ _BURST = {
     "end_time": ("End of the burst", "s"),
     "acceleration_complete": ("Acceleration complete at", "s"),
     "mean_initial_speed": ("Mean initial speed, by mass", "m/s"),
-    "max_initial_speed": ("Largest initial speed, mean of a cell", "m/s"),
+    "speed_90": ("Speed that 90 % of the casings' mass does not exceed", "m/s"),
+    "speed_99": ("Speed that 99 % of the casings' mass does not exceed", "m/s"),
+    "max_initial_speed": ("Largest initial speed, mean of a cell (not converging: see grid convergence)", "m/s"),
     "outer_diameter": ("Outer diameter at the end", "m"),
     "casing_mass": ("Mass of the casings", "kg"),
     "charge_mass": ("Mass of the charges", "kg"),
@@ -130,6 +132,8 @@ def burst_rows(run: RunFiles) -> Iterator[Rows]:
     """The burst in numbers."""
     part = run.part("burst")
     if part:
+        quantiles = part.get("speed_quantiles") or {}
+        part = {**part, **{f"speed_{percent}": value for percent, value in quantiles.items()}}
         shown = [(key, part.get(key)) for key in _BURST if _worth(key, part.get(key))]
         units = {key: "" if unit == "1" else unit for key, (_, unit) in _BURST.items()}
         yield Rows("Burst", tuple(row(_BURST[key][0], value, units[key]) for key, value in shown))

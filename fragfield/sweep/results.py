@@ -24,6 +24,7 @@ DONE, KEPT, FAILED, WAITING = "done", "kept", "failed", "waiting"
 _VALUES = (
     ("mean_initial_speed", "burst", "mean_initial_speed"),
     ("max_initial_speed", "burst", "max_initial_speed"),
+    ("speed_99", "burst", "speed_99"),
     ("outer_diameter", "burst", "outer_diameter"),
     ("energy_error", "burst", "energy_error"),
     ("momentum_error", "burst", "momentum_error"),
@@ -45,11 +46,13 @@ _WIDE = 200  # characters of a line where no terminal sets a bound
 def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
     """The chosen numbers of a summary in SI; None for what was not computed.
 
-    Speeds (m/s), diameter (m), errors of the ledger (fractions), counts; the hazard distance with its upper bound and
+    Speeds (m/s; `speed_99` is that which 99 % of the casing's mass does not exceed), diameter (m),
+    errors of the ledger (fractions), counts; the hazard distance with its upper bound and
     standard error (m), None where it is not determined; largest throw (m); `single_event_low` and `_high` (m), 5 and
     95 % of single events; `wall_seconds` of burst and flight together.
     """
     parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight", "hazard")}
+    parts["burst"] = {**parts["burst"], "speed_99": (parts["burst"].get("speed_quantiles") or {}).get("99")}
     found = {name: parts[part].get(key) for name, part, key in _VALUES}
     single = parts["hazard"].get("single_event") or {}
     found |= {f"single_event_{key}": single.get(key) for key in ("low", "high")}
@@ -83,7 +86,7 @@ def print_sweep(found: Mapping[str, Any]) -> None:
     table = Table(box=None, pad_edge=False)
     for label in labels_of(found["keys"]).values():
         table.add_column(Text(label), no_wrap=True)
-    for head in ("", "mean\nm/s", "largest\nm/s", "ledger\n%", "lost\ncells"):
+    for head in ("", "mean\nm/s", "99 % of\nmass m/s", "largest\nm/s", "ledger\n%", "lost\ncells"):
         table.add_column(head, justify="right" if head else "left", no_wrap=True)
     distances = found["stage"] == "run"
     if distances:
@@ -112,6 +115,7 @@ def _numbers(results: Mapping[str, Any]) -> list[str]:
     error = results["energy_error"]
     return [
         _number(results["mean_initial_speed"]),
+        _number(results["speed_99"]),
         _number(results["max_initial_speed"]),
         "-" if error is None else f"{100.0 * error:.2f}",
         _number(results["lost_cells"]),

@@ -1,25 +1,30 @@
-"""A sweep's runs, one after another, each by the command line in a process of its own.
+"""A sweep's runs, side by side: each process makes one after another, on one thread unless told otherwise.
 
-A process of its own gives each run its own peak of memory, and a run that ends badly takes no other with it.
+What a run needs is computed and no more: burst, break-up and flight, without report, pictures and files for
+ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one without --resume all of it.
 """
 
 from __future__ import annotations
 
-import json
-import subprocess
+import os
+import queue
 import sys
+import threading
+import time
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, to_toml
-from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, nearest
+from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, nearest
 from fragfield.parallel import launched_size
 from fragfield.run_directory import STAGES, RunDirectory
 from fragfield.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
+from fragfield.sweep.worker import Worker
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from fragfield.sweep.plan import PlannedRun, SweepPlan
@@ -27,6 +32,8 @@ if TYPE_CHECKING:
 __all__ = ["SweepOptions", "run_sweep"]
 
 _STAGES = ("run", "burst")
+_TABLE_SECONDS = 2.0  # between two writings of the tables
+_WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 
 
 @dataclass(frozen=True)
@@ -38,9 +45,11 @@ class SweepOptions:
     folder : Path
         Holds one run directory a run, and the tables.
     stage : "run" or "burst"
-        The whole chain to the report, or the burst alone.
+        Burst, break-up and flight, or the burst alone.
     threads : int, optional
-        Threads of a run.
+        Threads of a run; left out: one.
+    jobs : int, optional
+        Runs side by side; left out: as many as the cores that this process may use hold.
     resume : bool
         Keep finished runs and go on with begun ones.
     overwrite : bool
@@ -55,12 +64,18 @@ class SweepOptions:
     resume: bool = False
     overwrite: bool = False
     quiet: bool = False
+    jobs: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse stages that begin with files of another run."""
         if self.stage not in _STAGES:
             hint = nearest(self.stage, _STAGES)
             raise InputError(f'--stage: found "{self.stage}"{hint}; allowed: {", ".join(_STAGES)}')
+
+    @property
+    def side_by_side(self) -> int:
+        """Runs at one time."""
+        return self.jobs or max(len(os.sched_getaffinity(0)) // (self.threads or 1), 1)
 
 
 def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
@@ -79,20 +94,70 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
         A directory holds another case's run and `overwrite` is not asked for, or cannot be written.
     """
     if launched_size() > 1:
-        raise InputError("sweep starts its runs itself, one after another; it does not run under mpirun")
+        raise InputError("sweep starts its runs itself, side by side; it does not run under mpirun")
     _check_directories(plan, options)
     rows = [_row(planned, options) for planned in plan.runs]
     found = {
         "directory": str(options.folder), "case_file": str(plan.case_file), "stage": options.stage,
         "keys": list(plan.keys), "exit_code": EXIT_DONE, "runs": rows,
     }  # fmt: skip
-    for number, (planned, row) in enumerate(zip(plan.runs, rows, strict=True), start=1):
-        _tell(f"run {number} of {len(rows)}: {planned.name}", options)
-        _perform(planned, row, options)
-        if row["exit_code"] not in (EXIT_DONE, None):
+    try:
+        _work(plan, rows, options, lambda: write_tables(found, options.folder))
+    finally:
+        if any(row["exit_code"] not in (EXIT_DONE, None) for row in rows):
             found["exit_code"] = EXIT_NUMERICAL
         write_tables(found, options.folder)
     return found
+
+
+def _work(plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, save: Callable[[], None]) -> None:
+    """Share the runs out among workers as they become free, and save the tables from time to time."""
+    waiting: queue.SimpleQueue[tuple[int, PlannedRun]] = queue.SimpleQueue()
+    for numbered in enumerate(plan.runs):
+        waiting.put(numbered)
+    ended: queue.SimpleQueue[tuple[int, tuple[str, int, str] | BaseException] | None] = queue.SimpleQueue()
+    workers = [Worker(options.threads or 1) for _ in range(min(options.side_by_side, len(rows)))]
+
+    def make_runs(worker: Worker) -> None:
+        while True:
+            try:
+                number, planned = waiting.get_nowait()
+            except queue.Empty:
+                break
+            try:
+                _tell(f"run {number + 1} of {len(rows)}: {planned.name}", options)
+                ended.put((number, _perform(planned, worker, options)))
+            except BaseException as error:  # noqa: BLE001 - raised again where the sweep waits
+                ended.put((number, error))
+                break
+        ended.put(None)
+
+    threads = [threading.Thread(target=make_runs, args=(worker,), daemon=True) for worker in workers]
+    for thread in threads:
+        thread.start()
+    try:
+        working, saved = len(threads), time.monotonic()
+        while working:
+            with suppress(queue.Empty):
+                if (one := ended.get(timeout=_WAIT)) is None:
+                    working -= 1
+                    continue
+                number, outcome = one
+                if isinstance(outcome, BaseException):
+                    raise outcome
+                _fill(rows[number], outcome, _directory(plan.runs[number], options))
+                if time.monotonic() - saved >= _TABLE_SECONDS:
+                    save()
+                    saved = time.monotonic()
+    except BaseException:
+        for worker in workers:
+            worker.interrupt()
+        raise
+    finally:
+        for thread in threads:
+            thread.join()
+        for worker in workers:
+            worker.close()
 
 
 def _check_directories(plan: SweepPlan, options: SweepOptions) -> None:
@@ -123,31 +188,30 @@ def _row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _perform(planned: PlannedRun, row: dict[str, Any], options: SweepOptions) -> None:
-    """Make one run, unless it is finished, and fill its row."""
+def _perform(planned: PlannedRun, worker: Worker, options: SweepOptions) -> tuple[str, int, str]:
+    """Make one run, unless it is finished; its state, exit code and message."""
     directory = _directory(planned, options)
     same = directory.exists and not differences(directory.stored_case(), planned.case)
     if options.resume and same and _finished(directory, options.stage):
-        _fill(row, KEPT, directory)
-        return
+        return KEPT, EXIT_DONE, ""
     case_file = options.folder / f"{planned.name}.toml"
     write_text(case_file, to_toml(planned.case), InputError)
-    command = [sys.executable, "-m", "fragfield", options.stage, str(case_file), "--out", str(directory.path), "--json"]
-    command += ["--threads", str(options.threads)] if options.threads else []
-    command += ["--quiet"] if options.quiet else []
-    command += ["--resume"] if options.resume and same else ["--overwrite"] if options.overwrite else []
-    code, printed = _call(command)
+    request = {
+        "stage": options.stage, "case_file": str(case_file), "out": str(directory.path),
+        "resume": options.resume and same, "overwrite": options.overwrite,
+    }  # fmt: skip
+    code, message = worker.call(request)
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt
-    open_ = results_of(directory.summary())["determined"] is False  # all output is written
-    if code == EXIT_DONE or (code == EXIT_NUMERICAL and open_):
-        _fill(row, DONE, directory)
-    else:
-        row.update(state=FAILED, exit_code=code, message=_message(code, printed))
+    return (DONE if code == EXIT_DONE else FAILED), code, message
 
 
-def _fill(row: dict[str, Any], state: str, directory: RunDirectory) -> None:
-    """Fill the row of a finished run; one whose hazard distance is not determined has the exit code and reason."""
+def _fill(row: dict[str, Any], outcome: tuple[str, int, str], directory: RunDirectory) -> None:
+    """Fill the row of a run; one whose hazard distance is not determined has the exit code and reason."""
+    state, code, message = outcome
+    if state == FAILED:
+        row.update(state=state, exit_code=code, message=message)
+        return
     summary = directory.summary()
     results = results_of(summary)
     known = results["determined"] is not False
@@ -156,32 +220,8 @@ def _fill(row: dict[str, Any], state: str, directory: RunDirectory) -> None:
 
 
 def _finished(directory: RunDirectory, stage: str) -> bool:
-    return all(directory.complete(one) for one in STAGES.values() if stage == "run" or one.name == stage)
-
-
-def _call(command: list[str]) -> tuple[int, str]:
-    """Exit code and stdout of a command; an interruption is passed on once and waited for.
-
-    The command has a session of its own, so that Ctrl-C reaches it by us alone: a second signal would break the
-    checkpoint that the first one makes it write.
-    """
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
-    try:
-        printed, _ = process.communicate()
-    except KeyboardInterrupt:
-        process.terminate()
-        process.communicate()
-        raise
-    return process.returncode, printed
-
-
-def _message(code: int, printed: str) -> str:
-    """Why a run failed, in the words of its last line on stdout."""
-    with suppress(IndexError, KeyError, TypeError, ValueError):
-        return str(json.loads(printed.splitlines()[-1])["error"]["message"])
-    if code < 0:
-        return f"ended by signal {-code}"
-    return "a fault of the program; its traceback is in the run's log" if code == EXIT_FAULT else f"exit code {code}"
+    names = (stage,) if stage != "run" else tuple(name for name in STAGES if name != "report")
+    return all(directory.complete(STAGES[name]) for name in names)
 
 
 def _tell(text: str, options: SweepOptions) -> None:

@@ -8,7 +8,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -18,8 +20,9 @@ import fragfield.sweep.work as work
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.cli import app
 from fragfield.errors import InputError
-from fragfield.stamped import stamped_toml
+from fragfield.run_directory import RunDirectory
 from fragfield.sweep import plan_sweep
+from fragfield.sweep.worker import Worker
 
 ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
@@ -42,19 +45,20 @@ def calls(monkeypatch):
     """Runs that are remembered and leave a finished directory; a code in the list makes one fail."""
     made, codes = [], []
 
-    def call(command):
-        made.append(command)
-        out = Path(command[command.index("--out") + 1])
+    def call(_worker, request):
+        made.append(request)
+        out = Path(request["out"])
         out.mkdir(exist_ok=True)
-        (out / "case.toml").write_text(stamped_toml(Path(command[4]).read_text()))
+        RunDirectory(out).write_case(read_resolved(Path(request["case_file"])))
         if code := codes.pop(0) if codes else 0:
-            return code, json.dumps({"error": {"message": "cell 7 is lost", "exit_code": code}}) + "\n"
-        for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5", "report.html"):
+            return code, "cell 7 is lost"
+        for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5"):
             (out / name).touch()
-        (out / "summary.json").write_text(json.dumps({**SUMMARY, "witness": [], "obstacle": []}))
-        return 0, "{}\n"
+        others = {name: [] for name in ("witness", "obstacle", "exposed", "rules", "convergence")}
+        RunDirectory(out).write_summary({**SUMMARY, **others})
+        return 0, ""
 
-    monkeypatch.setattr(work, "_call", call)
+    monkeypatch.setattr(work.Worker, "call", call)
     return made, codes
 
 
@@ -131,11 +135,11 @@ def test_a_failed_run_is_told_and_the_others_go_on(tmp_path, calls):
     made, codes = calls
     codes += [0, 3, 0]
     out = tmp_path / "out"
-    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--threads", "2")
+    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--jobs", "1")
     assert done.exit_code == 3, done.stderr
     assert len(made) == 3
-    assert made[0][3:] == ["run", str(out / "cell_size_12_mm.toml"), "--out", str(out / "cell_size_12_mm"), "--json",
-                           "--threads", "2"]  # fmt: skip
+    assert made[0] == {"stage": "run", "case_file": str(out / "cell_size_12_mm.toml"),
+                       "out": str(out / "cell_size_12_mm"), "resume": False, "overwrite": False}  # fmt: skip
     assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
     assert "cell_size_15_mm failed (exit code 3): cell 7 is lost" in done.stdout
     for text in ("115", "110 ± 3.0", "90 to 130", "700", "the hazard distance to apply"):
@@ -153,18 +157,18 @@ def test_a_failed_run_is_told_and_the_others_go_on(tmp_path, calls):
 
 
 def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, calls, monkeypatch):
-    plain = work._call
+    plain = work.Worker.call
     reason = "there are no fragments"
 
-    def call(command):
-        _, printed = plain(command)
-        out = Path(command[command.index("--out") + 1])
-        found = json.loads((out / "summary.json").read_text())
+    def call(worker, request):
+        plain(worker, request)
+        out = Path(request["out"])
+        found = RunDirectory(out).summary()
         found["hazard"] |= {"distance": None, "upper": None, "determined": False, "reason": reason}
-        (out / "summary.json").write_text(json.dumps(found))
-        return 3, printed
+        RunDirectory(out).write_summary(found)
+        return 0, ""
 
-    monkeypatch.setattr(work, "_call", call)
+    monkeypatch.setattr(work.Worker, "call", call)
     done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
     found = json.loads(done.stdout)
     assert (done.exit_code, found["exit_code"]) == (3, 3)
@@ -173,7 +177,7 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
         assert row["results"]["hazard_distance"] is None
         assert row["results"]["mean_initial_speed"] == 1000.0
     kept = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
-    assert kept.exit_code == 3
+    assert kept.exit_code == 3, kept.output
     assert [(row["state"], row["exit_code"]) for row in json.loads(kept.stdout)["runs"]] == [("kept", 3)] * 2
     done = _invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other")
     assert "not determined" in done.stdout
@@ -182,13 +186,13 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
 def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls):
     made, codes = calls
     codes += [0, 3]
-    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
+    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--jobs", "1")
     assert _invoke(*arguments).exit_code == 3
     done = _invoke(*arguments, "--resume")
     assert done.exit_code == 0
     assert [row["state"] for row in json.loads(done.stdout)["runs"]] == ["kept", "done"]
     assert len(made) == 3
-    assert made[-1][-1] == "--resume"
+    assert made[-1]["resume"]
     more = _invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", "--out", tmp_path / "out", "--json", "--resume")
     assert [row["state"] for row in json.loads(more.stdout)["runs"]] == ["kept", "done"]
     _invoke(*arguments)  # without it all is made anew
@@ -209,7 +213,7 @@ def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls):
         assert "seed: stored 1, now 2" in done.stderr
     assert len(made) == 1
     assert _invoke(*arguments, "--overwrite").exit_code == 0
-    assert made[-1][-1] == "--overwrite"
+    assert made[-1]["overwrite"]
 
 
 def test_a_sweep_has_a_folder_of_its_own(tmp_path, calls):
@@ -226,39 +230,106 @@ def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
     assert "it does not run under mpirun" in done.stderr
 
 
+def _answering(body):
+    """A command in a worker's place: one line in, `body` for an answer."""
+    return [sys.executable, "-c", f"import os, sys, time, json\nfor line in sys.stdin:\n    {body}"]
+
+
 @pytest.mark.parametrize(
-    ("code", "printed", "message"),
+    ("body", "code", "message"),
     [
-        (3, '{"error": {"message": "lost", "exit_code": 3}}\n', "lost"),
-        (-9, "", "ended by signal 9"),
-        (4, "", "a fault of the program; its traceback is in the run's log"),
-        (1, "words\n", "exit code 1"),
+        ("print(json.dumps({'exit_code': 3, 'message': 'lost'}), flush=True)", 3, "lost"),
+        ("os.kill(os.getpid(), 9)", -9, "ended by signal 9"),
+        ("sys.exit(1)", 1, "exit code 1"),
+        ("sys.exit(4)", 4, "a fault of the program; its traceback is in the run's log"),
+        ("sys.exit(0)", 4, "a fault of the program; its traceback is in the run's log"),
     ],
 )
-def test_why_a_run_failed_is_told(code, printed, message):
-    assert work._message(code, printed) == message
+def test_why_a_run_failed_is_told_and_the_next_has_a_new_process(body, code, message):
+    worker = Worker(1, _answering(body))
+    for _ in range(2):
+        assert worker.call({}) == (code, message)
+    worker.close()
+
+
+def test_a_worker_stays_and_has_its_threads():
+    body = "print(json.dumps({'exit_code': os.getpid(), 'message': os.environ['NUMBA_NUM_THREADS']}), flush=True)"
+    worker = Worker(3, _answering(body))
+    first, second = worker.call({}), worker.call({})
+    worker.close()
+    assert first == second
+    assert first[1] == "3"
+    assert first[0] != os.getpid()
+
+
+def test_what_a_library_prints_is_no_answer(monkeypatch, tmp_path):
+    """Two runs, the first of which prints to standard output as C code does."""
+    code = (
+        "import os\nimport fragfield.sweep.worker as worker\n"
+        "worker.perform = lambda request: (os.write(1, b'words\\n') and request['exit_code'], 'told')\n"
+        "worker.serve()"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    worker = Worker(1, [sys.executable, "-c", code])
+    assert [worker.call({"exit_code": number}) for number in (3, 0)] == [(3, "told"), (0, "told")]
+    worker.close()
+
+
+@pytest.mark.parametrize(("jobs", "most"), [(1, 1), (3, 3), (8, 5)])
+def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
+    plain, at_work, seen = work.Worker.call, [], []
+    together = threading.Barrier(most)
+
+    def call(worker, request):
+        at_work.append(request)
+        with suppress(threading.BrokenBarrierError):
+            together.wait(timeout=5.0)  # broken where fewer than so many come together
+        seen.append(len(at_work))
+        answer = plain(worker, request)
+        at_work.remove(request)
+        return answer
+
+    monkeypatch.setattr(work.Worker, "call", call)
+    sizes = ",".join(f"{size} mm" for size in (12, 13, 14, 15, 16))
+    done = _invoke("sweep", TUBE, f"burst.cell_size={sizes}", "--out", tmp_path / "out", "--jobs", jobs, "--json")
+    rows = json.loads(done.stdout)["runs"]
+    assert [row["state"] for row in rows] == ["done"] * 5
+    assert [row["values"]["burst.cell_size"] for row in rows] == sizes.split(",")
+    assert max(seen) == most
 
 
 def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
-    """The child ends in its own time, as a burst that writes a checkpoint."""
+    """The workers end in their own time, as bursts that write a checkpoint; no further run is begun."""
     child = (
-        "import signal, sys, time\n"
+        "import signal, sys, time, json, os\n"
         "signal.signal(signal.SIGTERM, signal.default_int_handler)\n"
-        "try:\n    print('ready', file=sys.stderr, flush=True); time.sleep(60)\n"
-        f"except KeyboardInterrupt:\n    time.sleep(0.5); open({str(tmp_path / 'checkpoint')!r}, 'w').close()\n"
+        "out = json.loads(sys.stdin.readline())['out']\n"
+        "try:\n    open(out + '.begun', 'w').close(); time.sleep(60)\n"
+        "except KeyboardInterrupt:\n    time.sleep(0.5); open(out + '.checkpoint', 'w').close()\n"
+        "    print(json.dumps({'exit_code': 130, 'message': 'interrupted'}), flush=True)\n"
     )
+    out = tmp_path / "out"
     code = (
-        "import signal, sys\nfrom fragfield.sweep.work import _call\n"
+        "import signal, sys\nfrom pathlib import Path\nimport fragfield.sweep.work as work\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
-        f"_call([sys.executable, '-c', {child!r}])"
-    )
+        f"plain = work.Worker\nwork.Worker = lambda threads: plain(threads, [sys.executable, '-c', {child!r}])\n"
+        f"plan = work.plan_sweep(Path({str(TUBE)!r}), ['burst.cell_size=12 mm,15 mm,20 mm'])\n"
+        f"work.run_sweep(plan, work.SweepOptions(Path({str(out)!r}), jobs=2))\n"
+    ).replace("work.plan_sweep", "__import__('fragfield.sweep.plan', fromlist=['x']).plan_sweep")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
-    assert process.stderr.readline() == "ready\n"
-    time.sleep(0.2)
+    begun = [out / f"cell_size_{size}_mm.begun" for size in (12, 15)]
+    until = time.monotonic() + 120.0
+    while not all(path.is_file() for path in begun):
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    assert "KeyboardInterrupt" in process.communicate(timeout=30)[1]
-    assert (tmp_path / "checkpoint").is_file()
+    assert "KeyboardInterrupt" in process.communicate(timeout=60)[1]
+    assert all(path.with_suffix(".checkpoint").is_file() for path in begun)
+    assert not (out / "cell_size_20_mm.begun").exists()
+    states = [row["state"] for row in json.loads((out / "sweep.json").read_text())["runs"]]
+    assert states == ["waiting"] * 3
 
 
 @pytest.mark.slow

@@ -1,0 +1,109 @@
+"""The arithmetic of grid convergence: published examples, manufactured sequences, and sequences that have no order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fragfield.grid_convergence import FACTOR_OBSERVED, FACTOR_RANGE, grid_convergence, observed_order
+
+
+def test_the_published_example_of_the_pressure_recovery():
+    # Roache's method on the NPARC Alliance's example (Slater): total pressure recovery with sizes 1, 2, 4; Roache
+    # gives p = 1.786170, 0.971300 for no size and an index of 0.103083 % for the finest.
+    found = grid_convergence([1.0, 2.0, 4.0], [0.97050, 0.96854, 0.96178])
+    assert found.kind == "monotone"
+    assert found.order == pytest.approx(1.786170, abs=1e-6)
+    assert found.extrapolated == pytest.approx(0.971300, abs=1e-6)
+    assert found.uncertainty / 0.97050 == pytest.approx(0.00103083, abs=1e-8)
+
+
+def test_the_published_example_with_ratios_that_differ():
+    # Celik et al. (2008), Table 1, first column: 18,000, 8,000 and 4,500 cells in two dimensions.
+    cells = np.array([18_000.0, 8_000.0, 4_500.0])
+    found = grid_convergence(cells**-0.5, [6.063, 5.972, 5.863])
+    assert found.order == pytest.approx(1.53, abs=0.005)
+    assert found.extrapolated == pytest.approx(6.1685, abs=5e-5)
+    assert found.uncertainty / 6.063 == pytest.approx(0.022, abs=5e-4)
+
+
+@pytest.mark.parametrize("order", [0.6, 1.0, 1.37, 2.0])
+@pytest.mark.parametrize("sizes", [(1.0, 2.0, 4.0), (3.0, 3.0 * 2**0.5, 6.0), (1.0, 1.3, 3.1)])
+@pytest.mark.parametrize("slope", [-7.0, 0.03])
+def test_a_manufactured_sequence_gives_its_order_and_limit(order, sizes, slope):
+    h = np.array(sizes)
+    values = 1020.0 + slope * h**order
+    found = grid_convergence(h, values)
+    assert found.kind == "monotone"
+    assert found.order == pytest.approx(order, rel=1e-6)
+    assert found.extrapolated == pytest.approx(1020.0, rel=1e-9)
+    assert found.uncertainty == pytest.approx(FACTOR_OBSERVED * abs(slope) * h[0] ** order, rel=1e-6)
+    # The same in any order of the sizes, and in any unit of length.
+    turned = grid_convergence(1e-3 * h[::-1], values[::-1])
+    assert turned.order == pytest.approx(order, rel=1e-6)
+    assert turned.uncertainty == pytest.approx(found.uncertainty, rel=1e-6)
+    # Of the value with another size than the finest: its own distance from the limit.
+    middle = grid_convergence(h, values, at=h[1])
+    assert middle.uncertainty == pytest.approx(FACTOR_OBSERVED * abs(slope) * h[1] ** order, rel=1e-6)
+
+
+@pytest.mark.parametrize(("order", "used"), [(0.2, 0.5), (3.5, 2.0)])
+def test_an_order_out_of_bounds_is_told_and_not_used(order, used):
+    h = np.array([1.0, 2.0, 4.0])
+    values = 5.0 + h**order
+    found = grid_convergence(h, values)
+    assert found.order == pytest.approx(order, rel=1e-6)
+    assert found.order_used == used
+    assert found.uncertainty == pytest.approx(FACTOR_OBSERVED * (values[1] - values[0]) / (2.0**used - 1.0))
+
+
+@pytest.mark.parametrize(
+    ("sizes", "values", "kind"),
+    [
+        ((1.0, 2.0, 4.0), (1.0, 1.2, 0.9), "oscillating"),
+        ((1.0, 2.0, 4.0), (1.0, 1.2, 1.35), "diverging"),  # differences that grow towards small cells
+        ((1.0, 2.0, 4.0), (1.0, 1.0, 1.3), "diverging"),
+        ((1.0, 2.0, 2.4), (1.0, 1.2, 1.25), "diverging"),  # below 0.2 ln(1.2) / ln(2): no positive order
+        ((1.0, 2.0), (1.0, 1.3), "two_sizes"),
+    ],
+)
+def test_without_an_order_the_range_counts_threefold(sizes, values, kind):
+    found = grid_convergence(sizes, values)
+    assert found.kind == kind
+    assert (found.order, found.extrapolated, found.order_used) == (None, None, 1.0)
+    assert found.uncertainty == pytest.approx(FACTOR_RANGE * np.ptp(values) / (sizes[-1] - 1.0))
+
+
+def test_differences_within_their_statistical_errors_are_no_trend():
+    h, values = [1.0, 2.0, 4.0], [100.0, 101.0, 103.0]
+    assert grid_convergence(h, values).kind == "monotone"
+    assert grid_convergence(h, values, [0.1, 0.1, 0.1]).kind == "monotone"
+    found = grid_convergence(h, values, [2.0, 2.0, 2.0])
+    assert (found.kind, found.order, found.extrapolated) == ("statistical", None, None)
+    assert found.uncertainty == pytest.approx(FACTOR_RANGE * 3.0 / 3.0)
+
+
+def test_values_that_agree_and_a_single_size():
+    same = grid_convergence([1.0, 2.0, 4.0], [7.0, 7.0, 7.0])
+    assert (same.kind, same.extrapolated, same.uncertainty) == ("constant", 7.0, 0.0)
+    assert grid_convergence([1.0], [7.0]).kind == "one_size"
+
+
+def test_of_many_sizes_the_three_finest_count():
+    h = np.array([1.0, 2.0, 4.0, 8.0])
+    values = 3.0 + h**1.5
+    values[-1] = -50.0
+    assert grid_convergence(h, values).order == pytest.approx(1.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "values"),
+    [([1.0, 1.0], [2.0, 3.0]), ([0.0, 1.0], [2.0, 3.0]), ([1.0, 2.0], [2.0, np.nan]), ([1.0], [2.0, 3.0]), ([], [])],
+)
+def test_what_has_no_meaning_is_refused(sizes, values):
+    with pytest.raises(ValueError, match=r"sizes|length"):
+        grid_convergence(sizes, values)
+
+
+def test_no_order_where_a_difference_vanishes():
+    assert observed_order([1.0, 2.0, 4.0], [1.0, 1.0, 2.0]) is None
