@@ -84,6 +84,6 @@ def _largest_shear(stress: np.ndarray) -> np.ndarray:
     xx, yy, zz = xx - mean, yy - mean, zz - mean
     second = 0.5 * (xx**2 + yy**2 + zz**2) + xy**2 + yz**2 + zx**2
     third = xx * (yy * zz - yz**2) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)
-    scale = np.where(second > 0.0, second, 1.0) ** 1.5
+    scale = np.maximum(second, 1e-200) ** 1.5  # no stress at all has no angle
     angle = np.arccos(np.clip(1.5 * np.sqrt(3.0) * third / scale, -1.0, 1.0)) / 3.0
     return np.sqrt(second) * np.sin(angle + np.pi / 3.0)

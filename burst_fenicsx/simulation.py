@@ -143,10 +143,11 @@ class Simulation:
     Attributes
     ----------
     geometry : "3d" or "axisymmetric", written into the snapshot.
-    writes_series = True
+    writes_series : whether the states over time are written for ParaView and pictures.
     """
 
     geometry = "3d"
+    writes_series = True
 
     def __init__(
         self,

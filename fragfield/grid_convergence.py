@@ -22,6 +22,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
 __all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
 
 FACTOR_OBSERVED = 1.25
@@ -133,7 +135,7 @@ def grid_convergence(
     scale_of_size = 1.0 if at is None else at / float(h[0])
     if len(h) == 1:
         return GridConvergence("one_size", None, None, None, None, None)
-    scale = max(float(np.abs(f).max()), np.finfo(float).tiny)
+    scale = max(float(np.abs(f).max()), float(np.finfo(float).tiny))
     if np.ptp(f) <= _SAME * scale:
         return GridConvergence("constant", None, None, float(f[0]), 0.0, FACTOR_OBSERVED)
     differences, of_difference = np.abs(f[1:] - f[0]), np.hypot(errors[1:], errors[0])
@@ -146,13 +148,13 @@ def grid_convergence(
     p = observed_order(h.tolist(), f.tolist())
     if p is None:
         return _by_range("diverging", h, f, scale_of_size)
-    used = min(max(p, ORDERS[0]), ORDERS[1])
+    used = float(np.clip(p, *ORDERS))
     beyond = float((f[1] - f[0]) / ((h[1] / h[0]) ** used - 1.0))
     error = abs(beyond) * scale_of_size**used
     return GridConvergence("monotone", p, used, float(f[0]) - beyond, FACTOR_OBSERVED * error, FACTOR_OBSERVED)
 
 
-def _by_range(kind: Kind, h: np.ndarray, f: np.ndarray, scale_of_size: float) -> GridConvergence:
+def _by_range(kind: Kind, h: NDArray[np.float64], f: NDArray[np.float64], scale_of_size: float) -> GridConvergence:
     """First order through the range of the values."""
     beyond = scale_of_size * float(np.ptp(f)) / (float(h[-1] / h[0]) - 1.0)
     return GridConvergence(kind, None, 1.0, None, FACTOR_RANGE * beyond, FACTOR_RANGE)
