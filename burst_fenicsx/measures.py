@@ -85,6 +85,7 @@ class Distortion:
     folded: int
     folded_casing_mass: float
     released_casing_mass: float = 0.0
+    released: int = 0
 
 
 class Measures:
@@ -157,9 +158,9 @@ class Measures:
         casing = folded & (state.mesh.part == Part.CASING)
         released = state.released & (state.mesh.part == Part.CASING)
         masses = (state.cell_mass[casing].sum(), state.cell_mass[released].sum())
-        counts = self._sum(np.array([lost.sum(), folded.sum(), *masses], dtype=float))
+        counts = self._sum(np.array([lost.sum(), folded.sum(), *masses, state.released.sum()], dtype=float))
         counts *= self._images
-        return Distortion(int(counts[0]), int(counts[1]), float(counts[2]), float(counts[3]))
+        return Distortion(int(counts[0]), int(counts[1]), float(counts[2]), float(counts[3]), int(counts[4]))
 
     def rounds(self) -> list[RoundMeasures]:
         """Speeds and diameters along every round."""

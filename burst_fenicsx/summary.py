@@ -82,6 +82,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "lost_cells": distortion.lost,
         "folded_cells": distortion.folded,
         "folded_casing_mass": distortion.folded_casing_mass,
+        "released_cells": distortion.released,
         "released_casing_mass": distortion.released_casing_mass,
         "passed_through": run.passage.summary(),
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),

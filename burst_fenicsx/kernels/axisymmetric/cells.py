@@ -56,6 +56,7 @@ __all__ = ["charge_ring_block", "solid_ring_block"]
 
 _BLOWN_UP = 2.0  # volume over the initial one above which a folded cell without strength is torn metal
 _NOTHING_LEFT = 0.1  # ... and below which any cell without strength is
+_CRUSHED = 0.2  # volume of products over that of the charge below which nothing real can press them
 _LANDAU = 0.0  # value of the charge's parameter `model`
 
 
@@ -236,6 +237,9 @@ def charge_ring_block(
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, kept[block], scratch)
     least_burn = charge_parts.load_state(block, time, material[8], grid, state, scratch)
     move_quadrilaterals(step, scratch)
+    lost = _find_lost(scratch) > 0
+    if lost:
+        _hold_volume(block, grid, scratch, kept[block])
     if least_burn < 1.0:
         charge_parts.burn_by_compression(material, scratch)
     if material[9] == _LANDAU:
@@ -246,9 +250,53 @@ def charge_ring_block(
     if least_burn < 1.0:
         charge_parts.hold_by_strength(block, step, material, grid, state, scratch, energy)
     _stiffen_charge(max(step, share * grid.longest), material, scratch)
+    if lost:
+        _empty(scratch)
     _resist_charge(share, scratch)
+    if lost:
+        _drop_forces(scratch)
     add_forces_to_nodes(grid.filled[block], cells, grid.dofmap, scratch, nodes.force)
     charge_parts.add_work(block, step, share, material, grid, state, scratch, energy, limits)
+
+
+@block_kernel
+def _find_lost(scratch: np.ndarray) -> int:
+    """Count the products' cells that are released already or are to be: those that have hardly any volume left."""
+    count = 0
+    for lane in range(LANES):
+        relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
+        burnt = scratch[charge_parts.BURN * LANES + lane] >= 1.0
+        gone = burnt & (not relative > _CRUSHED)
+        count += 1 if gone or scratch[RELEASED * LANES + lane] > 0.0 else 0
+    return count
+
+
+@block_kernel
+def _hold_volume(block: int, grid: Grid, scratch: np.ndarray, kept: np.ndarray) -> None:
+    """Mark the cells that are released and leave them the volume that they had, at rest, so that all stays finite.
+
+    Products that two nodes have pinched off press no more; their mass flies on with the nodes.
+    """
+    for lane in range(LANES):
+        relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
+        burnt = scratch[charge_parts.BURN * LANES + lane] >= 1.0
+        if (burnt and not relative > _CRUSHED) or scratch[RELEASED * LANES + lane] > 0.0:
+            scratch[RELEASED * LANES + lane] = kept[(ROWS_OF_CELLS - 1) * LANES + lane] = 1.0
+            scratch[VOLUME * LANES + lane] = grid.volume[block * LANES + lane]
+            for k in range(9):
+                scratch[(RATE + k) * LANES + lane] = 0.0
+
+
+@block_kernel
+def _empty(scratch: np.ndarray) -> None:
+    """Take pressure, viscosity and resistance from released cells of the charge."""
+    for lane in range(LANES):
+        if scratch[RELEASED * LANES + lane] > 0.0:
+            scratch[charge_parts.PRESSURE * LANES + lane] = scratch[VISCOUS * LANES + lane] = 0.0
+            scratch[DAMPING * LANES + lane] = 0.0
+            scratch[STABLE * LANES + lane] = np.inf
+            store_vector((0.0, 0.0, 0.0), scratch, HOURGLASS, lane)
+            store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, charge_parts.STRESS, lane)
 
 
 @block_kernel
