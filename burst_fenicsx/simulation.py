@@ -143,10 +143,11 @@ class Simulation:
     Attributes
     ----------
     geometry : "3d" or "axisymmetric", written into the snapshot.
-    writes_series = True
+    writes_series : whether burst.xdmf and what else is for visualisation alone are written.
     """
 
     geometry = "3d"
+    writes_series = True
 
     def __init__(
         self,

@@ -22,6 +22,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
 __all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
 
 FACTOR_OBSERVED = 1.25
@@ -146,14 +148,14 @@ def grid_convergence(
     p = observed_order(h.tolist(), f.tolist())
     if p is None:
         return _by_range("diverging", h, f, scale_of_size)
-    used = min(max(p, ORDERS[0]), ORDERS[1])
+    used = float(np.clip(p, *ORDERS))
     beyond = float((f[1] - f[0]) / ((h[1] / h[0]) ** used - 1.0))
-    error = abs(beyond) * scale_of_size**used
+    error = abs(beyond) * float(scale_of_size**used)
     limit = float(f[0]) - beyond if p >= ORDERS[0] else None
     return GridConvergence("monotone", p, used, limit, FACTOR_OBSERVED * error, FACTOR_OBSERVED)
 
 
-def _by_range(kind: Kind, h: np.ndarray, f: np.ndarray, scale_of_size: float) -> GridConvergence:
+def _by_range(kind: Kind, h: NDArray[np.float64], f: NDArray[np.float64], scale_of_size: float) -> GridConvergence:
     """First order through the range of the values."""
     beyond = scale_of_size * float(np.ptp(f)) / (float(h[-1] / h[0]) - 1.0)
     return GridConvergence(kind, None, 1.0, None, FACTOR_RANGE * beyond, FACTOR_RANGE)

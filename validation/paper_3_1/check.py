@@ -215,7 +215,7 @@ def _grid(summaries: Mapping[str, Mapping[str, Any]], meridian: Mapping[str, Map
 def _by_size(bursts: Sequence[Mapping[str, Any]], label: str) -> list[tuple[str, ...]]:
     """Lines of bursts from coarse to fine, and one of their observed order."""
     sizes = [burst["cell_size"] for burst in bursts]
-    body = [
+    body: list[tuple[str, ...]] = [
         (
             f"{1e3 * burst['cell_size']:g} mm{label}",
             f"{burst['cells']}",
