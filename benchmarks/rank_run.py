@@ -97,7 +97,7 @@ def burst_of(case: Path, cell_size: str, end_time: float, folder: Path) -> Simul
     found = load_case(case, cell_size=cell_size)
     return Simulation(
         burst_rounds(found),
-        replace(burst_settings(found), end_time=end_time, symmetry="off"),
+        replace(burst_settings(found, geometry="3d"), end_time=end_time, symmetry="off"),
         folder,
         MPI.COMM_WORLD,
         {},

@@ -85,7 +85,7 @@ def new_run(
     """
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
     case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")
-    settings = burst_settings(case)
+    settings = burst_settings(case, geometry="3d")
     settings = replace(
         settings, symmetry="off", quadrature=quadrature, time_step=replace(settings.time_step, subcycling=subcycling)
     )

@@ -143,7 +143,7 @@ class Simulation:
     Attributes
     ----------
     geometry : "3d" or "axisymmetric", written into the snapshot.
-    writes_series : whether the states over time are written for ParaView and pictures.
+    writes_series : whether burst.xdmf and what else is for visualisation alone are written.
     """
 
     geometry = "3d"

@@ -53,7 +53,7 @@ class GridConvergence:
     order_used : float or None
         Order of the uncertainty: the observed one within `ORDERS`, else 1.
     extrapolated : float or None
-        Limit for cells of no size; only where monotone or constant.
+        Limit for cells of no size; only where constant, or monotone with an order of 0.5 or more.
     uncertainty : float or None
         Of the value with the size asked for, in its unit: the grid convergence index, half a band of about 95 %.
     factor : float or None
@@ -150,8 +150,9 @@ def grid_convergence(
         return _by_range("diverging", h, f, scale_of_size)
     used = float(np.clip(p, *ORDERS))
     beyond = float((f[1] - f[0]) / ((h[1] / h[0]) ** used - 1.0))
-    error = abs(beyond) * scale_of_size**used
-    return GridConvergence("monotone", p, used, float(f[0]) - beyond, FACTOR_OBSERVED * error, FACTOR_OBSERVED)
+    error = abs(beyond) * float(scale_of_size**used)
+    limit = float(f[0]) - beyond if p >= ORDERS[0] else None
+    return GridConvergence("monotone", p, used, limit, FACTOR_OBSERVED * error, FACTOR_OBSERVED)
 
 
 def _by_range(kind: Kind, h: NDArray[np.float64], f: NDArray[np.float64], scale_of_size: float) -> GridConvergence:

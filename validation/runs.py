@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["FOLDER", "ROOT", "STOPPED", "Runs", "StudyError", "changed_case", "summary_of"]
+__all__ = ["FOLDER", "ROOT", "STOPPED", "Geometry", "Runs", "StudyError", "changed_case", "summary_of"]
 
+Geometry = Literal["3d", "axisymmetric"]
+"""Of a burst, as `burst.geometry`."""
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "runs" / "validation"
 STOPPED = 3
@@ -63,7 +65,7 @@ class Runs:
         changes: Mapping[str, Any] | None = None,
         *,
         stage: Literal["run", "burst"] = "run",
-        geometry: Literal["3d", "axisymmetric"] = "3d",
+        geometry: Geometry = "3d",
     ) -> Path:
         """Run a case of this repository at a cell size and return its directory.
 

@@ -54,6 +54,7 @@ def test_an_order_out_of_bounds_is_told_and_not_used(order, used):
     found = grid_convergence(h, values)
     assert found.order == pytest.approx(order, rel=1e-6)
     assert found.order_used == used
+    assert (found.extrapolated is None) == (order < 0.5)  # so slow that the limit would be a guess
     assert found.uncertainty == pytest.approx(FACTOR_OBSERVED * (values[1] - values[0]) / (2.0**used - 1.0))
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from fragfield.case import load_case, to_toml
+from fragfield.case import load_case
+from fragfield.run_directory import RunDirectory
 from tests.validation.rings import ring
 from validation.__main__ import main
 from validation.paper_3_2 import scaling, sensitivities
@@ -84,8 +85,11 @@ def test_runs_are_made_anew_or_gone_on_with(tmp_path, calls):
     made, codes = calls
     folder = Runs(tmp_path).run("pair", REFERENCE["pair"], "8 mm")
     assert folder == tmp_path / "pair_8_mm"
-    assert made[-1][3:] == ["run", str(ROOT / REFERENCE["pair"]), "--cell-size", "8 mm", "--out", str(folder),
+    assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--cell-size", "8 mm", "--out", str(folder),
                             "--overwrite"]  # fmt: skip
+    assert load_case(tmp_path / "pair_8_mm.toml").burst.geometry == "3d"  # whatever the case leaves to choose
+    Runs(tmp_path).run("single", REFERENCE["single"], "8 mm", stage="burst", geometry="axisymmetric")
+    assert load_case(tmp_path / "single_8_mm.toml").burst.geometry == "axisymmetric"
     resumed = Runs(tmp_path, resume=True, threads=2, ranks=2)
     resumed.run("pair", REFERENCE["pair"], "8 mm")
     assert made[-1][:3] == ["mpirun", "-n", "2"]
@@ -108,9 +112,10 @@ def test_a_finished_run_of_the_same_case_is_kept(tmp_path, calls):
     runs = Runs(tmp_path, resume=True)
     folder = runs.directory("pair", "8 mm")
     folder.mkdir()
-    case = load_case(ROOT / REFERENCE["pair"], cell_size="8 mm")
-    (folder / "case.toml").write_text(to_toml(case), encoding="utf-8")
-    (folder / "summary.json").write_text('{"burst": {}}', encoding="utf-8")
+    file = tmp_path / "stored.toml"
+    file.write_text(changed_case(ROOT / REFERENCE["pair"], {"burst.geometry": "3d"}), encoding="utf-8")
+    RunDirectory(folder).write_case(load_case(file, cell_size="8 mm"))
+    RunDirectory(folder).write_summary({"burst": {}})
     (folder / "burst_snapshot.h5").touch()
     assert runs.run("pair", REFERENCE["pair"], "8 mm", stage="burst") == folder
     assert not made
@@ -136,7 +141,7 @@ class FakeRuns:
     def __init__(self, folder):
         self.folder, self.made = folder, []
 
-    def run(self, name, case, size, changes=None, *, stage="run"):
+    def run(self, name, case, size, changes=None, *, stage="run", geometry="3d"):
         """Remember what is asked for."""
         self.made.append((name, case, size, dict(changes or {})))
         if name == "paper_3_2_mirrored_friction_40":

@@ -185,7 +185,7 @@ class MadeUpRuns:
     def __init__(self, folder, stops=()):
         self.folder, self.made, self.stops = folder, [], stops
 
-    def run(self, name, case, size, changes=None, *, stage="run"):
+    def run(self, name, case, size, changes=None, *, stage="run", geometry="3d"):
         """Remember what is asked for; some stop."""
         assert (case, stage) == (variations.REFERENCE["case"], "burst")
         self.made.append((name, size, dict(changes)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from transition import BreakUp
@@ -26,6 +27,8 @@ FULL_SIZE, QUICK_SIZE = "3 mm", "8 mm"
 REALISATIONS, QUICK_REALISATIONS = 40, 10
 SEED = 1944
 LAW, BURST = "law prescribed", "from the burst"
+MERIDIAN = "from the axisymmetric burst"
+MERIDIAN_SIZE = "1.5 mm"
 
 
 def study(options: Options, runs: Runs) -> list[Row]:
@@ -40,10 +43,22 @@ def study(options: Options, runs: Runs) -> list[Row]:
     if all_passed(bounds):
         found[BURST] = count(_broken_up(folder, realisations), TABLE, REFERENCE, options.threads)
         rows += check(BURST, found[BURST], from_burst=True)
+    rows += _meridian(options, runs, size if options.quick or options.cell_size else MERIDIAN_SIZE, realisations)
     path = draw(found, runs.folder / f"{NAME}.png")
     if options.readme:
         keep_picture(path)
     return rows
+
+
+def _meridian(options: Options, runs: Runs, size: str, realisations: int) -> list[Row]:
+    """The same from the axisymmetric burst, beside that of three dimensions; its rows inform."""
+    folder = runs.run(f"{NAME}_2d", REFERENCE["case"], size, stage="burst", geometry="axisymmetric")
+    label = f"{MERIDIAN}, {size}"
+    rows = sound(NAME, summary_of(folder), REFERENCE["sound"], label)
+    if not all_passed(rows):
+        return rows
+    counts = count(_broken_up(folder, realisations), TABLE, REFERENCE, options.threads)
+    return rows + [replace(row, tolerance=None, passed=None) for row in check(label, counts, from_burst=True)]
 
 
 def _broken_up(folder: Path, realisations: int) -> list[Fragments]:

@@ -15,11 +15,22 @@ from validation.rows import Row, compare, markdown_table, within
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["FIGURES", "QUICK_SIZE", "REFERENCE", "SIZES", "check", "readme_tables"]
+__all__ = [
+    "FIGURES",
+    "MERIDIAN_SIZES",
+    "QUICK_SIZE",
+    "REFERENCE",
+    "SIZES",
+    "check",
+    "meridian_rows",
+    "readme_tables",
+]
 
 NAME = "paper_3_1"
 REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
 SIZES = ("8 mm", "6 mm", "4 mm", "3 mm")
+MERIDIAN_SIZES = ("6 mm", "3 mm", "1.5 mm")
+"""Of the axisymmetric burst, which costs seconds: beside the three-dimensional one, and finer."""
 QUICK_SIZE = "8 mm"
 FIGURES = ("picture_of_burst", "picture_of_fragments", "speed_along_round", "number_by_mass")
 """Figures of the finest run that the README shows."""
@@ -74,20 +85,50 @@ def check(summary: Mapping[str, Any]) -> list[Row]:
     ]
 
 
-def readme_tables(summaries: Mapping[str, Mapping[str, Any]], snapshot: Path) -> dict[str, str]:
+def meridian_rows(summaries: Mapping[str, Mapping[str, Any]]) -> list[Row]:
+    """Rows of the axisymmetric bursts, beside those of three dimensions: the finest judges as they do."""
+    rows: list[Row] = []
+    for number, (size, summary) in enumerate(summaries.items(), start=1):
+        burst, allowed, source = summary["burst"], REFERENCE["allowed"], REFERENCE["source"]
+        finest = number == len(summaries)
+        label = f"axisymmetric, {size}"
+        error, bound = burst["energy_error_at_outputs"], allowed["energy_error"]
+        found = [
+            within(NAME, f"{label}: energy error at the outputs", error, 0.0, bound, "own bound"),
+            within(NAME, f"{label}: lost cells", float(burst["lost_cells"]), 0.0, 0.0, "own bound"),
+        ]
+        rows += found
+        if not all(row.passed for row in found):
+            continue  # void
+        for key, words, wanted, factor, unit in (
+            ("mean_initial_speed", "mean initial speed", "mean_initial_speed", 1.0, "m/s"),
+            ("outer_diameter", "diameter at the end", "diameter_at_end", 1e3, "mm"),
+        ):
+            tolerance = allowed[wanted] if finest else None
+            value, reference = factor * burst[key], factor * REFERENCE[wanted]
+            rows.append(compare(NAME, f"{label}: {words}", value, reference, tolerance, source, unit))
+    return rows
+
+
+def readme_tables(
+    summaries: Mapping[str, Mapping[str, Any]],
+    snapshot: Path,
+    meridian: Mapping[str, Mapping[str, Any]] | None = None,
+) -> dict[str, str]:
     """Tables for the README: the finest run beside the paper, its speeds along the round, and the cell sizes.
 
     Parameters
     ----------
     summaries : summary.json by cell size, from coarse to fine.
     snapshot : burst_snapshot.h5 of the finest.
+    meridian : summary.json of axisymmetric bursts by cell size, alike.
     """
     sizes = list(summaries)
     finest = summaries[sizes[-1]]
     return {
         "paper_3_1": _against_paper(finest),
         "paper_3_1_along": _along(snapshot),
-        "paper_3_1_grid": _grid(summaries),
+        "paper_3_1_grid": _grid(summaries, meridian or {}),
         "paper_3_1_versions": f"Computed with {_versions(finest)}.",
     }
 
@@ -153,12 +194,30 @@ def _both(ours: float, reference: float, unit: str) -> tuple[str, str]:
     return f"{ours:.0f} {unit} ({100 * (ours / reference - 1):+.1f} %)", f"{reference:.0f} {unit}"
 
 
-def _grid(summaries: Mapping[str, Mapping[str, Any]]) -> str:
-    bursts = [summary["burst"] for summary in summaries.values()]
+def _grid(summaries: Mapping[str, Mapping[str, Any]], meridian: Mapping[str, Mapping[str, Any]]) -> str:
+    head = (
+        "cell size",
+        "cells",
+        "steps of a cell",
+        "mean speed (m/s)",
+        "largest speed (m/s)",
+        "diameter (mm)",
+        "energy error (%)",
+        "lost cells",
+        "wall time (s)",
+    )
+    body = _by_size([summary["burst"] for summary in summaries.values()], "")
+    if meridian:
+        body += _by_size([summary["burst"] for summary in meridian.values()], ", axisymmetric")
+    return markdown_table(head, body)
+
+
+def _by_size(bursts: Sequence[Mapping[str, Any]], label: str) -> list[tuple[str, ...]]:
+    """Lines of bursts from coarse to fine, and one of their observed order."""
     sizes = [burst["cell_size"] for burst in bursts]
-    body = [
+    body: list[tuple[str, ...]] = [
         (
-            f"{1e3 * burst['cell_size']:g} mm",
+            f"{1e3 * burst['cell_size']:g} mm{label}",
             f"{burst['cells']}",
             f"{burst['cell_steps'] / burst['cells']:.0f}",
             f"{burst['mean_initial_speed']:.1f}",
@@ -172,7 +231,7 @@ def _grid(summaries: Mapping[str, Mapping[str, Any]]) -> str:
     ]
     body.append(
         (
-            "observed order",
+            f"observed order{label}",
             "",
             "",
             _order(sizes, [burst["mean_initial_speed"] for burst in bursts], 1.0, "m/s"),
@@ -183,18 +242,7 @@ def _grid(summaries: Mapping[str, Mapping[str, Any]]) -> str:
             "",
         )
     )
-    head = (
-        "cell size",
-        "cells",
-        "steps of a cell",
-        "mean speed (m/s)",
-        "largest speed (m/s)",
-        "diameter (mm)",
-        "energy error (%)",
-        "lost cells",
-        "wall time (s)",
-    )
-    return markdown_table(head, body)
+    return body
 
 
 def _order(sizes: Sequence[float], values: Sequence[float], factor: float, unit: str) -> str:

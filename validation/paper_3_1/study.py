@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from validation.paper_3_1.check import FIGURES, QUICK_SIZE, REFERENCE, SIZES, check, readme_tables
+from validation.paper_3_1.check import (
+    FIGURES,
+    MERIDIAN_SIZES,
+    QUICK_SIZE,
+    REFERENCE,
+    SIZES,
+    check,
+    meridian_rows,
+    readme_tables,
+)
 from validation.paper_3_1.numbers import draw_numbers, number_rows, numbers_of_run
 from validation.readme import PICTURES, copy_figures, insert_tables
 from validation.runs import summary_of
@@ -34,11 +43,15 @@ def study(options: Options, runs: Runs) -> list[Row]:
         size: runs.run(NAME, REFERENCE["case"], size, stage="run" if size == shown else "burst") for size in sizes
     }
     summaries = {size: summary_of(folder) for size, folder in folders.items()}
+    meridian = {}
+    for size in sizes if options.quick or options.cell_size else MERIDIAN_SIZES:
+        folder = runs.run(f"{NAME}_2d", REFERENCE["case"], size, stage="burst", geometry="axisymmetric")
+        meridian[size] = summary_of(folder)
     if options.readme:
-        insert_tables(readme_tables(summaries, folders[finest] / "burst_snapshot.h5"))
+        insert_tables(readme_tables(summaries, folders[finest] / "burst_snapshot.h5", meridian))
         copy_figures(folders[finest] / "figures", FIGURES, NAME)
         draw_numbers(numbers_of_run(folders[finest]), PICTURES / f"{NAME}_samplers.png")
-    return _rows(folders[finest])
+    return _rows(folders[finest]) + meridian_rows(meridian)
 
 
 def _rows(folder: Path) -> list[Row]:

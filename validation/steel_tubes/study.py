@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["study", "tube_of"]
 
 FULL_SIZE, QUICK_SIZE = "6 mm", "10 mm"
+MERIDIAN_SIZES = ("6 mm", "3 mm")
+"""Of the axisymmetric bursts, beside the three-dimensional ones."""
 
 
 def study(options: Options, runs: Runs) -> list[Row]:
@@ -36,11 +38,25 @@ def study(options: Options, runs: Runs) -> list[Row]:
             continue  # void
         tubes[ratio] = along(folder / "burst_snapshot.h5")
         rows += check(ratio, tubes[ratio], summary["burst"])
+        for cells in (size,) if options.quick or options.cell_size else MERIDIAN_SIZES:
+            rows += _meridian(runs, ratio, cells)
     if tubes:
         path = draw(tubes, runs.folder / f"{NAME}.png")
         if options.readme:
             keep_picture(path)
     return rows
+
+
+def _meridian(runs: Runs, ratio: float, size: str) -> list[Row]:
+    """The same tube as an axisymmetric burst; its rows inform."""
+    name = f"{NAME}_2d_{ratio:g}"
+    folder = runs.run(name, REFERENCE["case"], size, tube_of(ratio), stage="burst", geometry="axisymmetric")
+    summary = summary_of(folder)
+    label = f"C/M {ratio:g}, axisymmetric, {size}"
+    found = sound(NAME, summary, REFERENCE["sound"], label)
+    if not all_passed(found):
+        return found
+    return found + check(ratio, along(folder / "burst_snapshot.h5"), summary["burst"], label, verdict=False)
 
 
 def tube_of(charge_ratio: float) -> dict[str, Any]:
