@@ -208,6 +208,7 @@ class Simulation:
             settings,
             images=self.part.images,
             multiplicity=self.part.multiplicity,
+            mirrors=len(self.part.planes()),
         )
         self.surfaces = surfaces
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
