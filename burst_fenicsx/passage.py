@@ -70,6 +70,8 @@ class Passage:
     rounds : in order. settings : of the burst. Without contact of surfaces, other rounds are left out.
     images : how many times the arrangement is the computed part of it; the summary's masses are those of the whole.
     multiplicity : (rounds,) how many times a round is the computed part of it; messages name masses of whole rounds.
+    mirrors : how many of the planes, the last, the program has put between rounds and their images: there metal
+        overlaps its image by twice its depth, and counts from the overlap at which it does within another round.
 
     Attributes
     ----------
@@ -88,6 +90,7 @@ class Passage:
         *,
         images: int = 1,
         multiplicity: np.ndarray | None = None,
+        mirrors: int = 0,
     ) -> None:
         self._fields, self._comm = fields, fields.mesh.comm
         self._names = [item.name for item in rounds]
@@ -95,9 +98,14 @@ class Passage:
         self._images = images
         self._multiplicity = np.ones(self._count) if multiplicity is None else multiplicity
         self._skin, self._overlap = _SKIN * settings.cell_size, _OVERLAP * settings.cell_size
+        given = len(settings.planes) - mirrors
         self._planes = [
-            (np.asarray(plane.point, dtype=float), np.asarray(plane.normal) / np.linalg.norm(plane.normal))
-            for plane in settings.planes
+            (
+                np.asarray(plane.point, dtype=float),
+                np.asarray(plane.normal) / np.linalg.norm(plane.normal),
+                self._skin if index < given else 0.5 * self._overlap,
+            )
+            for index, plane in enumerate(settings.planes)
         ]
         self._among_rounds = settings.contact.surfaces and len(rounds) > 1
         self.largest = np.zeros(4)
@@ -134,9 +142,9 @@ class Passage:
         """Find what has passed through at `time` (s); collective."""
         position = self._fields.nodes.position[self._local]
         beyond, deepest = np.zeros(len(position), dtype=bool), 0.0
-        for point, normal in self._planes:
+        for point, normal, skin in self._planes:
             depth = (point - position) @ normal
-            beyond |= depth > self._skin
+            beyond |= depth > skin
             deepest = max(deepest, float(depth.max(initial=0.0)))
         numbers, places = self._number[beyond], position[beyond]
         several = self._comm.size > 1

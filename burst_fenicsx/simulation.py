@@ -200,6 +200,7 @@ class Simulation:
             settings,
             images=self.part.images,
             multiplicity=self.part.multiplicity,
+            mirrors=len(self.part.planes()),
         )
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None

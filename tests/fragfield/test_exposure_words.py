@@ -41,7 +41,7 @@ def test_only_rounds_that_wait_are_in_the_table():
     assert [(name, initiated) for name, _, initiated in exposed_rounds(run.part("burst"))] == [("acceptor", False)]
     (table,) = exposure_table(run)
     assert table.lines == (
-        ("acceptor", "no", "3.95", "3.2", "2.5", "1.5", "1.38 to 1.84", "within, cells too coarse", "1.8"),
+        ("acceptor", "no", "3.95", "3.20", "2.50", "1.50", "1.38 to 1.84", "within, cells too coarse", "1.8"),
     )
     assert list(exposure_table(RunFiles(Path(), summary={"burst": {"rounds": [{"name": "donor"}]}}))) == []
 
