@@ -50,7 +50,9 @@ def calls(monkeypatch):
             return code, json.dumps({"error": {"message": "cell 7 is lost", "exit_code": code}}) + "\n"
         for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5", "report.html"):
             (out / name).touch()
-        (out / "summary.json").write_text(json.dumps({**SUMMARY, "witness": [], "obstacle": []}))
+        (out / "summary.json").write_text(
+            json.dumps({**SUMMARY, "witness": [], "obstacle": [], "exposed": [], "rules": None})
+        )
         return 0, "{}\n"
 
     monkeypatch.setattr(work, "_call", call)
