@@ -54,7 +54,10 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another ca
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, nothing else there.")]
 FragmentsFile = Annotated[
-    Path | None, typer.Option("--fragments", metavar="FILE", help="Fly these fragments (.h5 or .csv), not the run's.")
+    Path | None,
+    typer.Option(
+        "--fragments", metavar="FILE", help="Fly these fragments (.h5, .csv, or an arena table), not the run's."
+    ),
 ]
 Window = Annotated[
     bool | None,

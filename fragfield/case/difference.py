@@ -62,9 +62,8 @@ def document_differences(
     before, after = (dict(_flat(document)) for document in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
-        if key.rpartition(".")[2] in _WORDS_ONLY or not (
-            within is None or any(_lies_in(key, table) for table in within)
-        ):
+        words_only = key.rpartition(".")[2] in _WORDS_ONLY or key.startswith("document.")
+        if words_only or not (within is None or any(_lies_in(key, table) for table in within)):
             continue
         if not _agree(before.get(key), after.get(key), tolerance):
             lines.append(f"{key}: {words[0]} {_shown(before, key)}, {words[1]} {_shown(after, key)}")

@@ -108,3 +108,14 @@ def test_pieces_cover_the_place_once(tmp_path):
     assert sum(prism.area for prism in yard.prisms) <= 1000.0 + 1e-9
     assert len(road.prisms) == 14
     assert len(yard.prisms) <= 24
+
+
+def test_the_document_changes_nothing_that_is_computed(tmp_path):
+    from fragfield.case import differences
+
+    place = '[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n'
+    first = load(tmp_path, place + '[document]\nrevision = "A"\nchanges = ["one"]\n')
+    second = load(tmp_path, place + '[document]\nrevision = "B"\n')
+    moved = load(tmp_path, place.replace("9 m", "10 m"))
+    assert not list(differences(first, second))
+    assert any("exposed[1].place" in line for line in differences(first, moved))
