@@ -63,9 +63,9 @@ def folders(tmp_path, *names):
     return [tmp_path / name for name in names]
 
 
-def grenade(**changes):
-    """The grenade of the paper with coarse cells: round and settings in its meridian."""
-    case = load_case(CASES / "grenade_3_1.toml", cell_size="6 mm")
+def grenade(cell_size, **changes):
+    """The 155 mm grenade with coarse cells: rounds, and settings in its meridian."""
+    case = load_case(CASES / "grenade_155_tnt.toml", cell_size=cell_size)
     return burst_rounds(case), replace(burst_settings(case), geometry="axisymmetric", **changes)
 
 
@@ -103,12 +103,11 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
     usual = signal.signal(signal.SIGINT, signal.default_int_handler)
     whole, parts = folders(tmp_path, "whole", "parts")
-    brittle = replace(tube().casing, shear_softening_strain=0.1, tensile_softening_strain=0.1)
-    rounds = [tube(casing=brittle)]
-    settings = replace(LEAKING, end_time=TORN_BY)
+    (item,), settings = grenade("5 mm", end_time=200e-6)
+    rounds = [replace(item, casing=replace(item.casing, shear_softening_strain=0.15, tensile_softening_strain=0.15))]
     try:
         one = simulate(rounds, settings, whole, comm=MPI.COMM_SELF)
-        for time in (5e-6, 0.5 * TORN_BY, 0.95 * TORN_BY):
+        for time in (5e-6, 90e-6, 190e-6):
             interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
         with h5py.File(parts / "checkpoint.h5") as file:
             assert file["cells/released"][()].any()
@@ -119,9 +118,6 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     for name in ("steps", "released_casing_mass", "mean_initial_speed", "energy_error_at_end", "contact"):
         assert one.summary[name] == two.summary[name], name
     assert_same(whole, parts, "burst_snapshot.h5", "burst.h5", "burst_revolved.h5")
-
-
-TORN_BY = 300e-6
 
 
 def test_threads_do_not_change_a_bit(tmp_path):
@@ -165,7 +161,7 @@ def test_a_casing_that_reaches_a_plane_stops_the_burst(tmp_path):
 
 
 def speeds(tmp_path, rounds, settings):
-    """Summary and speeds by tenths of the length of the burst in both geometries."""
+    """Summaries of the burst in both geometries."""
     found = {}
     for geometry in ("axisymmetric", "3d"):
         folder = tmp_path / geometry
@@ -175,10 +171,20 @@ def speeds(tmp_path, rounds, settings):
     return found["axisymmetric"], found["3d"]
 
 
+@pytest.mark.slow
 def test_the_meridian_beside_three_dimensions_for_a_tube(tmp_path):
     """Coarse cells, the same interface: mean speed within 1.5 %, diameter within 1 %, masses within 3 %."""
     rings, solid = speeds(tmp_path, [tube()], replace(SETTINGS, cell_size=8e-3, end_time=80e-6, symmetry="auto"))
     assert rings["mean_initial_speed"] == pytest.approx(solid["mean_initial_speed"], rel=0.015)
     assert rings["outer_diameter"] == pytest.approx(solid["outer_diameter"], rel=0.01)
     assert rings["casing_mass"] == pytest.approx(solid["casing_mass"], rel=0.03)
-    assert rings["cells"] < 0.05 * solid["cells"]
+
+
+@pytest.mark.slow
+def test_the_meridian_beside_three_dimensions_for_the_grenade(tmp_path):
+    """In cells of 8 mm: mean speed within 1.5 %, largest within 3 %, diameter within 1 %."""
+    rounds, settings = grenade("8 mm", end_time=100e-6)
+    rings, solid = speeds(tmp_path, rounds, settings)
+    assert rings["mean_initial_speed"] == pytest.approx(solid["mean_initial_speed"], rel=0.015)
+    assert rings["max_initial_speed"] == pytest.approx(solid["max_initial_speed"], rel=0.03)
+    assert rings["outer_diameter"] == pytest.approx(solid["outer_diameter"], rel=0.01)
