@@ -47,8 +47,11 @@ class LineInterface:
 
     Attributes
     ----------
+    array_names : of what `arrays` gives.
     line, contacts : the kernels' arrays.
     """
+
+    array_names = (*_STATE, "load", "stored")
 
     def __init__(self, mesh: MeridianMesh, fields: RingFields) -> None:
         local = fields.mesh.local_node

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.forces import Penetrations
-from burst_fenicsx.contact.sliding import INTERFACE_ARRAYS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,7 +47,7 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     contact.plane_impulse, contact.plane_force = booked[2:5].copy(), booked[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
     if contact.interface is not None:
-        contact.interface.restore({name: arrays[f"interface/{name}"] for name in INTERFACE_ARRAYS})
+        contact.interface.restore({name: arrays[f"interface/{name}"] for name in contact.interface.array_names})
     if contact.collisions is not None:
         collisions = contact.collisions
         for name in ("touching", "normal", "slip", "depth", "unloaded", "pressed", "held", "load"):

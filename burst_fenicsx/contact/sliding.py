@@ -55,8 +55,11 @@ class SlidingInterface:
     Attributes
     ----------
     nodes : numbers in the whole mesh of all nodes that may get a force.
+    array_names : of what `arrays` gives.
     surface, contacts : the kernels' arrays. load : (rows,) sum of the weights with which contacts lie on a node.
     """
+
+    array_names = INTERFACE_ARRAYS
 
     def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: Contact) -> None:
         self.settings = settings

@@ -1,0 +1,190 @@
+"""Whole runs in the meridian: momentum and energy, resumed and threaded runs to the bit, three dimensions beside it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numba
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx import simulation
+from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
+from burst_fenicsx.errors import InputError, NumericalStop
+from burst_fenicsx.problem import Leakage, RigidPlane
+from burst_fenicsx.simulation import simulate
+from fragfield.case import load_case
+from fragfield.case.convert import burst_rounds, burst_settings
+from tests.burst_fenicsx.tubes import SETTINGS, tube
+
+pytestmark = pytest.mark.dolfinx
+
+CASES = Path(__file__).parents[3] / "cases"
+RINGS = replace(SETTINGS, geometry="axisymmetric", cell_size=8e-3)
+LEAKING = replace(RINGS, end_time=60e-6, leakage=Leakage(True, 1.02))
+
+
+def data(path):
+    """Every data set of an HDF5 file; tables column by column."""
+    found = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset):
+            values = item[()]
+            for column in values.dtype.names or ():
+                found[f"{name} {column}"] = values[column]
+            if values.dtype.names is None:
+                found[name] = values
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return found
+
+
+def assert_same(one, two, *names):
+    for name in names:
+        expected, found = data(one / name), data(two / name)
+        assert set(expected) == set(found)
+        for key, values in expected.items():
+            np.testing.assert_array_equal(found[key], values, err_msg=f"{name}: {key}")
+
+
+def folders(tmp_path, *names):
+    for name in names:
+        (tmp_path / name).mkdir()
+    return [tmp_path / name for name in names]
+
+
+def grenade(cell_size, **changes):
+    """The 155 mm grenade with coarse cells: rounds, and settings in its meridian."""
+    case = load_case(CASES / "grenade_155_tnt.toml", cell_size=cell_size)
+    return burst_rounds(case), replace(burst_settings(case), geometry="axisymmetric", **changes)
+
+
+@pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
+@pytest.mark.parametrize("interface", ["bonded", "shared"])
+def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
+    """Axial momentum to 1e-12 of the sum of |p|; energy to 1 % once a little is burnt and 0.5 % at the end."""
+    settings = replace(LEAKING, products=products, contact=replace(LEAKING.contact, charge_casing=interface))
+    going = AxisymmetricSimulation([tube()], settings, tmp_path, {})
+    going.run()
+    entries = going.ledger.entries
+    assert max(entry.momentum_error for entry in entries) < 1e-12
+    given = np.array([entry.products_work for entry in entries])
+    errors = np.array([entry.energy_error for entry in entries])
+    settled = given > 0.03 * going.ledger.chemical_energies[0]
+    assert errors[settled].max() < 0.01, errors
+    assert errors[-1] < 5e-3
+    assert entries[-1].mean_casing_speed > 300.0
+    assert (going.leakage.factor < 0.95).any()
+
+
+def interrupted(rounds, settings, folder, time, resume):
+    """Run until the first progress report after `time` and press Ctrl-C there."""
+
+    def press(progress):
+        if progress.time > time:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(rounds, settings, folder, comm=MPI.COMM_SELF, on_progress=press, resume=resume)
+
+
+def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path, monkeypatch):
+    """Bit by bit, interrupted while the charge burns, while the casing opens, and after metal has been released."""
+    monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    whole, parts = folders(tmp_path, "whole", "parts")
+    (item,), settings = grenade("5 mm", end_time=200e-6)
+    rounds = [replace(item, casing=replace(item.casing, shear_softening_strain=0.15, tensile_softening_strain=0.15))]
+    try:
+        one = simulate(rounds, settings, whole, comm=MPI.COMM_SELF)
+        for time in (5e-6, 90e-6, 190e-6):
+            interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
+        with h5py.File(parts / "checkpoint.h5") as file:
+            assert file["cells/released"][()].any()
+        two = simulate(rounds, settings, parts, comm=MPI.COMM_SELF, resume=True)
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    assert one.summary["released_casing_mass"] > 0.0
+    for name in ("steps", "released_casing_mass", "mean_initial_speed", "energy_error_at_end", "contact"):
+        assert one.summary[name] == two.summary[name], name
+    assert_same(whole, parts, "burst_snapshot.h5", "burst.h5", "burst_revolved.h5")
+
+
+def test_threads_do_not_change_a_bit(tmp_path):
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("one thread only")
+    usual, one, two = numba.get_num_threads(), *folders(tmp_path, "one", "two")
+    try:
+        for threads, folder in ((1, one), (2, two)):
+            numba.set_num_threads(threads)
+            simulate([tube()], RINGS, folder, comm=MPI.COMM_SELF)
+    finally:
+        numba.set_num_threads(usual)
+    assert_same(one, two, "burst_snapshot.h5", "burst.h5")
+
+
+def test_place_and_direction_in_space_do_not_change_the_speeds(tmp_path):
+    """A lying round elsewhere: the same burst to the bit, its snapshot in its own frame."""
+    one, two = folders(tmp_path, "one", "two")
+    still = simulate([tube()], RINGS, one, comm=MPI.COMM_SELF).summary
+    item = tube(position=(0.5, -1.0, 0.3), axis=(1.0, 2.0, -1.5))
+    moved = simulate([item], RINGS, two, comm=MPI.COMM_SELF).summary
+    for name in ("steps", "mean_initial_speed", "max_initial_speed", "outer_diameter", "energy_error"):
+        assert moved[name] == still[name], name
+
+
+def test_only_what_is_axisymmetric_is_taken(tmp_path):
+    with pytest.raises(InputError, match="the burst is not axisymmetric: 2 rounds may meet; compute it in three dim"):
+        simulate([tube(), tube(name="b", position=(1.0, 0, 0))], RINGS, tmp_path, comm=MPI.COMM_SELF)
+
+
+def test_a_casing_that_reaches_a_plane_stops_the_burst(tmp_path):
+    """A plane just beyond the clearance: the casing flies on until it is there; outputs so far are whole."""
+    plane = RigidPlane("wall", (5.1 * 77.5e-3, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    settings = replace(RINGS, planes=(plane,), end_time=2e-3, output_interval=100e-6, time_limit=2e-3)
+    message = "the casing of round 'tube' has reached the plane 'wall', .*burst.geometry = \"3d\""
+    with pytest.raises(NumericalStop, match=message) as stopped:
+        simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
+    assert stopped.value.time > 100e-6
+    with h5py.File(tmp_path / "burst.h5") as file:
+        assert len(file) > 0
+
+
+def speeds(tmp_path, rounds, settings):
+    """Summaries of the burst in both geometries."""
+    found = {}
+    for geometry in ("axisymmetric", "3d"):
+        folder = tmp_path / geometry
+        folder.mkdir()
+        result = simulate(rounds, replace(settings, geometry=geometry), folder, comm=MPI.COMM_SELF)
+        found[geometry] = result.summary
+    return found["axisymmetric"], found["3d"]
+
+
+@pytest.mark.slow
+def test_the_meridian_beside_three_dimensions_for_a_tube(tmp_path):
+    """Coarse cells, the same interface: mean speed within 1.5 %, diameter within 1 %, masses within 3 %."""
+    rings, solid = speeds(tmp_path, [tube()], replace(SETTINGS, cell_size=8e-3, end_time=80e-6, symmetry="auto"))
+    assert rings["mean_initial_speed"] == pytest.approx(solid["mean_initial_speed"], rel=0.015)
+    assert rings["outer_diameter"] == pytest.approx(solid["outer_diameter"], rel=0.01)
+    assert rings["casing_mass"] == pytest.approx(solid["casing_mass"], rel=0.03)
+
+
+@pytest.mark.slow
+def test_the_meridian_beside_three_dimensions_for_the_grenade(tmp_path):
+    """In cells of 8 mm: mean speed within 1.5 %, largest within 3 %, diameter within 1 %."""
+    rounds, settings = grenade("8 mm", end_time=100e-6)
+    rings, solid = speeds(tmp_path, rounds, settings)
+    assert rings["mean_initial_speed"] == pytest.approx(solid["mean_initial_speed"], rel=0.015)
+    assert rings["max_initial_speed"] == pytest.approx(solid["max_initial_speed"], rel=0.03)
+    assert rings["outer_diameter"] == pytest.approx(solid["outer_diameter"], rel=0.01)
