@@ -54,7 +54,9 @@ def test_noise_burns_nothing_ahead_of_the_front_in_the_meridian():
 
 
 def test_noise_burns_nothing_ahead_of_the_front_in_hexahedra():
-    solver = noisy(burst(box((3, 3, 30), (9e-3, 9e-3, 0.09), Part.CHARGE), replace(QUIET, cell_size=3e-3), ignition=LIT))
+    solver = noisy(
+        burst(box((3, 3, 30), (9e-3, 9e-3, 0.09), Part.CHARGE), replace(QUIET, cell_size=3e-3), ignition=LIT)
+    )
     run_until(solver, 0.04 / SPEED)
     far = ahead(solver)
     assert len(far) > 80
