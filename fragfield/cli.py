@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, exit_code_of, message_of
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, EXIT_NUMERICAL, exit_code_of, interrupt, message_of
 from fragfield.parallel import launched_rank
 
 if TYPE_CHECKING:
@@ -296,7 +296,9 @@ def main() -> None:
     """Entry point of the command `fragfield`."""
     # A batch system ends a job by SIGTERM: treated like Ctrl-C, the burst leaves a checkpoint.
     # While it steps or writes a file, `fragfield_base.interruption` defers both to where they do no harm.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, interrupt)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not ignored, as in the background
+        signal.signal(signal.SIGINT, interrupt)
     try:
         try:
             app()

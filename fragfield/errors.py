@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from types import FrameType
 
 __all__ = [
     "EXIT_DONE",
@@ -17,6 +18,7 @@ __all__ = [
     "EXIT_NUMERICAL",
     "InputError",
     "exit_code_of",
+    "interrupt",
     "message_of",
     "nearest",
     "nearest_name",
@@ -27,6 +29,8 @@ EXIT_INPUT = 2
 EXIT_NUMERICAL = 3  # a numerical stop, or a result that is not determined
 EXIT_FAULT = 4  # a fault of the program itself
 EXIT_INTERRUPTED = 130
+
+_interrupts: list[int] = []  # signals that came, see `interrupt`
 
 # Looked up among the modules that are loaded, so that telling errors apart loads nothing.
 _INPUT_ERRORS = ("burst_fenicsx.errors", "transition.errors", "flight.errors", "transition", "flight")
@@ -53,12 +57,22 @@ def exit_code_of(error: BaseException) -> int:
         return EXIT_NUMERICAL
     if isinstance(error, (OSError, MemoryError)):
         return EXIT_INPUT  # the machine's limits are the user's to mend
-    return EXIT_FAULT
+    return EXIT_INTERRUPTED if _interrupts else EXIT_FAULT
+
+
+def interrupt(number: int, frame: FrameType | None) -> None:
+    """Handler of signals that end a command: as Python's own, and remembers that one came.
+
+    Some C libraries turn the KeyboardInterrupt that reaches them, while they are imported for one, into another error.
+    """
+    del frame
+    _interrupts.append(number)
+    raise KeyboardInterrupt
 
 
 def message_of(error: BaseException) -> str:
     """One message for an error that ends a command; an error of the program is named by its kind."""
-    if isinstance(error, KeyboardInterrupt):
+    if isinstance(error, KeyboardInterrupt) or exit_code_of(error) == EXIT_INTERRUPTED:
         return "interrupted; what was written stays, --resume goes on from there"
     if isinstance(error, MemoryError):
         return f"out of memory{f' ({error})' if str(error) else ''}; larger cells or fewer rounds need less of it"

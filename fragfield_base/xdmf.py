@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
+from fragfield_base.hdf5_files import reading
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -33,12 +34,27 @@ def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise error(f"{path}: declares entities, which are not read{end}")
     try:
-        items = [item.text or "" for item in ET.fromstring(text).iter("DataItem")]
+        found_items = [(item.text or "", item.get("Dimensions", "")) for item in ET.fromstring(text).iter("DataItem")]
     except ET.ParseError as fault:
         raise error(f"{path}: cut off, or not XML ({fault}){end}") from None
+    items = [place for place, _ in found_items]
     own = f"{path.with_suffix('.h5').name}:/"
     if other := next((item for item in items if not item.strip().startswith(own)), None):
         raise error(f"{path}: takes data from {other.strip()[:60]!r}; allowed: {own}...{end}")
+    _check_shapes(path, {(place.strip(), size) for place, size in found_items}, error, advice)
+
+
+def _check_shapes(path: Path, items: set[tuple[str, str]], error: type[Exception], advice: str) -> None:
+    """Refuse an HDF5 file that lacks an array, or has it in another shape: VTK would read beyond its end."""
+    with reading(path.with_suffix(".h5"), error, advice) as file:
+        for place, size in sorted(items):
+            name = place.partition(":")[2]
+            shape = getattr(file.get(name), "shape", None)
+            if shape is None or " ".join(map(str, shape)) != size.strip():
+                raise error(
+                    f"{path.with_suffix('.h5')}: damaged, or of another run: {name} has the shape {shape}, "
+                    f"{path.name} says ({size}); {advice}"
+                )
 
 
 def _digest(text: str) -> str:

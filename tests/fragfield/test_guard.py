@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from fragfield import pipeline
+from fragfield import errors, pipeline
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
@@ -76,3 +77,12 @@ def test_a_reader_that_goes_away_is_no_traceback(tmp_path):
     done = subprocess.run(shell, shell=True, capture_output=True, text=True, env=environment(), check=False)
     assert "Traceback" not in done.stderr
     assert sys.executable in shell
+
+
+def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(monkeypatch):
+    monkeypatch.setattr(errors, "_interrupts", [])
+    with pytest.raises(KeyboardInterrupt):
+        errors.interrupt(signal.SIGTERM, None)
+    assert exit_code_of(ImportError("initialization failed")) == 130
+    assert message_of(ImportError("initialization failed")).startswith("interrupted; what was written stays")
+    assert exit_code_of(errors.InputError("mine")) == 2

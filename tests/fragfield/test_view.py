@@ -21,6 +21,7 @@ from fragfield.view.film import film_fault, read_paths
 from fragfield.view.interactive import interactive_fault, view_of_burst
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
 from fragfield.view.show import view_run, write_films, write_pictures
+from fragfield_base.hdf5_files import creating
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
 needs_vtk = pytest.mark.skipif(offscreen_fault() is not None, reason=str(offscreen_fault()))
@@ -291,4 +292,13 @@ def test_a_series_that_takes_data_from_elsewhere_is_refused(tmp_path):
     text = (folder / "burst.xdmf").read_text().rpartition("<!-- checksum")[0]
     (folder / "burst.xdmf").write_text(text.replace("burst.h5:", "/etc/secret.h5:", 1))
     with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/"):
+        burst_states(read_run(folder), 3)
+
+
+def test_another_file_in_place_of_the_series_is_refused_before_vtk_sees_it(tmp_path):
+    """Whole and sealed, but without the arrays that burst.xdmf names."""
+    folder = write_run(tmp_path / "run", stages=2)
+    with creating(folder / "burst.h5", InputError) as file:
+        file["cells"] = np.zeros((2, 8), dtype=np.int64)
+    with pytest.raises(InputError, match=r"burst.h5: damaged, or of another run: /.* has the shape"):
         burst_states(read_run(folder), 3)
