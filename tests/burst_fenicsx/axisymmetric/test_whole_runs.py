@@ -103,11 +103,11 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
     usual = signal.signal(signal.SIGINT, signal.default_int_handler)
     whole, parts = folders(tmp_path, "whole", "parts")
-    (item,), settings = grenade("5 mm", end_time=200e-6)
-    rounds = [replace(item, casing=replace(item.casing, shear_softening_strain=0.15, tensile_softening_strain=0.15))]
+    (item,), settings = grenade("5 mm", end_time=230e-6)
+    rounds = [replace(item, casing=replace(item.casing, shear_softening_strain=0.25, tensile_softening_strain=0.25))]
     try:
         one = simulate(rounds, settings, whole, comm=MPI.COMM_SELF)
-        for time in (5e-6, 90e-6, 190e-6):
+        for time in (5e-6, 90e-6, 210e-6):
             interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
         with h5py.File(parts / "checkpoint.h5") as file:
             assert file["cells/released"][()].any()
