@@ -221,6 +221,8 @@ class _Flights:
         from fragfield.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)
+        if job.lean:
+            self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = NearGround(hazard_grid(job.case), self.criteria)
         self.exposed = ExposedPlaces.of(job.case)

@@ -135,8 +135,8 @@ def grid_convergence(
     scale_of_size = 1.0 if at is None else at / float(h[0])
     if len(h) == 1:
         return GridConvergence("one_size", None, None, None, None, None)
-    scale = max(float(np.abs(f).max()), float(np.finfo(float).tiny))
-    if np.ptp(f) <= _SAME * scale:
+    scale: float = float(np.abs(f).max()) + float(np.finfo(float).tiny)
+    if float(np.ptp(f)) <= _SAME * scale:
         return GridConvergence("constant", None, None, float(f[0]), 0.0, FACTOR_OBSERVED)
     differences, of_difference = np.abs(f[1:] - f[0]), np.hypot(errors[1:], errors[0])
     if (of_difference > 0.0).any() and (differences <= _SIGNIFICANT * of_difference).all():

@@ -20,6 +20,8 @@ from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, exit_code_
 
 __all__ = ["Worker", "perform", "serve"]
 
+_SERVE = "from fragfield.sweep.worker import serve; serve()"
+
 
 class Worker:
     """A process that makes runs; started with its first run, and again after one that it did not survive.
@@ -37,7 +39,7 @@ class Worker:
 
     def __init__(self, threads: int, command: list[str] | None = None) -> None:
         self._threads = threads
-        self._command = command or [sys.executable, "-m", "fragfield.sweep.worker"]
+        self._command = command or [sys.executable, "-c", _SERVE]
         self._process: subprocess.Popen[str] | None = None
         self._starting = threading.Lock()
         self._ended = False
@@ -133,7 +135,3 @@ def serve() -> None:
             answers.flush()
             if code == EXIT_INTERRUPTED:
                 break
-
-
-if __name__ == "__main__":
-    serve()
