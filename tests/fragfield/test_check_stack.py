@@ -19,7 +19,11 @@ WIDTH = 0.155
 
 def _case(*, round=None, burst=None, **tables):  # noqa: A002
     rounds = round if isinstance(round, list) else [{**ROUND, **(round or {})}]
-    document = {"burst": {"cell_size": "12 mm", "end_time": "150 us", "geometry": "3d", **(burst or {})}, "round": rounds, **tables}
+    document = {
+        "burst": {"cell_size": "12 mm", "end_time": "150 us", "geometry": "3d", **(burst or {})},
+        "round": rounds,
+        **tables,
+    }
     return case_from_document(document, source="my.toml", folder=Path())
 
 

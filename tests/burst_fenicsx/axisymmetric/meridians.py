@@ -58,7 +58,7 @@ def rectangle(
 def random_meridian(
     count: int, size: float, inner: float = 0.0, part: Part = Part.CASING, share: float = 0.25
 ) -> MeridianMesh:
-    """count x count cells of edge `size` (m), sheared and tapered, nodes off the axis moved at random by up to `share`."""
+    """Count x count cells of edge `size` (m), sheared and tapered, nodes off the axis moved at random by up to `share`."""
     mesh = rectangle((count, count), (0.0, count * size), count * size, part)
     move = np.random.default_rng(7).uniform(-share, share, mesh.nodes.shape) * size
     move[:, 1] = 0.0

@@ -54,7 +54,9 @@ def test_noise_burns_nothing_ahead_of_the_front_in_the_meridian():
 
 
 def test_noise_burns_nothing_ahead_of_the_front_in_hexahedra():
-    solver = noisy(burst(box((3, 3, 30), (9e-3, 9e-3, 0.09), Part.CHARGE), replace(QUIET, cell_size=3e-3), ignition=LIT))
+    solver = noisy(
+        burst(box((3, 3, 30), (9e-3, 9e-3, 0.09), Part.CHARGE), replace(QUIET, cell_size=3e-3), ignition=LIT)
+    )
     run_until(solver, 0.04 / SPEED)
     far = ahead(solver)
     assert len(far) > 80
@@ -64,7 +66,7 @@ def test_noise_burns_nothing_ahead_of_the_front_in_hexahedra():
 
 @pytest.mark.parametrize(("products", "fastest"), [("landau", np.sqrt(32.0 / 27.0)), ("landau_cj", 1.0)])
 def test_the_front_runs_ahead_by_no_more_than_the_products_own_speed(products, fastest):
-    """landau's own front is faster than D by sqrt(32/27), that of landau_cj is D; three cells more are allowed.
+    """Landau's own front is faster than D by sqrt(32/27), that of landau_cj is D; three cells more are allowed.
 
     A charge in a rigid tube; the front is where a cell is half burnt. It falls behind the timed one nowhere.
     """

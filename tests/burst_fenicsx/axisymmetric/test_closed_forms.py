@@ -37,7 +37,7 @@ def test_a_plane_axial_wave_passes_the_axis_undisturbed(monkeypatch):
     spread, radial = spread_of_a_plane_wave()
     assert spread < 1e-10
     assert radial < 1e-8
-    monkeypatch.setattr(ring_fields, "_shares", lambda position, dofmap: np.full(dofmap.shape, 0.25))  # noqa: ARG005
+    monkeypatch.setattr(ring_fields, "_shares", lambda position, dofmap: np.full(dofmap.shape, 0.25))
     monkeypatch.setattr(
         ring_fields, "_RING", replace(ring_fields._RING, shares=lambda position, dofmap: np.full(dofmap.shape, 0.25))
     )
@@ -65,7 +65,7 @@ def settled(mesh, pressed, held, time, damping):
     load = inner_pressure(solver, np.stack([local(pressed[:, 0]), local(pressed[:, 1])], axis=1))
     solver.held = held(solver.fields.start)
     assert solver.held.shape == (len(load), 2)
-    solver.outside = lambda now, force: force.__iadd__(load)  # noqa: ARG005
+    solver.outside = lambda now, force: force.__iadd__(load)
     solver.add_forces(0.0)
     run_until(solver, time)
     assert np.abs(solver.fields.nodes.velocity).max() < 1e-6

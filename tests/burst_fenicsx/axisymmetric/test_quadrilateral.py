@@ -146,7 +146,7 @@ def test_forces_equal_ufls_on_the_ring(part, inner):
 
 
 def test_patch_of_distorted_rings_takes_a_uniform_stretch_exactly():
-    """r and z stretched: the same exact stress in every ring, no force on inner nodes, those of the axis included."""
+    """R and z stretched: the same exact stress in every ring, no force on inner nodes, those of the axis included."""
     mesh = random_meridian(5, 5e-3)
     solver = ring_burst(mesh, CONTROLLED)
     stretch = np.array([1.03, 1.0, 0.98])

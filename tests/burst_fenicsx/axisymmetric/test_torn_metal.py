@@ -57,7 +57,9 @@ def test_it_is_released_with_its_mass_and_its_energy():
     momentum = float(state.mass @ state.nodes.velocity[:, 2])
     state.nodes.velocity[:, 2] = 300.0
     run_until(solver, 2e-6)
-    assert float(state.mass @ state.nodes.velocity[:, 2]) - momentum == pytest.approx(300.0 * state.mass.sum(), rel=1e-12)
+    assert float(state.mass @ state.nodes.velocity[:, 2]) - momentum == pytest.approx(
+        300.0 * state.mass.sum(), rel=1e-12
+    )
     assert state.released[cell]
     assert np.isfinite(state.nodes.position).all()
 
