@@ -1,4 +1,4 @@
-"""`burst.geometry`: what auto chooses and why, what is refused and with which words, what `check` and the burst tell."""
+"""`burst.geometry`: what auto chooses and why, what is refused and in which words, what `check` and burst tell."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from tests.fragfield.short_run import SHORT, invoke
 CASES = Path(__file__).parents[2] / "cases"
 ROUND = {"name": "shell", "profile": "m107", "explosive": "tnt", "casing": "steel_m107"}
 RADIUS = 0.0775  # largest, m
+FREE = "one round of revolution, initiated on its axis, out of reach of any plane"
 SHOCK = {"pressure": "5 GPa", "duration": "0.2 us"}
 
 
@@ -53,14 +54,14 @@ def wall(distance):
 def test_auto_takes_the_meridian_where_it_can_and_says_why_not(made, reason):
     found = burst_geometry(made())
     assert found.geometry == ("axisymmetric" if reason is None else "3d")
-    assert found.reason == (reason or "one round of revolution, initiated on its axis, out of reach of any plane")
+    assert found.reason == (reason or FREE)
     assert burst_settings(made()).geometry == found.geometry
     # What auto would not take is refused where it is asked for, and never computed otherwise.
     if reason is None:
         assert burst_geometry(made(geometry="axisymmetric")).geometry == "axisymmetric"
     else:
         words = f'burst.geometry: found "axisymmetric", but {reason}; allowed here: "3d", or "auto", which chooses it'
-        with pytest.raises(Exception, match="burst.geometry") as refused:
+        with pytest.raises(Exception, match=r"burst\.geometry") as refused:
             made(geometry="axisymmetric")
         assert words in str(refused.value)
         assert exit_code_of(refused.value) == 2
@@ -75,7 +76,7 @@ def test_three_dimensions_are_computed_where_they_are_asked_for():
 @pytest.mark.parametrize(
     ("name", "geometry", "reason"),
     [
-        ("m107_tnt", "axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane"),
+        ("m107_tnt", "axisymmetric", FREE),
         (
             "grenade_155_tnt",
             "axisymmetric",
