@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
@@ -53,7 +54,9 @@ def check_report(case: Case) -> dict[str, Any]:
     from burst_fenicsx.symmetry import smallest_part
 
     settings, rounds = burst_settings(case), burst_rounds(case)
-    part = smallest_part(rounds, settings)
+    # A ring of the meridian is whole: no plane of symmetry cuts it.
+    rings = settings.geometry == "axisymmetric"
+    part = smallest_part(rounds, replace(settings, symmetry="off") if rings else settings)
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
     first = _first_alike(case)
     computed = [

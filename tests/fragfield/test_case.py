@@ -92,6 +92,8 @@ def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
             assert field.name in table.model_fields, f"{data.__name__}.{field.name} has no key"
             if field.default is not dataclasses.MISSING and not table.model_fields[field.name].is_required():
                 default = table.model_fields[field.name].default
+                if default == "none":
+                    default = None
                 if field.name.endswith("angle"):  # radians in the case, degrees in the stages
                     default = round(math.degrees(default), 10)
                 assert default == field.default, f"{table.__name__}.{field.name}"

@@ -26,7 +26,7 @@ __all__ = ["HeldSolver", "meridian", "named", "random_meridian", "rectangle", "r
 def meridian(
     counts: Sequence[int], mapping: Callable[[np.ndarray], np.ndarray], part: Part = Part.CASING
 ) -> MeridianMesh:
-    """Quadrilaterals of the unit square, counts[0] x counts[1], carried by `mapping` of points (n, 2) to (r, z)."""
+    """Quadrilaterals of the unit square, counts[0] x counts[1], carried by `mapping` (n, 2) to (r, z) in m."""
     axes = [np.linspace(0.0, 1.0, count + 1) for count in counts]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     number = np.arange(len(points)).reshape(counts[0] + 1, counts[1] + 1)
@@ -58,7 +58,7 @@ def rectangle(
 def random_meridian(
     count: int, size: float, inner: float = 0.0, part: Part = Part.CASING, share: float = 0.25
 ) -> MeridianMesh:
-    """Count x count cells of edge `size` (m), sheared and tapered; nodes off the axis at random by up to `share`."""
+    """Square of `count` cells of edge `size` (m), sheared, tapered, its nodes moved at random by up to `share`."""
     mesh = rectangle((count, count), (0.0, count * size), count * size, part)
     move = np.random.default_rng(7).uniform(-share, share, mesh.nodes.shape) * size
     move[:, 1] = 0.0

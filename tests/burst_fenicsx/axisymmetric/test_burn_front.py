@@ -1,4 +1,4 @@
-"""Nothing burns ahead of the front: noise in a finely meshed charge, in two and three dimensions; landau's own front."""
+"""Nothing burns ahead of the front: noise in a finely meshed charge, in both geometries; landau's own front."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def ahead(solver):
 
 
 def test_noise_burns_nothing_ahead_of_the_front_in_the_meridian():
-    """A charge in cells of 1 mm with noise, its front half-way: exactly zero ahead. Allowed from the start, it burns."""
+    """A charge in cells of 1 mm with noise, its front half-way: exactly zero ahead. Allowed earlier, it burns."""
     settings = replace(QUIET, cell_size=1e-3)
     mesh = rectangle((6, 60), (0.0, 6e-3), 0.06, Part.CHARGE)
     solver = noisy(ring_burst(mesh, settings, ignition=LIT))
