@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
@@ -12,10 +13,11 @@ import fragfield
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.document import css_text, document_of, identity_line
-from fragfield.report.drawing import drawing_style, to_bytes
+from fragfield.report.drawing import to_bytes
 from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
+from fragfield.report.side_by_side import FigureQueue
 from fragfield_base.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
@@ -23,11 +25,12 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from fragfield.report.blocks import Block
+    from fragfield.report.blocks import Block, Section
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["write_report"]
 
+_DEFERRED = "deferred"  # in place of a figure that is being drawn
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 
@@ -60,11 +63,14 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
         parts = sections(run, illustrator.draw, illustrator.picture)
+        illustrator.fill(parts)
         written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         page = _render(run, parts, illustrator.count, written)
         write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
+    finally:
+        illustrator.figures.close()
     return write_text(target, page, InputError)
 
 
@@ -76,21 +82,33 @@ class _Illustrator:
         self.folder = folder
         self.pictures = pictures
         self.count = 0
+        self.figures = FigureQueue(run, helped=pictures)
 
     def draw(
         self, name: str, title: str, caption: str, function: Callable[[RunFiles, bool], Figure | None]
     ) -> list[Illustration]:
-        with drawing_style():
-            wide = function(self.run, False)
-            if wide is None:
-                return []
-            narrow = function(self.run, True)
-            images = dict(zip(("svg", "png"), to_bytes(wide, "svg", "png"), strict=True))
-            small = to_bytes(narrow, "svg")[0] if narrow is not None else images["svg"]
-        for kind, data in images.items():
-            write_bytes(self.folder / f"{name}.{kind}", data, InputError)
+        self.figures.add(name, function)
+        return [Illustration(name, title, caption, wide=_DEFERRED)]
+
+    def fill(self, parts: list[Section]) -> None:
+        """Put the figures where they were asked for; those without data leave no trace."""
+        drawn = self.figures.finish()
+        for part in parts:
+            blocks: list[Block] = []
+            for block in part.blocks:
+                if isinstance(block, Illustration) and block.wide == _DEFERRED:
+                    blocks += self._filled(block, drawn[block.name])
+                else:
+                    blocks.append(block)
+            part.blocks = blocks
+
+    def _filled(self, block: Illustration, files: dict[str, bytes] | None) -> list[Illustration]:
+        if files is None:
+            return []
+        for kind in ("svg", "png"):
+            write_bytes(self.folder / f"{block.name}.{kind}", files[kind], InputError)
         self.count += 1
-        return [Illustration(name, title, caption, _uri(images["svg"], "svg"), _uri(small, "svg"))]
+        return [replace(block, wide=_uri(files["svg"], "svg"), narrow=_uri(files["narrow"], "svg"))]
 
     def picture(self, name: str, title: str, caption: str) -> list[Block]:
         from fragfield.view.offscreen import PictureUnavailableError

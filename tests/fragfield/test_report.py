@@ -29,8 +29,8 @@ FIGURES = [
     "distance_by_azimuth",
 ]  # fmt: skip
 SECTIONS = [
-    "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "tables", "validation",
-    "provenance", "use", "signatures",
+    "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "convergence",
+    "tables", "validation", "provenance", "use", "signatures",
 ]  # fmt: skip
 VIEWS = [] if interactive_fault() or offscreen_fault() else ["view_burst.html", "view_fragments.html"]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}

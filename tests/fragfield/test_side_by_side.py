@@ -1,0 +1,85 @@
+"""Figures drawn by two processes: the same bytes as by one, whatever becomes of the helper."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from fragfield.report import burst_figures, hazard_figures, side_by_side
+from fragfield.report.run_files import read_run
+from fragfield.report.side_by_side import FigureQueue
+from tests.fragfield.synthetic_run import write_run
+
+DRAWINGS = {
+    "speed_along_round": burst_figures.speed_along_round,
+    "casing_over_time": burst_figures.casing_over_time,
+    "distance_by_azimuth": hazard_figures.distance_by_azimuth,
+}
+
+
+def nothing(_run, _narrow):
+    """A figure without data."""
+    return
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return read_run(write_run(tmp_path_factory.mktemp("side") / "run", rounds=1))
+
+
+@pytest.fixture(scope="module")
+def alone(run):
+    figures = FigureQueue(run, helped=False)
+    for name, function in DRAWINGS.items():
+        figures.add(name, function)
+    figures.add("nothing", nothing)
+    found = figures.finish()
+    assert found["nothing"] is None
+    assert found["speed_along_round"]["png"].startswith(b"\x89PNG")
+    return found
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper wants a core of its own")
+def test_a_helper_draws_the_same_bytes(run, alone):
+    figures = FigureQueue(run, helped=True)
+    for name, function in DRAWINGS.items():
+        figures.add(name, function)
+    figures._thread.join(timeout=0.0)
+    while len(figures._drawn) < len(DRAWINGS):  # all of them by the helper, before this process takes any
+        assert figures._thread.is_alive()
+        figures._thread.join(timeout=0.05)
+    assert figures.finish() == {name: alone[name] for name in DRAWINGS}
+    figures.close()
+
+
+@pytest.mark.parametrize(
+    "helper",
+    [
+        "raise SystemExit(1)",
+        "print('ready', flush=True); input(); raise SystemExit(1)",
+        "print('ready', flush=True); input(); print('no answer', flush=True)",
+    ],
+)
+def test_without_its_helper_a_report_is_whole(run, alone, monkeypatch, helper):
+    monkeypatch.setattr(side_by_side, "_SERVE", helper)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    figures = FigureQueue(run, helped=True)
+    for name, function in DRAWINGS.items():
+        figures.add(name, function)
+    assert figures.finish() == {name: alone[name] for name in DRAWINGS}
+    figures.close()
+
+
+def test_an_error_of_the_report_ends_the_helper(run, monkeypatch):
+    monkeypatch.setattr(side_by_side, "_SERVE", "print('ready', flush=True); input(); import time; time.sleep(600)")
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    figures = FigureQueue(run, helped=True)
+    figures.add("speed_along_round", DRAWINGS["speed_along_round"])
+    thread = figures._thread
+    while figures._waiting or figures._process is None:
+        thread.join(timeout=0.05)
+    figures.close()
+    thread.join(timeout=30.0)
+    assert not thread.is_alive()
+    assert figures._process.returncode is not None
