@@ -108,7 +108,7 @@ def test_rounds_lie_along_their_axis(table):
     [
         ("0,90,0,1,3,0.01,900\n100,180,0,1,3,0.01,900\n", "nothing from 90 to 100 degrees"),
         ("0,100,0,1,3,0.01,900\n90,180,0,1,3,0.01,900\n", "overlaps another"),
-        ("0,180,0,1,3,0,900\n", "fragments without mass or speed"),
+        ("0,180,0,1,3,0,900\n", "fragments without mass"),
         ("0,180,0,1,-3,0.1,900\n", "number of row 1 is -3.0, needed: 0 or more"),
         ("10,180,0,1,3,0.1,900\n", "zones must rise from 0 to 180"),
     ],
