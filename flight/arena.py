@@ -80,6 +80,7 @@ class ArenaTable:
                 raise InputError(
                     f"arena: {name} of row {int(np.argmax(bad)) + 1} is {values[bad][0]}, needed: 0 or more"
                 )
+        # A speed may be zero: of what a burst that was cut short has not reached.
         empty = (self.number > 0.0) & ~(self.mass > 0.0)
         if empty.any():
             raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass")

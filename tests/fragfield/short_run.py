@@ -13,13 +13,15 @@ from typer.testing import CliRunner
 
 from fragfield.cli import app
 
-__all__ = ["ROOT", "SHORT", "command", "environment", "invoke", "same_data"]
+__all__ = ["RINGS", "ROOT", "SHORT", "command", "environment", "invoke", "same_data"]
 
 ROOT = Path(__file__).parents[2]
-# The first 12 us of the ready tube with four cells around the wall: seconds, and every stage has something to do.
+# The first 12 us of the ready tube with four cells around the wall: seconds, and every stage has something to do. In
+# three dimensions, which every arrangement has; its meridian is `RINGS`.
 SHORT = (ROOT / "cases" / "tube.toml").read_text().replace(
     'end_time = "120 us"', 'end_time = "12 us"\nenergy_tolerance = 1.0\noutput = { interval = "4 us" }'
-).replace('cell_size = "6 mm"', 'cell_size = "12 mm"')  # fmt: skip
+).replace('cell_size = "6 mm"', 'cell_size = "12 mm"\ngeometry = "3d"')  # fmt: skip
+RINGS = SHORT.replace('geometry = "3d"\n', "")
 
 
 def invoke(*arguments: object) -> Result:

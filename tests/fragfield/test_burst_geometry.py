@@ -16,7 +16,7 @@ from fragfield.case.load import case_from_document, load_case
 from fragfield.check import check_report
 from fragfield.errors import exit_code_of
 from fragfield.show import print_check
-from tests.fragfield.short_run import SHORT, invoke
+from tests.fragfield.short_run import RINGS, invoke
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND = {"name": "shell", "profile": "m107", "explosive": "tnt", "casing": "steel_m107"}
@@ -106,7 +106,7 @@ def test_check_tells_the_choice_and_meshes_the_whole_ring(capsys):
 
 def test_an_unknown_geometry_is_an_input_error(tmp_path):
     path = tmp_path / "case.toml"
-    path.write_text(SHORT.replace("[burst]", '[burst]\ngeometry = "2d"'))
+    path.write_text(RINGS.replace("[burst]", '[burst]\ngeometry = "2d"'))
     done = invoke("check", path)
     assert done.exit_code == 2
     assert "burst.geometry" in done.stderr
@@ -117,7 +117,7 @@ def test_an_unknown_geometry_is_an_input_error(tmp_path):
 def test_a_casing_that_reaches_a_plane_ends_with_exit_code_3(tmp_path):
     """The tube beside a wall that auto takes to be out of reach, with time enough to reach it."""
     path = tmp_path / "case.toml"
-    text = SHORT.replace('end_time = "12 us"', 'end_time = "1 ms"').replace('interval = "4 us"', 'interval = "100 us"')
+    text = RINGS.replace('end_time = "12 us"', 'end_time = "1 ms"').replace('interval = "4 us"', 'interval = "100 us"')
     at = (1.0 + 1.01 * CLEARANCE) * RADIUS * 1e3
     wall_table = f'[[plane]]\nname = "wall"\nkind = "wall"\npoint = ["{at} mm", "0 mm", "0 mm"]\nnormal = [-1, 0, 0]\n'
     path.write_text(text + "\n" + wall_table)
@@ -134,7 +134,7 @@ def test_a_casing_that_reaches_a_plane_ends_with_exit_code_3(tmp_path):
 def test_two_ranks_give_the_snapshot_of_one(mpirun, tmp_path):
     """The first rank computes while the other waits: the same data to the bit, told once, with the reason."""
     path = tmp_path / "case.toml"
-    path.write_text(SHORT)
+    path.write_text(RINGS)
     assert invoke("burst", path, "--out", tmp_path / "one", "--json").exit_code == 0
     done = mpirun(2, "-m", "fragfield", "burst", path, "--out", tmp_path / "two", "--json")
     summary = json.loads(done.stdout)["burst"]
@@ -151,3 +151,18 @@ def test_two_ranks_give_the_snapshot_of_one(mpirun, tmp_path):
         for name in names:
             for column in one[name].dtype.names or [()]:
                 np.testing.assert_array_equal(two[name][column], one[name][column], err_msg=f"{name} {column}")
+
+
+@pytest.mark.dolfinx
+def test_a_run_in_the_meridian_goes_through_to_the_report(tmp_path):
+    """Burst, break-up, flight, report, with the choice and its reason in summary and report."""
+    path, folder = tmp_path / "case.toml", tmp_path / "run"
+    path.write_text(RINGS)
+    done = invoke("run", path, "--out", folder, "--json")
+    assert done.exit_code in (0, 3), done.stderr  # 3: a distance that so short a burst does not determine
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["burst"]["geometry"] == "axisymmetric"
+    assert summary["burst"]["geometry_reason"] == FREE
+    assert summary["break_up"]["fragments"] > 0
+    assert "axisymmetric" in (folder / "report.html").read_text()
+    assert (folder / "burst_revolved.xdmf").is_file()

@@ -287,7 +287,7 @@ def test_damaged_and_foreign_input_is_named(tmp_path):
     folder = write_run(tmp_path / "run")
     whole = (folder / "burst_snapshot.h5").read_bytes()
     (folder / "burst_snapshot.h5").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match=r"burst_snapshot\.h5: not a complete HDF5 file"):
+    with pytest.raises(InputError, match=r"burst_snapshot\.h5: cut off, or not an HDF5 file"):
         write_report(folder)
     with h5py.File(folder / "burst_snapshot.h5", "w") as file:
         file.attrs["time"] = 1.0

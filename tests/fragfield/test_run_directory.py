@@ -48,7 +48,7 @@ def test_results_of_the_same_case_are_kept_unless_they_may_be_replaced(case, tmp
     run.claim(case)
     run.claim(case)  # nothing has been computed yet
     _complete(run, "burst", "break-up")
-    with pytest.raises(InputError, match=r"holds checkpoint.h5 and 6 more results, .* --resume .* --overwrite"):
+    with pytest.raises(InputError, match=r"holds checkpoint.h5 and 9 more results, .* --resume .* --overwrite"):
         run.claim(case)
     assert run.complete(STAGES["break-up"])
     run.claim(case, overwrite=True)
