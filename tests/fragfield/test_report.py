@@ -294,7 +294,7 @@ def test_damaged_and_foreign_input_is_named(tmp_path):
     with pytest.raises(InputError, match=r"burst_snapshot\.h5: not a complete burst snapshot.*run `fragfield burst`"):
         write_report(folder)
     (folder / "summary.json").write_text('{"burst": ', encoding="utf-8")
-    with pytest.raises(InputError, match=r"summary\.json: not valid JSON"):
+    with pytest.raises(InputError, match=r"summary\.json: damaged"):
         write_report(folder)
 
 
