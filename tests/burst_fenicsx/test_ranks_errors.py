@@ -67,7 +67,7 @@ def test_an_error_on_one_rank_ends_all_with_one_message(tmp_path, mpirun, ranks,
     case, script = tmp_path / "case.toml", tmp_path / "hurt.py"
     case.write_text(CASE)
     script.write_text(textwrap.dedent(SCRIPT))
-    code, message = (3, "lost cell: cell ") if what == "lost" else (1, "something gave way")
+    code, message = (3, "lost cell: cell ") if what == "lost" else (4, "something gave way")
     began = time.monotonic()
     out = tmp_path / "run"
     done = mpirun(ranks, script, what, str(where), "burst", case, "--out", out, check=False, timeout=120.0)
