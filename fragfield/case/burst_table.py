@@ -96,10 +96,9 @@ class BurstTable(Table):
     cell_size: PositiveLength
     """Edge of a cell: the only thing to say about the mesh."""
     geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
-    """Rings of the round's meridian, or hexahedra; auto: the meridian for one round of revolution that is initiated on
-    its axis, with no plane within reach of its casing."""
+    """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
     convergence: Literal["auto", "off"] = "auto"
-    """Whether an axisymmetric burst is computed with coarser cells as well, for the grid convergence of the results."""
+    """Whether an axisymmetric run computes other cell sizes as well, for its grid convergence."""
     symmetry: Literal["auto", "off"] = "auto"
     """Compute the smallest part of the arrangement that planes of symmetry bound, or every round in full."""
     quadrature: Literal["one_point", "full"] = "one_point"
