@@ -33,11 +33,11 @@ MATERIALS = {
     "concrete": (
         "modified NDRC relation for penetration and its perforation limit (Kennedy, Nucl. Eng. Design 37, 1976; "
         "Bechtel BC-TOP-9A Rev. 2, 1974), thickness 1.2 times the limit; penetration up to 13.5 diameters; fitted to "
-        "missiles mostly thicker than fragments"
+        "missiles mostly thicker than fragments; limit and margin quoted at second hand, not checked in the originals"
     ),
     "steel": (
         "Ballistic Research Laboratory's relation for steel plates (Bechtel BC-TOP-9A Rev. 2, 1974), thickness 1.25 "
-        "times the limit; mild steel plates and solid steel missiles"
+        "times the limit; mild steel plates and solid steel missiles; quoted at second hand, not checked in the original"
     ),
 }
 
