@@ -37,7 +37,7 @@ MATERIALS = {
     ),
     "steel": (
         "Ballistic Research Laboratory's relation for steel plates (Bechtel BC-TOP-9A Rev. 2, 1974), thickness 1.25 "
-        "times the limit; mild steel plates and solid steel missiles; quoted at second hand, not checked in the original"
+        "times the limit; mild steel plates and solid steel missiles; at second hand, not checked in the original"
     ),
 }
 
