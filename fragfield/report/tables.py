@@ -91,9 +91,18 @@ def mesh_rows(run: RunFiles) -> Rows:
                 "Casing cells folded at the end", int((after[part == 0] <= 0).sum()), "",
                 "scaled Jacobian of 0 or less; the casing is torn there by then",
             ),
+            *_geometry_rows(run),
             *_symmetry_rows(run),
         ),
     )  # fmt: skip
+
+
+def _geometry_rows(run: RunFiles) -> Iterator[Row]:
+    """In which geometry the burst was computed, and why."""
+    burst = run.summary.get("burst", {})
+    if "geometry" in burst:
+        name = "axisymmetric" if burst["geometry"] == "axisymmetric" else "three dimensions"
+        yield row("Geometry of the burst", name, "", str(burst.get("geometry_reason", "")))
 
 
 def _symmetry_rows(run: RunFiles) -> Iterator[Row]:
