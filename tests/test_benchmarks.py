@@ -83,7 +83,7 @@ def test_work_of_others_is_told_from_our_own(monkeypatch):
 def test_growth_is_a_power_of_the_number_of_cells():
     from benchmarks.growth import growth_of
 
-    found = growth_of([20e-3, 15e-3])
+    found = growth_of([20e-3, 12e-3])
     (few, more), names = found["sizes"], ("cells", "surface_nodes", "seconds_per_step", "seconds_per_search")
     assert all(more[name] > 0.0 for name in names)
     assert more["time_step"] < few["time_step"]
