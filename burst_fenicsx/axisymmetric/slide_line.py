@@ -152,7 +152,9 @@ class MeridianContact(ContactForces):
         self.friction = self.stiffness_work = 0.0
         self.plane_impulse, self.plane_force = np.zeros(3), np.zeros(3)
         self.penetrations = Penetrations()
-        self.interface = LineInterface(mesh, fields) if len(mesh.twins) else None
+        # Parts that share their nodes have a line without edges, which does nothing.
+        self.line = LineInterface(mesh, fields)
+        self.interface = self.line if len(mesh.twins) else None
         self.collisions, self.planes = None, []
         contact = settings.contact
         self.settings = LineSettings(
@@ -168,15 +170,13 @@ class MeridianContact(ContactForces):
     def touched(self) -> np.ndarray:
         """Whether contact may give a force to the node (nodes,)."""
         touched = np.zeros(len(self.force), dtype=bool)
-        if self.interface is not None:
-            touched[self.interface.line.nodes] = True
+        touched[self.line.line.nodes] = True
         return touched
 
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on."""
         self.settings = self.settings._replace(level=level)
-        if self.interface is not None:
-            self.interface.contacts.last_position[:] = self._fields.nodes.position
+        self.line.contacts.last_position[:] = self._fields.nodes.position
 
     def take(self, sums: np.ndarray, *, front_near: bool) -> None:
         """Take the sums of a step, (3,): friction and stiffness work (J), largest penetration (m); they are cleared."""
@@ -196,6 +196,8 @@ def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
     Besides those at a charge the ones to which these lead on without a crease, free or behind a fuze: a line that ended
     at the fuze's rim would lose the products that slide there.
     """
+    if not len(mesh.twins):
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=bool)
     edges, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
     covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     neighbour, _, _ = _smooth_groups(mesh.nodes, edges)

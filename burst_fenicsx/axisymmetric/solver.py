@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.assembly import make_scratch
-from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
 from burst_fenicsx.solver import BurstSolver
 
@@ -35,11 +34,7 @@ class RingSolver(BurstSolver):
         ledger: Ledger,
         contact: MeridianContact,
     ) -> None:
-        self._line, self._contacts = (
-            (contact.interface.line, contact.interface.contacts)
-            if contact.interface is not None
-            else _no_line(len(fields.mass))
-        )
+        self._line, self._contacts = contact.line.line, contact.line.contacts
         self._sums = RingSums(np.zeros(5), np.zeros(3), np.zeros(3), contact.force)
         self._work = make_scratch(1)[0]
         super().__init__(fields, settings, leakage, ledger, contact=contact)
@@ -50,6 +45,8 @@ class RingSolver(BurstSolver):
         whole = advance_rings(
             begin, step, self.time_step, self.free_step, self.subcycling.highest, self.subcycling.moving, *self._arrays
         )
+        # With damping all cells take the longest step: the nodes have moved once, under the old forces.
+        self._book_work(0.5 * step)
         self.time = begin + step
         if not whole:
             self._take_sums()
@@ -94,40 +91,3 @@ class RingSolver(BurstSolver):
             self._contacts,
             self._sums,
         )
-
-
-def _no_line(nodes: int) -> tuple[SlideLine, LineContacts]:
-    """A line without edges, for parts that share their nodes."""
-    whole, small = np.zeros((0, 2), dtype=np.int32), np.zeros(0, dtype=np.int8)
-    line = SlideLine(
-        whole, whole, whole, whole, whole, np.zeros(0, dtype=bool), np.zeros((0, 2)), np.zeros(0, dtype=np.int32)
-    )
-    number, real, pair = np.zeros(0, dtype=np.int32), np.zeros(0), np.zeros((0, 2))
-    contacts = LineContacts(
-        slave=number,
-        share=real,
-        strength=real,
-        side=np.zeros((0, 2, 2), dtype=np.int32),
-        first_cell=np.zeros(1, dtype=np.int32),
-        cell=number,
-        face=number,
-        point=real,
-        bonded=small,
-        gap=real,
-        stiffness=real,
-        slip=real,
-        weight=pair,
-        force=pair,
-        off=small,
-        tally=np.zeros((0, 4)),
-        span=whole,
-        spread_over=whole,
-        spread=pair,
-        spread_count=number,
-        pressing=pair,
-        normal=pair,
-        taken=real,
-        load=np.zeros(nodes),
-        last_position=np.zeros((nodes, 3)),
-    )
-    return line, contacts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -22,7 +23,7 @@ __all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge"
 
 
 @dataclass(frozen=True)
-class CellMesh:
+class CellMesh(ABC):
     """Cells of one or more rounds with their names: what hexahedra and quadrilaterals of a meridian share.
 
     Attributes
@@ -72,19 +73,19 @@ class CellMesh:
         return weights
 
     @property
+    @abstractmethod
     def volumes(self) -> NDArray[np.float64]:
         """Volumes of the cells (m,) in m3."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def mean_edge(self) -> float:
         """Edge of the mean cell (m)."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def shortest_edge(self) -> float:
         """Shortest edge (m)."""
-        raise NotImplementedError
 
     @property
     def places(self) -> NDArray[np.int64]:

@@ -14,14 +14,18 @@ from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     AREA,
     GAMMA_SQUARE,
-    INITIAL_VOLUME,
-    LEAST_CORNER,
-    RELEASED,
-    ROWS_OF_CELLS,
     add_forces_to_nodes,
     gather_nodes,
     move_quadrilaterals,
     store_forces,
+)
+from burst_fenicsx.kernels.axisymmetric.release import (
+    drop_forces,
+    empty_charge,
+    hold_released,
+    mark_crushed_products,
+    mark_torn_metal,
+    release_metal,
 )
 from burst_fenicsx.kernels.common import (
     BEARABLE,
@@ -30,7 +34,6 @@ from burst_fenicsx.kernels.common import (
     HOURGLASS,
     MASS,
     MOST_DAMPED,
-    POSITION,
     POWER,
     RATE,
     STABLE,
@@ -39,7 +42,7 @@ from burst_fenicsx.kernels.common import (
     trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
     apply,
@@ -54,9 +57,6 @@ from burst_fenicsx.kernels.tensors import (
 
 __all__ = ["charge_ring_block", "solid_ring_block"]
 
-_BLOWN_UP = 2.0  # volume over the initial one above which a folded cell without strength is torn metal
-_NOTHING_LEFT = 0.1  # ... and below which any cell without strength is
-_CRUSHED = 0.2  # volume of products over that of the charge below which nothing real can press them
 _LANDAU = 0.0  # value of the charge's parameter `model`
 
 
@@ -81,15 +81,17 @@ def solid_ring_block(
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, kept[block], scratch)
     solid_parts.load_state(block, grid, state, scratch)
     move_quadrilaterals(step, scratch)
+    released = mark_torn_metal(material, scratch) > 0
+    if released:
+        hold_released(block, grid, scratch, kept[block])
     if _try_elastic(step, material, scratch) > 0:
         solid_parts.return_plastic(material, scratch)
     _stiffen_solid(step, max(step, share * grid.longest), material, scratch)
-    torn = _find_torn(material, scratch) > 0
-    if torn:
-        _release(block, material, grid, scratch, kept[block])
+    if released:
+        release_metal(material, scratch)
     _resist_solid(share, scratch)
-    if torn:
-        _drop_forces(scratch)
+    if released:
+        drop_forces(scratch)
     add_forces_to_nodes(grid.filled[block], cells, grid.dofmap, scratch, nodes.force)
     solid_parts.store_state(block, grid, state, scratch)
     solid_parts.add_work(block, step, share, grid, scratch, energy, limits)
@@ -143,67 +145,6 @@ def _stiffen_solid(step: float, coming: float, material: np.ndarray, scratch: np
 
 
 @block_kernel
-def _find_torn(material: np.ndarray, scratch: np.ndarray) -> int:
-    """Count the cells that are released already or are to be: those without strength that have folded."""
-    count = 0
-    for lane in range(LANES):
-        torn = _is_torn(material, scratch, lane)
-        count += 1 if torn or scratch[RELEASED * LANES + lane] > 0.0 else 0
-    return count
-
-
-@lane_function
-def _is_torn(material: np.ndarray, scratch: np.ndarray, lane: int) -> bool:
-    """Whether a cell has lost its strength, and has folded while it was blown up, or has no volume left."""
-    tau, _ = solid_parts.strengths(material, scratch, lane)
-    softened = (material[2] > 0.0) & (not tau > 0.0)
-    relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
-    folded = not scratch[LEAST_CORNER * LANES + lane] > 0.0
-    return softened & ((folded & (relative > _BLOWN_UP)) | (not relative > _NOTHING_LEFT))
-
-
-@block_kernel
-def _release(block: int, material: np.ndarray, grid: Grid, scratch: np.ndarray, kept: np.ndarray) -> None:
-    """Take stress and resistance from torn cells; their elastic energy goes to the plastic work.
-
-    What has no strength and has folded is no continuum any more: its mass flies on with its nodes. Its volume stays
-    what it was.
-    """
-    for lane in range(LANES):
-        torn = _is_torn(material, scratch, lane)
-        released = scratch[RELEASED * LANES + lane] > 0.0
-        if not (torn or released):
-            continue
-        slot = block * LANES + lane
-        scratch[VOLUME * LANES + lane] = grid.volume[slot]
-        if not released:
-            xx, yy, zz, xy, yz, zx = load_symmetric(scratch, solid_parts.STRESS, lane)
-            square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
-            trace = xx + yy + zz
-            twice = ((1.0 + material[1]) * square - material[1] * trace * trace) / material[0]
-            scratch[solid_parts.DISSIPATION * LANES + lane] += 0.5 * twice if twice == twice else 0.0
-        else:
-            scratch[solid_parts.DISSIPATION * LANES + lane] = 0.0
-        store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, solid_parts.STRESS, lane)
-        store_vector((0.0, 0.0, 0.0), scratch, solid_parts.STORED, lane)
-        store_vector((0.0, 0.0, 0.0), scratch, HOURGLASS, lane)
-        scratch[VISCOUS * LANES + lane] = scratch[DAMPING * LANES + lane] = 0.0
-        scratch[solid_parts.SPRING * LANES + lane] = scratch[BEARABLE * LANES + lane] = 0.0
-        scratch[STABLE * LANES + lane] = np.inf
-        scratch[RELEASED * LANES + lane] = 1.0
-        kept[(ROWS_OF_CELLS - 1) * LANES + lane] = 1.0
-
-
-@block_kernel
-def _drop_forces(scratch: np.ndarray) -> None:
-    """Set the nodal forces of released cells to zero, which their shape may have made no number."""
-    for lane in range(LANES):
-        if scratch[RELEASED * LANES + lane] > 0.0:
-            for n in range(8):
-                scratch[(POSITION + n) * LANES + lane] = 0.0
-
-
-@block_kernel
 def _resist_solid(share: float, scratch: np.ndarray) -> None:
     """Nodal forces of the stresses, the artificial viscosity and the hourglass control."""
     widest_vectors()
@@ -237,9 +178,9 @@ def charge_ring_block(
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, kept[block], scratch)
     least_burn = charge_parts.load_state(block, time, material[8], grid, state, scratch)
     move_quadrilaterals(step, scratch)
-    lost = _find_lost(scratch) > 0
-    if lost:
-        _hold_volume(block, grid, scratch, kept[block])
+    released = mark_crushed_products(scratch) > 0
+    if released:
+        hold_released(block, grid, scratch, kept[block])
     if least_burn < 1.0:
         charge_parts.burn_by_compression(material, scratch)
     if material[9] == _LANDAU:
@@ -250,53 +191,13 @@ def charge_ring_block(
     if least_burn < 1.0:
         charge_parts.hold_by_strength(block, step, material, grid, state, scratch, energy)
     _stiffen_charge(max(step, share * grid.longest), material, scratch)
-    if lost:
-        _empty(scratch)
+    if released:
+        empty_charge(scratch)
     _resist_charge(share, scratch)
-    if lost:
-        _drop_forces(scratch)
+    if released:
+        drop_forces(scratch)
     add_forces_to_nodes(grid.filled[block], cells, grid.dofmap, scratch, nodes.force)
     charge_parts.add_work(block, step, share, material, grid, state, scratch, energy, limits)
-
-
-@block_kernel
-def _find_lost(scratch: np.ndarray) -> int:
-    """Count the products' cells that are released already or are to be: those that have hardly any volume left."""
-    count = 0
-    for lane in range(LANES):
-        relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
-        burnt = scratch[charge_parts.BURN * LANES + lane] >= 1.0
-        gone = burnt & (not relative > _CRUSHED)
-        count += 1 if gone or scratch[RELEASED * LANES + lane] > 0.0 else 0
-    return count
-
-
-@block_kernel
-def _hold_volume(block: int, grid: Grid, scratch: np.ndarray, kept: np.ndarray) -> None:
-    """Mark the cells that are released and leave them the volume that they had, at rest, so that all stays finite.
-
-    Products that two nodes have pinched off press no more; their mass flies on with the nodes.
-    """
-    for lane in range(LANES):
-        relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
-        burnt = scratch[charge_parts.BURN * LANES + lane] >= 1.0
-        if (burnt and not relative > _CRUSHED) or scratch[RELEASED * LANES + lane] > 0.0:
-            scratch[RELEASED * LANES + lane] = kept[(ROWS_OF_CELLS - 1) * LANES + lane] = 1.0
-            scratch[VOLUME * LANES + lane] = grid.volume[block * LANES + lane]
-            for k in range(9):
-                scratch[(RATE + k) * LANES + lane] = 0.0
-
-
-@block_kernel
-def _empty(scratch: np.ndarray) -> None:
-    """Take pressure, viscosity and resistance from released cells of the charge."""
-    for lane in range(LANES):
-        if scratch[RELEASED * LANES + lane] > 0.0:
-            scratch[charge_parts.PRESSURE * LANES + lane] = scratch[VISCOUS * LANES + lane] = 0.0
-            scratch[DAMPING * LANES + lane] = 0.0
-            scratch[STABLE * LANES + lane] = np.inf
-            store_vector((0.0, 0.0, 0.0), scratch, HOURGLASS, lane)
-            store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, charge_parts.STRESS, lane)
 
 
 @block_kernel

@@ -151,9 +151,9 @@ def advance_rings(
     Returns whether no cell is lost.
     """
     count = 1 << highest
-    kick, least = 0.5 * (last_step + step), 0
+    velocity_step, least = 0.5 * (last_step + step), 0
     for part in range(count):
-        _move(moving[least], kick, step, part, highest, nodes, motion)
+        _move(moving[least], velocity_step, step, part, highest, nodes, motion)
         if part + 1 == count:
             return True
         # Cells of the shortest steps end one with every part, those of twice the step with every second one, ...
@@ -182,16 +182,18 @@ def advance_rings(
         )
         if not (sums.limits[0] > 0.0 and sums.limits[1] > 0.0):
             return False
-        kick = step
+        velocity_step = step
     return True
 
 
 @kernel
-def _move(moving: int, kick: float, step: float, part: int, highest: int, nodes: Nodes, motion: Motion) -> None:
+def _move(
+    moving: int, velocity_step: float, step: float, part: int, highest: int, nodes: Nodes, motion: Motion
+) -> None:
     """As `kernels.assembly.move_nodes`, in the half plane and on one thread."""
     for k in range(moving):
         node, level = motion.order[k], motion.level[k]
-        own, push = step / (1 << level), kick * motion.inverse_mass[k]
+        own, push = step / (1 << level), velocity_step * motion.inverse_mass[k]
         r = nodes.velocity[node, 0] + push * nodes.force[node, 0]
         z = nodes.velocity[node, 2] + push * nodes.force[node, 2]
         nodes.velocity[node, 0], nodes.velocity[node, 2] = r, z

@@ -80,3 +80,17 @@ def test_a_cell_with_strength_that_turns_inside_out_still_stops_the_run():
     solver.add_forces(0.0)
     with pytest.raises(NumericalStop, match=r"lost cell: cell \d of the casing of round 0, .* has turned inside out"):
         solver.check_cells()
+
+
+def test_a_cell_with_strength_that_its_nodes_carry_through_itself_stops_the_run():
+    """Its state is no number after the step; what it had before decides."""
+    solver, cell = torn(1.0, 0.0)
+    state = solver.fields
+    nodes = state.mesh.dofmap[cell]
+    centre = state.nodes.position[nodes].mean(axis=0)
+    state.nodes.velocity[nodes] = -2.0 * (state.nodes.position[nodes] - centre) / 1e-7
+    state.nodes.position[nodes] = 2.0 * centre - state.nodes.position[nodes]
+    solver.add_forces(1e-7)
+    assert not state.released.any()
+    with pytest.raises(NumericalStop, match=r"lost cell"):
+        solver.check_cells()
