@@ -139,7 +139,7 @@ class _Body(io.RawIOBase):
         try:
             return os.pread(self._descriptor, length, offset)
         except OSError as error:
-            self.fault = self.fault or error
+            self._keep(error)
             return b""
 
     def _put(self, offset: int, data: memoryview) -> None:
@@ -148,7 +148,12 @@ class _Body(io.RawIOBase):
         try:
             write_at(self._descriptor, offset, data)
         except OSError as error:
-            self.fault = error
+            self._keep(error)
+
+    def _keep(self, error: OSError) -> None:
+        # Without its traceback, whose frames hold the library's property list, which holds this object: nothing would
+        # close the list before the library does, after the interpreter has gone, by signal 11.
+        self.fault = self.fault or error.with_traceback(None)
 
     def _bytes(self, start: int, length: int) -> bytes:
         found = bytearray(length)

@@ -100,6 +100,30 @@ def test_a_growing_file_has_the_new_state_whole_or_not_at_all_whenever_the_proce
     assert found == sorted(found), "after the journal is there the state is not lost again"
 
 
+def test_a_file_that_loses_a_state_has_the_old_or_the_new_content_whenever_the_process_is_killed(tmp_path):
+    # A resumed burst deletes the outputs after its checkpoint.
+    path, model = tmp_path / "a.h5", tmp_path / "model.h5"
+    _create(model)
+    _append(model, 1)
+    found = []
+
+    def prepare():
+        for one in tmp_path.glob("a.h5*"):
+            one.unlink()
+        shutil.copy(model, path)
+
+    def work():
+        with appending(path, RefusedError) as file:
+            del file["steps/1"]
+
+    def check(number):
+        found.append(_states(path))
+        _no_leftovers(tmp_path, path)
+
+    assert at_every_call(work, prepare, check) >= 10
+    assert set(found) == {1, 2}
+
+
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EACCES])
 def test_a_call_that_fails_ends_in_one_message_and_leaves_the_file_whole(tmp_path, code):
     path, model = tmp_path / "a.h5", tmp_path / "model.h5"
@@ -124,6 +148,32 @@ def test_a_call_that_fails_ends_in_one_message_and_leaves_the_file_whole(tmp_pat
             break
     assert failed >= 10
     assert _states(path) == 2
+
+
+def test_a_process_in_which_calls_failed_ends_in_good_order(tmp_path):
+    # The library closes what is left when the interpreter has gone: a property list that a fault kept ended it there.
+    code = """
+import errno, sys
+from pathlib import Path
+from tests.faults import failing_call
+from tests.fragfield_base.test_hdf5_files import RefusedError, _append, _create
+
+for number in range(40):
+    path = Path(sys.argv[1]) / f"{number}.h5"
+    _create(path)
+    with failing_call(number, errno.EIO):
+        try:
+            _append(path, 1)
+        except RefusedError:
+            print(number)
+"""
+    root = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)],
+        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(root)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.split()) >= 10
 
 
 def test_a_full_disk_says_so_what_was_kept_and_how_to_go_on(tmp_path):
