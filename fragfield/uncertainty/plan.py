@@ -80,12 +80,12 @@ class Study:
         point = self.points[number]
         return [entry.distribution.values([u])[0] for entry, u in zip(self.inputs, point, strict=True)]
 
-    def text(self, number: int) -> str:
-        """The case of a sample as a case file."""
+    def document(self, number: int) -> dict[str, Any]:
+        """The resolved case of a sample, as tables."""
         document = _changed(self._document, self.inputs, self.draws(number))
         document["title"] = f"{self.case.title}: sample {number}"
         document["seed"] = seed_of(self.seed, number)
-        return tables_to_toml(document)
+        return document
 
     def burst_text(self, number: int) -> str:
         """The case of a shared burst as a case file."""

@@ -1,12 +1,11 @@
-"""One sample: burst, break-up and flight of its case in a scratch folder, of which its numbers are kept."""
+"""One sample: burst, break-up and flight of its case, of which only numbers are kept."""
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import tempfile
-from contextlib import suppress
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,8 @@ from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, exit_code_of, message_
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from fragfield.case import Case
 
 __all__ = ["perform_sample", "results_of_summary"]
 
@@ -24,13 +25,14 @@ def perform_sample(request: dict[str, Any]) -> tuple[int, str]:
     Parameters
     ----------
     request : dict
-        `text`: the case; `scratch`: a folder for the sample's files, which are removed, or one that is not there, for
-        the machine's own folder; `burst`: run directory of a burst that is shared, or None.
+        `case`: the tables of its resolved case; `scratch`: a folder for the burst's files, which are removed, or one
+        that is not there, for the machine's own folder; `burst`: run directory of a burst that is shared, or None.
     """
     from fragfield.logs import to_stderr
 
     try:
-        with to_stderr(quiet=True):
+        with to_stderr(quiet=True), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             return EXIT_DONE, json.dumps(_made(request), allow_nan=False)
     except KeyboardInterrupt as error:
         return EXIT_INTERRUPTED, message_of(error)
@@ -39,36 +41,52 @@ def perform_sample(request: dict[str, Any]) -> tuple[int, str]:
 
 
 def _made(request: Mapping[str, Any]) -> dict[str, Any]:
-    from fragfield.pipeline import Request, run_chain
+    from fragfield.case.load import case_from_document
+    from fragfield.run_directory import RunDirectory
 
+    case = case_from_document(request["case"], source="sample", folder=Path())
+    if request.get("burst"):
+        shared = RunDirectory(Path(request["burst"]))
+        return _flown(case, shared.file("burst_snapshot.h5"), shared.summary()["burst"])
     scratch = Path(request["scratch"])
     folder = Path(tempfile.mkdtemp(prefix="sample-", dir=scratch if scratch.is_dir() else None))
     try:
-        case_file, out = folder / "sample.toml", folder / "run"
-        case_file.write_text(request["text"], encoding="utf-8")
-        if request.get("burst"):
-            _take_burst(Path(request["burst"]), case_file, out)
-        shared = bool(request.get("burst"))
-        return results_of_summary(run_chain(Request(case_file, out, resume=shared, quiet=True, lean=True)))
+        return _flown(case, folder / "burst_snapshot.h5", _burst(case, folder))
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _take_burst(burst: Path, case_file: Path, out: Path) -> None:
-    """Begin a run directory with a burst that was computed before."""
-    from fragfield.case import load_case
-    from fragfield.run_directory import RunDirectory
+def _burst(case: Case, folder: Path) -> Mapping[str, Any]:
+    """Compute the burst into a folder; its summary."""
+    from burst_fenicsx import simulate
+    from fragfield.case.convert import burst_rounds, burst_settings
+    from fragfield.parallel import Team
 
-    source, target = RunDirectory(burst), RunDirectory(out)
-    target.make()
-    target.write_case(load_case(case_file))
-    name = "burst_snapshot.h5"
-    try:
-        os.link(source.file(name), target.file(name))
-    except OSError:  # another file system
-        with suppress(FileNotFoundError):
-            shutil.copyfile(source.file(name), target.file(name))
-    target.write_summary({"burst": source.summary()["burst"]})
+    done = simulate(burst_rounds(case), burst_settings(case), folder, comm=Team().alone, series=False)
+    found: Mapping[str, Any] = done.summary
+    return found
+
+
+def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, Any]:
+    """Break the casings up and fly the fragments as a run does, on one thread, without its files."""
+    import transition
+    from fragfield.case.convert import break_up_settings
+    from fragfield.ensemble import fly_all
+    from fragfield.parallel import Team
+    from fragfield.progress import ProgressReporter
+    from fragfield.run_directory import RunDirectory
+    from fragfield.stages import Job
+
+    broken = transition.BreakUp(transition.Snapshot.read(snapshot), break_up_settings(case))
+    first = broken.realisation(case.seed)
+    further = broken.many(case.seed, range(1, case.break_up.realisations), 1)
+    directory = RunDirectory(snapshot.parent)
+    job = Job(case, directory, directory, Team(), ProgressReporter(enabled=False), threads=1, lean=True)
+    flown = fly_all(job, [first.fragments, *further])
+    assert flown is not None  # a team of one
+    hazard = {**(flown.hazard.headline or {})}
+    parts = {"hazard": hazard, "burst": burst, "break_up": first.summary, "exposed": flown.exposed}
+    return results_of_summary(parts)
 
 
 def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:

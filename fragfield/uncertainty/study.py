@@ -185,7 +185,7 @@ def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOp
 
     def make(number: int, worker: AnyWorker) -> tuple[int, str]:
         burst = None if study.burst is None else str(_burst_directory(options, int(study.burst[number])).path.resolve())
-        asked = {"stage": "sample", "text": study.text(number), "scratch": scratch, "burst": burst}
+        asked = {"stage": "sample", "case": study.document(number), "scratch": scratch, "burst": burst}
         return _call(worker, asked)
 
     def ended(number: int, outcome: tuple[int, str]) -> None:
