@@ -301,7 +301,8 @@ def sweep(
 def uncertainty(
     case: CaseOrRun,
     samples: Annotated[
-        int | None, typer.Option("--samples", min=8, metavar="N", help="Number of samples; default uncertainty.samples.")
+        int | None,
+        typer.Option("--samples", min=8, metavar="N", help="Number of samples; default uncertainty.samples."),
     ] = None,
     method: Annotated[
         str | None, typer.Option("--method", metavar="latin_hypercube|sobol", help="Replaces uncertainty.method.")
@@ -318,7 +319,9 @@ def uncertainty(
         int | None, typer.Option("--workers", min=1, metavar="N", help="Samples side by side; default all cores.")
     ] = None,
     scheduler: Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the study in DIR; nothing is made twice.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the study in DIR; nothing is made twice.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the study in DIR.")] = False,
     quiet: Quiet = False,
     json: Json = False,

@@ -77,7 +77,7 @@ def target_of(key: str) -> Target:
     assert field is not None
     if in_list or (models and not any(_words_allowed(field))):
         raise ValueError("is a table; needed: the key of a value")
-    if key.split(".")[0] in _OWN:
+    if key.partition(".")[0] in _OWN:
         raise ValueError("cannot be uncertain: it changes nothing that is computed, or chooses the random numbers")
     return Target(key, _unit(field))
 

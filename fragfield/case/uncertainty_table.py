@@ -17,7 +17,7 @@ class UncertainInputTable(Table):
     name: str = Field(min_length=1)
     """A name of its own; that of an input of the default set replaces it."""
     keys: list[str] = Field(min_length=1)
-    """Dotted keys as in `--set`, from the resolved case, for example "burst.leakage.radius_ratio"; all get this draw."""
+    """Dotted keys of the resolved case, as in `--set`, for example "burst.leakage.radius_ratio"; all get this draw."""
     applies: Literal["value", "factor", "shift"] = "value"
     """The draw is the key's value, a factor on the value that the case has, or is added to it."""
     distribution: Literal["uniform", "normal", "lognormal", "triangular", "discrete"]
@@ -50,7 +50,7 @@ class UncertaintyTable(Table):
     """Which inputs are uncertain, and how they are sampled."""
 
     defaults: bool = True
-    """Whether the default set for the case's rounds is sampled; an `input` of the same name or key replaces its entry."""
+    """Whether the default set for the case's rounds is sampled; an `input` of the same name or key replaces one."""
     samples: int = Field(default=1000, ge=8, le=1_000_000)
     """Number of samples; for method = "sobol" the most."""
     method: Literal["latin_hypercube", "sobol"] = "latin_hypercube"

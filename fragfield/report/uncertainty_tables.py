@@ -18,15 +18,15 @@ __all__ = ["signed_card", "uncertainty_blocks", "uncertainty_section"]
 
 _NOT_IN_IT = (
     "What is not in the budget: the error of the models themselves, which comparisons with measurements show (section "
-    "on validation), and inputs that are not listed. An index says which input is worth a measurement; it does not make "
-    "the input better known."
+    "on validation), and inputs that are not listed. An index says which input is worth a measurement; it does not "
+    "make the input better known."
 )
 _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
 _ESTIMATORS = {
-    "expansion": "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; it "
-    "leaves {left} % of their variance, statistical errors of the samples among it. Errors by the bootstrap.",
-    "saltelli": "Shares from {blocks} blocks of Saltelli's design by the estimators of Jansen and Saltelli, statistical "
-    "errors of the samples taken out; errors by the bootstrap.",
+    "expansion": "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; "
+    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by the bootstrap.",
+    "saltelli": "Shares from {blocks} blocks of Saltelli's design by the estimators of Jansen and Saltelli, "
+    "statistical errors of the samples taken out; errors by the bootstrap.",
 }
 
 
@@ -59,13 +59,13 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
     yield Paragraph(_NOT_IN_IT)
     yield from draw(
         "uncertainty_distribution", "Distribution of the hazard distance",
-        "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, 50 "
-        "and 95 %, the distance of the run itself, and the distance to be signed.", distribution_figure,
+        "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, "
+        "50 and 95 %, the distance of the run itself, and the distance to be signed.", distribution_figure,
     )  # fmt: skip
     yield from draw(
         "uncertainty_tornado", "What moves the hazard distance",
-        "Mean distance with one input at 5 % and at 95 % of its own distribution (of discrete ones over all steps), the "
-        "others at random. Light: the input at its low end.", tornado_figure,
+        "Mean distance with one input at 5 % and at 95 % of its own distribution (of discrete ones over all steps), "
+        "the others at random. Light: the input at its low end.", tornado_figure,
     )  # fmt: skip
     yield from _indices("Share of each input in the variance of the distance", found["distance"])
     yield from draw(
@@ -82,15 +82,16 @@ def _states(found: Mapping[str, Any]) -> Iterator[Block]:
     name = "Latin hypercube" if design["method"] == "latin_hypercube" else "Saltelli's design"
     shared = f" They share {design['bursts']} bursts: {design['geometry']}." if design["bursts"] else ""
     text = (
-        f"{number(design['samples'])} samples of {len(found['inputs'])} inputs ({name}, seed {design['seed']}), each with "
-        f"{number(design['realisations'])} realisations of the break-up.{shared}"
+        f"{number(design['samples'])} samples of {len(found['inputs'])} inputs ({name}, seed {design['seed']}), "
+        f"each with {number(design['realisations'])} realisations of the break-up.{shared}"
     )
     yield Paragraph(text)
     lost = states["failed"] + states["not_determined"] + states["missing"]
     if lost:
         yield Paragraph(
-            f"{number(lost)} samples gave no distance and are left out of all numbers below ({states['failed']} failed, "
-            f"{states['not_determined']} not determined, {states['missing']} not made): the distribution may be too narrow.",
+            f"{number(lost)} samples gave no distance and are left out of all numbers below "
+            f"({states['failed']} failed, {states['not_determined']} not determined, {states['missing']} not made): "
+            "the distribution may be too narrow.",
             kind="caution",
         )
         if states["messages"]:
@@ -100,10 +101,11 @@ def _states(found: Mapping[str, Any]) -> Iterator[Block]:
 def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
     spread, budget = found["distance"]["spread"], found["budget"]
     span = f"{spread['low']:.0f}{SPACE}–{SPACE}{spread['high']:.0f}"
+    what, error = "taken out" if spread["resolved"] else "included", f"± {spread['median_standard_error']:.1f}"
     cards = [
         Card("Distance to be signed", number(math.ceil(budget["signed"] - 1e-9)), "m", _governs(budget)),
-        Card("Median over the inputs", f"{spread['median']:.0f}", "m", f"± {spread['median_standard_error']:.1f} m for the number of samples"),
-        Card("5 to 95 % over the inputs", span, "m", "statistical errors of the samples taken out" if spread["resolved"] else "statistical errors of the samples included"),
+        Card("Median over the inputs", f"{spread['median']:.0f}", "m", f"{error} m for the number of samples"),
+        Card("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
     ]  # fmt: skip
     yield Cards(tuple(cards))
     if not spread["resolved"]:
@@ -113,7 +115,9 @@ def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
             kind="caution",
         )
     if not budget["complete"]:
-        yield Paragraph("A contribution to the budget is not known: the distance to be signed is without it.", kind="caution")
+        yield Paragraph(
+            "A contribution to the budget is not known: the distance to be signed is without it.", kind="caution"
+        )
 
 
 def _governs(budget: Mapping[str, Any]) -> str:
@@ -130,7 +134,9 @@ def _budget(budget: Mapping[str, Any]) -> Table:
         lines.append((one["name"], width, share, one["note"]))
     lines.append(("root of the sum of squares", f"+{budget['sum']:.1f}", "", ""))
     lines.append(("distance to be signed", f"{budget['signed']:.1f}", "", _governs(budget)))
-    return Table("Budget of the distance (m)", ("Contribution", "m", "Share", "What it is"), tuple(lines), budget["rule"])
+    return Table(
+        "Budget of the distance (m)", ("Contribution", "m", "Share", "What it is"), tuple(lines), budget["rule"]
+    )
 
 
 def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
@@ -151,13 +157,22 @@ def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
     head = ("Input", "total effect (%)", "95 %", "first order (%)")
     left = f"{100 * estimator['unexplained']:.0f}"
     note = _ESTIMATORS[estimator["name"]].format(**{**estimator, "left": left})
-    yield Table(title, head, lines, f"{note} Total effects may add up to more than 100 %: a share that several inputs cause together counts for each.")
+    yield Table(
+        title,
+        head,
+        lines,
+        f"{note} Total effects may add up to more than 100 %: what several inputs cause together counts for each.",
+    )
 
 
 def _places(found: Mapping[str, Any]) -> Iterator[Block]:
     lines = []
     for place in found["exposed"]:
-        for name, words in (("density", "density (1/m²)"), ("hits", "expected hits"), ("probability", "probability of a hit")):
+        for name, words in (
+            ("density", "density (1/m²)"),
+            ("hits", "expected hits"),
+            ("probability", "probability of a hit"),
+        ):
             entry = place[name]
             if entry is None:
                 continue
@@ -168,7 +183,12 @@ def _places(found: Mapping[str, Any]) -> Iterator[Block]:
             lines.append((place["name"], words, *(f"{value:.3g}" for value in values), most))
     if lines:
         head = ("Exposed place", "Quantity", "the run", "5 %", "50 %", "95 %", "largest share")
-        yield Table("Exposed places over the inputs", head, tuple(lines), "Expected values; densities are the larger of that normal to the path and that on the ground.")
+        yield Table(
+            "Exposed places over the inputs",
+            head,
+            tuple(lines),
+            "Expected values; densities are the larger of that normal to the path and that on the ground.",
+        )
 
 
 def _inputs(found: Mapping[str, Any]) -> Table:

@@ -23,7 +23,7 @@ from fragfield.sweep.worker import Worker
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from fragfield.sweep.plan import PlannedRun, SweepPlan
     from fragfield.sweep.sharing import AnyWorker
@@ -130,7 +130,7 @@ def _work(plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, sa
     share_out(_workers(options, len(rows)), range(len(rows)), make, ended)
 
 
-def _workers(options: SweepOptions, most: int) -> list[AnyWorker]:
+def _workers(options: SweepOptions, most: int) -> Sequence[AnyWorker]:
     if options.scheduler is not None:
         from fragfield.sweep.cluster import cluster_workers
 
@@ -174,13 +174,14 @@ def _perform(planned: PlannedRun, worker: AnyWorker, options: SweepOptions) -> t
         return KEPT, EXIT_DONE, ""
     case_file = options.folder / f"{planned.name}.toml"
     write_text(case_file, to_toml(planned.case), InputError)
-    request = {
+    again = options.resume and same
+    request: dict[str, Any] = {
         "stage": options.stage, "case_file": str(case_file), "out": str(directory.path),
-        "resume": options.resume and same, "overwrite": options.overwrite,
+        "resume": again, "overwrite": options.overwrite,
     }  # fmt: skip
     if options.scheduler is not None:  # begun again by another worker where one is lost: with what is there by then
         try:
-            directory.claim(planned.case, resume=request["resume"], overwrite=options.overwrite)
+            directory.claim(planned.case, resume=again, overwrite=options.overwrite)
         except InputError as error:
             return FAILED, exit_code_of(error), message_of(error)
         places = {name: str(Path(request[name]).resolve()) for name in ("case_file", "out")}

@@ -48,8 +48,8 @@ def budget_of(spread: Spread, hazard: Mapping[str, Any], convergence: Mapping[st
     grid = ((convergence.get("quantities") or {}).get("hazard_distance") or {}) if convergence else {}
     width = grid.get("uncertainty")
     widths: list[tuple[str, float | None, str]] = [
-        ("inputs", spread.high - spread.median, "95 % quantile less median, statistical errors of the samples taken out"),
-        ("number of samples", NORMAL_95 * spread.high_standard_error, f"of that quantile, with {spread.samples} samples"),
+        ("inputs", spread.high - spread.median, "95 % quantile less median, without statistical errors of the samples"),
+        ("number of samples", NORMAL_95 * spread.high_standard_error, f"of that quantile: {spread.samples} samples"),
         ("chance", chance, "upper bound less distance of the nominal run, its realisations"),
         ("grid", width, _grid_note(grid, convergence)),
     ]  # fmt: skip

@@ -89,7 +89,9 @@ def _ignited_at_nose(case: Case) -> list[tuple[str, list[int], float]]:
         length = _movable(entry)
         if length > 0.0:
             groups.setdefault(length, []).append(number)
-    return [(f" within {length:.3g} m" if len(groups) > 1 else "", numbers, length) for length, numbers in groups.items()]
+    return [
+        (f" within {length:.3g} m" if len(groups) > 1 else "", numbers, length) for length, numbers in groups.items()
+    ]
 
 
 def _movable(entry: RoundTable) -> float:

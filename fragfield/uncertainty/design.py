@@ -1,4 +1,4 @@
-"""Sample points in the unit cube, by SALib: Latin hypercube, Saltelli's design, and few bursts shared by many samples."""
+"""Sample points in the unit cube, by SALib: Latin hypercube, Saltelli's design, and few bursts for many samples."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class Distribution:
         if self.kind == "triangular":
             return _triangular(u, p["low"], p["mode"], p["high"])
         if self.kind == "discrete":
-            return np.searchsorted(self._edges()[1:-1], u, side="right").astype(np.float64)
+            return np.searchsorted(self.edges()[1:-1], u, side="right").astype(np.float64)
         return self._normal(u)
 
     def values(self, u: ArrayLike) -> list[Any]:
@@ -66,10 +66,11 @@ class Distribution:
     def middle(self) -> Any:  # noqa: ANN401 - a number, or an entry of a discrete distribution
         """The median; of a discrete distribution the entry of the largest weight."""
         if self.kind == "discrete":
-            return self.parameters["values"][int(np.argmax(np.diff(self._edges())))]
+            return self.parameters["values"][int(np.argmax(np.diff(self.edges())))]
         return self.values([0.5])[0]
 
-    def _edges(self) -> NDArray[np.float64]:
+    def edges(self) -> NDArray[np.float64]:
+        """Probabilities (k + 1,) between the values of a discrete distribution, from 0 to 1."""
         weights = self.parameters.get("weights")
         shares = np.ones(len(self.parameters["values"])) if weights is None else np.asarray(weights, dtype=np.float64)
         return np.concatenate([[0.0], np.cumsum(shares) / shares.sum()])
@@ -99,7 +100,7 @@ class Distribution:
         if self.kind == "triangular":
             return f"triangular, {p['low']:.5g}, {p['mode']:.5g}, {p['high']:.5g}"
         if self.kind == "discrete":
-            shares = np.diff(self._edges())
+            shares = np.diff(self.edges())
             return ", ".join(f"{value} ({100 * share:.3g} %)" for value, share in zip(p["values"], shares, strict=True))
         cut = [f"{word} {p[name]:.5g}" for name, word in (("low", "from"), ("high", "to")) if p.get(name) is not None]
         within = f", cut off {' '.join(cut)}" if cut else ""

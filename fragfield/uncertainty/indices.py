@@ -1,4 +1,4 @@
-"""How much of a result's variance each input causes: total effects with errors, by the estimator that the design allows.
+"""How much of a result's variance each input causes: total effects with errors, by the estimator of the design.
 
 Latin hypercube: a polynomial expansion, `fragfield.uncertainty.expansion`. Saltelli's design: the estimators of Jansen
 (total effect) and Saltelli (first order) with bootstrap errors by SALib, from which the statistical error of the
@@ -8,6 +8,7 @@ the variance, so that ST = (ST' V - s^2) / (V - s^2).
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +56,7 @@ def basis_of(distribution: Distribution, u: NDArray[np.float64], degree: int) ->
     """Orthonormal functions (n, k) of an input at probabilities u."""
     if distribution.is_continuous:
         return legendre_basis(u, degree)
-    shares = np.diff(distribution._edges())  # noqa: SLF001 - of the same package
+    shares = np.diff(distribution.edges())
     kept = shares > 0.0
     place = (np.cumsum(kept) - 1)[distribution.quantile(u).astype(np.int64)]
     return discrete_basis(place, shares[kept])[:, : degree + 1]
@@ -136,9 +137,7 @@ def _index(found: Expansion, number: int) -> dict[str, float]:
     return entry
 
 
-def _tornado(
-    distributions: Sequence[Distribution], degrees: Sequence[int], found: Expansion
-) -> list[dict[str, float]]:
+def _tornado(distributions: Sequence[Distribution], degrees: Sequence[int], found: Expansion) -> list[dict[str, float]]:
     rows = []
     for i, one in enumerate(distributions):
         u = np.array(_TORNADO) if one.is_continuous else np.linspace(1e-9, 1.0 - 1e-9, 401)
@@ -161,10 +160,12 @@ def saltelli_indices(
     whole = blocks[np.isfinite(blocks).all(axis=1)]
     if len(whole) < 2:
         return "fewer than two blocks of samples are whole"
-    found = sobol.analyze(
-        problem_of(dimensions), whole.reshape(-1), calc_second_order=False, num_resamples=_DRAWS, conf_level=0.95,
-        seed=seed % 2**32,
-    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # of SALib's own use of pandas
+        found = sobol.analyze(
+            problem_of(dimensions), whole.reshape(-1), calc_second_order=False, num_resamples=_DRAWS, conf_level=0.95,
+            seed=seed % 2**32,
+        )  # fmt: skip
     variance = float(np.concatenate([whole[:, 0], whole[:, -1]]).var())
     caused = variance - noise
     if not caused > 0.0:

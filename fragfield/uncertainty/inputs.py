@@ -109,9 +109,11 @@ def inputs_of(case: Case) -> list[UncertainInput]:
     keys = {key for entry in own for key in entry.keys}
     found = list(own)
     if table is None or table.defaults:
-        for entry in default_inputs(case):
-            if entry.name not in names and not keys.intersection(entry.keys):
-                found.append(_input(entry, is_default=True))
+        found.extend(
+            _input(entry, is_default=True)
+            for entry in default_inputs(case)
+            if entry.name not in names and not keys.intersection(entry.keys)
+        )
     if not found:
         raise InputError(
             "uncertainty: found no input; allowed: tables [[uncertainty.input]], or defaults = true for the default set"

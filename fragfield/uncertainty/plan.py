@@ -102,7 +102,7 @@ class Study:
         case = json.dumps(self._document, sort_keys=True)
         return {
             "case": hashlib.sha256(case.encode()).hexdigest(),
-            "inputs": [{key: value for key, value in entry.described().items() if key != "source"} for entry in self.inputs],
+            "inputs": [_without_source(entry) for entry in self.inputs],
             "method": self.method,
             "samples": self.samples,
             "bursts": self.bursts,
@@ -112,9 +112,11 @@ class Study:
         }  # fmt: skip
 
 
-def plan_study(
-    case: Case, *, samples: int | None = None, method: str | None = None, seed: int | None = None
-) -> Study:
+def _without_source(entry: UncertainInput) -> dict[str, Any]:
+    return {key: value for key, value in entry.described().items() if key != "source"}
+
+
+def plan_study(case: Case, *, samples: int | None = None, method: str | None = None, seed: int | None = None) -> Study:
     """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
 
     Raises
@@ -197,9 +199,7 @@ def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples
     return found
 
 
-def _check_ends(
-    case: Case, document: dict[str, Any], inputs: tuple[UncertainInput, ...]
-) -> tuple[bool, str]:
+def _check_ends(case: Case, document: dict[str, Any], inputs: tuple[UncertainInput, ...]) -> tuple[bool, str]:
     """Whether every burst is axisymmetric, and why; the cases at the ends of every input must be sound."""
     choice = burst_geometry(case)
     if choice.geometry != "axisymmetric":

@@ -108,7 +108,11 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
 
 def _states(study: Study, rows: Mapping[int, Mapping[str, Any]], known: int) -> dict[str, Any]:
     failed = {number: row for number, row in sorted(rows.items()) if row["exit_code"] != EXIT_DONE}
-    open_ = [number for number, row in sorted(rows.items()) if row["exit_code"] == EXIT_DONE and not row["results"]["determined"]]
+    open_ = [
+        number
+        for number, row in sorted(rows.items())
+        if row["exit_code"] == EXIT_DONE and not row["results"]["determined"]
+    ]
     messages = [f"sample {number}: exit code {row['exit_code']}: {row['message']}" for number, row in failed.items()]
     messages += [f"sample {number}: not determined: {rows[number]['results']['reason']}" for number in open_]
     return {
@@ -121,7 +125,9 @@ def _column(values: list[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
     return np.array([math.nan if one.get(name) is None else one[name] for one in values], dtype=np.float64)
 
 
-def _quantity(study: Study, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> tuple[dict[str, Any], Any]:
+def _quantity(
+    study: Study, values: NDArray[np.float64], errors: NDArray[np.float64] | None
+) -> tuple[dict[str, Any], Any]:
     """Spread, indices and tornado of one result."""
     known = np.isfinite(values)
     used = None if errors is None or not np.isfinite(errors[known]).all() else errors[known]
@@ -172,7 +178,9 @@ def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: 
     for number in range(study.samples):
         row = rows.get(number)
         found = (row or {}).get("results") or {}
-        state = "missing" if row is None else "failed" if not found else "done" if found["determined"] else "not determined"
+        state = (
+            "missing" if row is None else "failed" if not found else "done" if found["determined"] else "not determined"
+        )
         at = {place["name"]: place for place in found.get("exposed") or []}
         cells = [number, *study.draws(number), state, *(found.get(name) for name in results)]
         cells += [at.get(place, {}).get(what) for place in names for what in _PLACE]

@@ -38,24 +38,23 @@ def print_study(found: Mapping[str, Any]) -> None:
     for head in ("input", "total effect %", "first order %", "distance at its 5 and 95 %, m"):
         table.add_column(head, justify="left" if head == "input" else "right")
     for one, bar in zip(found["distance"].get("indices") or [], found["distance"].get("tornado") or [], strict=True):
-        table.add_row(
-            one["name"], f"{100 * one['total']:.1f} ± {100 * one['total_standard_error']:.1f}",
-            f"{100 * one['first']:.1f} ± {100 * one['first_standard_error']:.1f}", f"{bar['low']:.1f}  {bar['high']:.1f}",
-        )  # fmt: skip
+        shares = [f"{100 * one[key]:.1f} ± {100 * one[f'{key}_standard_error']:.1f}" for key in ("total", "first")]
+        table.add_row(one["name"], *shares, f"{bar['low']:.1f}  {bar['high']:.1f}")
     console.print(table)
     for place in found["exposed"]:
         if place["hits"] is not None:
             over = place["hits"]["spread"]
-            console.print(
-                f"{place['name']}: expected hits 5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
-            )
+            words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
+            console.print(f"{place['name']}: expected hits {words}")
     parts = (
         f"{one['name']} {'not known' if one['half_width'] is None else format(one['half_width'], '.1f')}"
         for one in budget["contributions"]
     )
     console.print(f"budget: median {budget['median']:.1f} m; half-widths (95 %, one-sided, m): {', '.join(parts)}")
     incomplete = "" if budget["complete"] else " (a contribution is not known)"
-    console.print(f"distance to be signed: {budget['signed']:.1f} m, governed by the {budget['governed_by']}{incomplete}")
+    console.print(
+        f"distance to be signed: {budget['signed']:.1f} m, governed by the {budget['governed_by']}{incomplete}"
+    )
     cost = found["cost"]
     if cost["samples_made_now"]:
         each = cost["wall_seconds"] / cost["samples_made_now"]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["QUANTILES", "Spread", "spread_of", "without_chance"]
 
 QUANTILES = (0.05, 0.5, 0.95)
-_DRAWS = 1000
+_DRAWS = 400
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,16 @@ def spread_of(
     quantiles = np.quantile(own, QUANTILES)
     drawn = np.array([np.quantile(own[_drawn(len(own), burst, rng)], QUANTILES) for _ in range(_DRAWS)])
     error = drawn.std(axis=0, ddof=1)
+    names = ("low", "median", "high")
     return Spread(
-        *quantiles.tolist(), *error.tolist(), float(own.mean()), float(own.std(ddof=1)), float(np.sqrt(noise)),
-        resolved, len(values),
-    )  # fmt: skip
+        **dict(zip(names, quantiles.tolist(), strict=True)),
+        **{f"{name}_standard_error": one for name, one in zip(names, error.tolist(), strict=True)},
+        mean=float(own.mean()),
+        standard_deviation=float(own.std(ddof=1)),
+        chance=float(np.sqrt(noise)),
+        resolved=resolved,
+        samples=len(values),
+    )
 
 
 def _drawn(number: int, burst: NDArray[np.int64] | None, rng: np.random.Generator) -> NDArray[np.int64]:

@@ -139,7 +139,9 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
     if request.target.is_dir():
         directory = RunDirectory(request.target)
         if not directory.complete(STAGES["fly"]):
-            raise InputError(f"{directory.path}: has not been flown; run `fragfield run {directory.path} --resume` first")
+            raise InputError(
+                f"{directory.path}: has not been flown; run `fragfield run {directory.path} --resume` first"
+            )
         return directory
     directory = RunDirectory(options.folder / NOMINAL)
     done = [stage for stage in ("burst", "break-up", "fly") if directory.complete(STAGES[stage])]
