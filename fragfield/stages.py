@@ -52,6 +52,8 @@ class Job:
         Go on from a burst's checkpoint where there is one.
     lean : bool
         Numbers alone: no files for visualisation, no other cell sizes.
+    thorough : bool
+        Other cell sizes whatever time they take, each with all realisations.
     began : float
         Clock (s) at which the work began.
     """
@@ -65,6 +67,7 @@ class Job:
     fragments: Path | None = None
     resume: bool = False
     lean: bool = False
+    thorough: bool = False
     began: float = field(default_factory=time.perf_counter)
 
     def needed(self, stage: Stage) -> Path:

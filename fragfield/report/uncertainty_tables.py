@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Section, Table
-from fragfield.report.quantities import SPACE, number
+from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
+from fragfield.report.quantities import SPACE, Row, number
 from fragfield.report.uncertainty_figures import distribution_figure, places_figure, tornado_figure
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
         yield _inputs(found)
         return
     yield from _headline(found)
-    yield _budget(found["budget"])
+    yield from _budget(found["budget"])
     yield Paragraph(_NOT_IN_IT)
     yield from draw(
         "uncertainty_distribution", "Distribution of the hazard distance",
@@ -126,17 +126,21 @@ def _governs(budget: Mapping[str, Any]) -> str:
     return "the upper bound of the run itself, which is the larger one"
 
 
-def _budget(budget: Mapping[str, Any]) -> Table:
-    lines = [("median over the inputs", f"{budget['median']:.1f}", "", "")]
+def _budget(budget: Mapping[str, Any]) -> Iterator[Block]:
+    lines = [("median over the inputs", f"{budget['median']:.1f}", "")]
     for one in budget["contributions"]:
         width = "not known" if one["half_width"] is None else f"+{one['half_width']:.1f}"
         share = "" if one["share"] is None else f"{100 * one['share']:.0f}{SPACE}%"
-        lines.append((one["name"], width, share, one["note"]))
-    lines.append(("root of the sum of squares", f"+{budget['sum']:.1f}", "", ""))
-    lines.append(("distance to be signed", f"{budget['signed']:.1f}", "", _governs(budget)))
-    return Table(
-        "Budget of the distance (m)", ("Contribution", "m", "Share", "What it is"), tuple(lines), budget["rule"]
-    )
+        lines.append((one["name"], width, share))
+    lines.append(("root of the sum of squares", f"+{budget['sum']:.1f}", ""))
+    lines.append(("distance to be signed", f"{budget['signed']:.1f}", ""))
+    head = ("Contribution", "m", "Share of the sum of squares")
+    yield Table("Budget of the distance (m)", head, tuple(lines), budget["rule"])
+    yield Points(tuple(f"{_capital(one['name'])}: {one['note']}." for one in budget["contributions"]))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
@@ -191,15 +195,22 @@ def _places(found: Mapping[str, Any]) -> Iterator[Block]:
         )
 
 
-def _inputs(found: Mapping[str, Any]) -> Table:
-    lines = tuple(
-        (
-            entry["name"],
-            f"{_APPLIES[entry['applies']]}{entry['words']}",
-            ", ".join(entry["keys"][:2]) + (f" and {len(entry['keys']) - 2} more" if len(entry["keys"]) > 2 else ""),
-            "judgement" if entry["judgement"] else "source",
-            entry["source"],
-        )
-        for entry in found["inputs"]
+def _inputs(found: Mapping[str, Any]) -> Rows:
+    """What is uncertain, and where that comes from, one row of running text for each input."""
+    return Rows(
+        "Uncertain inputs and their sources",
+        tuple(
+            Row(
+                _capital(entry["name"]),
+                f"{_capital(_APPLIES[entry['applies']] + entry['words'])}. Key: {_keys(entry['keys'])}. "
+                f"{_capital(entry['source'])}",
+                note="judgement" if entry["judgement"] else "",
+            )
+            for entry in found["inputs"]
+        ),
     )
-    return Table("Uncertain inputs and their sources", ("Input", "Distribution", "Keys", "Basis", "Source"), lines)
+
+
+def _keys(keys: Sequence[str]) -> str:
+    more = f" and {len(keys) - 2} more" if len(keys) > 2 else ""
+    return ", ".join(keys[:2]) + more

@@ -151,7 +151,7 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
     for stage in ("burst", "break-up", "fly"):
         if stage not in done:
             _tell(f"nominal run: {stage}", options)
-            run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet), stage)
+            run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet, thorough=True), stage)
     return directory
 
 

@@ -22,7 +22,7 @@ from fragfield.run_directory import RunDirectory
 from fragfield.stamped import read_stamped_json
 from fragfield.uncertainty.journal import Journal
 from fragfield.uncertainty.results import read_results
-from tests.fragfield.short_run import command, environment
+from tests.fragfield.short_run import SHORT, command, environment
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
@@ -257,6 +257,29 @@ def test_a_burst_that_fails_ends_the_study(made, tmp_path):
 # --- the real thing -------------------------------------------------------------------------------------------------
 
 
+_INPUTS = """
+[uncertainty]
+defaults = false
+realisations = 10
+bursts = 3
+[[uncertainty.input]]
+name = "heat"
+keys = ["round.*.explosive.heat_of_detonation"]
+distribution = "uniform"
+low = "4.2 MJ/kg"
+high = "4.8 MJ/kg"
+source = "a test"
+[[uncertainty.input]]
+name = "mean fragment mass"
+keys = ["break_up.prefactor"]
+applies = "factor"
+distribution = "lognormal"
+median = 1.0
+factor = 1.6
+source = "a test"
+"""
+
+
 def _real(case, out, *options):
     return [*command("uncertainty", case, "--out", out, "--samples", "12", "--json", "--quiet"), *map(str, options)]
 
@@ -380,3 +403,29 @@ def test_the_journal_of_another_folder_is_its_own(tmp_path):
     assert again.rows == {3: {"exit_code": 0, "results": {"distance": 1.0}}}  # what failed is made again
     with pytest.raises(InputError, match="differs in seed"):
         Journal(tmp_path).begin({"seed": 2}, resume=True, overwrite=False)
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_real_samples_that_share_bursts(tmp_path):
+    """A tube in three dimensions: the heat in three bursts, the mean mass in every sample."""
+    case, out = tmp_path / "short.toml", tmp_path / "out"
+    case.write_text(SHORT + _INPUTS)
+    done = subprocess.run(
+        _real(case, out, "--workers", 1), capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["design"]["bursts"] == 3
+    assert sorted(path.name for path in (out / "bursts").glob("*/burst_snapshot.h5")) == ["burst_snapshot.h5"] * 3
+    rows = list(csv.DictReader((out / "samples.csv").open()))
+    assert len({row["heat"] for row in rows}) == 3
+    assert len({row["mean fragment mass"] for row in rows}) == 12
+    by_heat = {row["heat"]: row["mean_initial_speed"] for row in rows}
+    speeds = [float(by_heat[heat]) for heat in sorted(by_heat, key=float)]
+    assert speeds == sorted(speeds)
+    assert speeds[0] < speeds[-1]
+    assert all(row["mean_initial_speed"] == by_heat[row["heat"]] for row in rows)
+    assert not found["budget"]["complete"]  # three dimensions have no grid convergence
+    counts = [int(row["fragments"]) for row in sorted(rows, key=lambda row: float(row["mean fragment mass"]))]
+    assert counts[0] > counts[-1]  # finer fragments are more of them
