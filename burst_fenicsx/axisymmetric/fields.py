@@ -11,8 +11,7 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
 from burst_fenicsx.fields import BurstFields, Element, make_fields
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS
-from burst_fenicsx.kernels.axisymmetric.step import Rings
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS, Rings
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import move_lanes
 from burst_fenicsx.meshing.distributed import DistributedMesh
@@ -78,8 +77,7 @@ class RingFields(BurstFields):
     @property
     def released(self) -> np.ndarray:
         """Whether each cell is torn metal that has been released (cells,)."""
-        flags = self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1].ravel()
-        found: np.ndarray = self.blocks.by_cell(flags) > 0.0
+        found: np.ndarray = self.rings.released != 0
         return found
 
     def element_arrays(self) -> dict[str, np.ndarray]:
@@ -88,6 +86,7 @@ class RingFields(BurstFields):
 
     def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `element_arrays` gave."""
+        self.rings.released[:] = arrays["released"]
         flags = self.blocks.by_slot(arrays["released"].astype(float)).reshape(-1, LANES)
         self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1] = flags
 
@@ -157,6 +156,7 @@ def make_ring_fields(
     of_slots = plain.blocks.by_slot(kept).reshape(-1, LANES, ROWS_OF_CELLS)
     rings = Rings(
         kept=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, ROWS_OF_CELLS * LANES),
+        released=np.zeros(len(share), dtype=np.int8),
         mass=plain.mass,
         axis=np.flatnonzero(position[:, 0] == 0.0).astype(np.int32),
     )
