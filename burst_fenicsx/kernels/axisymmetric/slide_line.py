@@ -31,6 +31,7 @@ _MOST_EDGES = 24  # of the line under one edge of the charge
 SPREAD = 32
 """Most nodes of the line over which the pressure of one node of the charge is spread."""
 _GAUSS = 0.5 / np.sqrt(3.0)
+_MOST_CORRECTION = 30.0  # force of the spring on products over that of their own pressure
 _OFF_END = 0.5  # of the edge's length: a node farther beyond the end of its smooth line has left it
 
 
@@ -225,8 +226,7 @@ def _find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.nd
     reach = 0.5 * _OFF_END * size
     entered = _ENTRY * np.sqrt(ur * ur + uz * uz) + _BENT * reach
     met = contacts.stiffness[c] > 0.0
-    far = gap < -reach or (met and gap > reach)
-    if contacts.off[c] == 0 and (beyond > reach or far or (not met and gap < -entered)):
+    if contacts.off[c] == 0 and (beyond > reach or (not met and gap < -min(entered, reach))):
         contacts.off[c] = 1
     contacts.gap[c] = gap
 
@@ -342,6 +342,11 @@ def _press(
     was_bonded, old_slip = contacts.bonded[c] != 0, contacts.slip[c]
     whole = was_bonded and unreacted > 0.0
     gas = burnt * max(pressure, 0.0) * area
+    # Of products the spring corrects the gas's own pressure, by so much at most: where a strengthless wall has folded,
+    # a node that is suddenly far from the line would else be shot off by a spring as stiff as the step bears.
+    most = _MOST_CORRECTION * gas
+    if burnt == 1.0 and stiffness * abs(gap) > most:
+        stiffness = most / abs(gap)
     press = gas - stiffness * gap
     # Products fill what they are in: their surface does not leave the casing, unless over an end of the line.
     tension = np.inf if burnt == 1.0 else (law.tensile_strength * unreacted * area if whole else 0.0)
