@@ -17,7 +17,7 @@ from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
 from fragfield.report.side_by_side import FigureQueue
-from fragfield_base.writing import write_bytes, write_text
+from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +33,9 @@ _DEFERRED, _PICTURE = "deferred", "picture"  # in place of a figure, and of one 
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 
-def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
+def write_report(
+    run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True, figures: FigureQueue | None = None
+) -> Path:
     """Write the report of a run, whole or in part.
 
     Parameters
@@ -45,6 +47,8 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     pictures : bool
         Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
         page go interactive views of both, where trame-vtk is installed.
+    figures : FigureQueue, optional
+        Where some of the run's figures are drawn already, for a page in the run directory; ended here.
 
     Returns
     -------
@@ -58,7 +62,10 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    illustrator = _Illustrator(run, target.parent / "figures", pictures=pictures)
+    if figures is not None:
+        figures.renew(run)
+    queue = figures if figures is not None else FigureQueue(run, helped=pictures)
+    illustrator = _Illustrator(target.parent / "figures", queue, pictures=pictures)
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
         parts = sections(run, illustrator.draw, illustrator.picture)
@@ -76,12 +83,12 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
 class _Illustrator:
     """Has each figure drawn once for the page and once, narrower, for a telephone; keeps PNG and SVG as files."""
 
-    def __init__(self, run: RunFiles, folder: Path, *, pictures: bool) -> None:
-        self.run = run
+    def __init__(self, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
         self.folder = folder
         self.pictures = pictures
         self.count = 0
-        self.figures = FigureQueue(run, helped=pictures)
+        self.files: dict[Path, bytes] = {}
+        self.figures = figures
 
     def draw(
         self, name: str, title: str, caption: str, function: Callable[[RunFiles, bool], Figure | None]
@@ -113,12 +120,12 @@ class _Illustrator:
                 else:
                     blocks += self._with_view(block, self.figures.picture(block.name))
             part.blocks = blocks
+        write_files(self.files, InputError)
 
     def _filled(self, block: Illustration, files: dict[str, bytes] | None) -> list[Illustration]:
         if files is None:
             return []
-        for kind in ("svg", "png"):
-            write_bytes(self.folder / f"{block.name}.{kind}", files[kind], InputError)
+        self.files |= {self.folder / f"{block.name}.{kind}": files[kind] for kind in ("svg", "png")}
         self.count += 1
         return [replace(block, wide=_uri(files["svg"], "svg"), narrow=_uri(files["narrow"], "svg"))]
 
@@ -126,7 +133,7 @@ class _Illustrator:
         """A picture, or why there is none, and the page beside the report that shows the same to be turned."""
         if "missing" in found:
             return [replace(block, wide="", missing=found["missing"])]
-        write_bytes(self.folder / f"{block.name}.png", found["wide"], InputError)
+        self.files[self.folder / f"{block.name}.png"] = found["wide"]
         shown: list[Block] = [replace(block, wide=_uri(found["wide"], "png"), narrow=_uri(found["narrow"], "png"))]
         if found["view"]:
             what = "burst" if block.name == "picture_of_burst" else "fragments"

@@ -93,23 +93,19 @@ def new_figure(
     return figure, [axis for line in axes for axis in line]
 
 
-def to_bytes(figure: Figure, *kinds: str) -> list[bytes]:
-    """The figure as files of those kinds ("svg" or "png"), the same bytes for the same data.
+def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
+    """The figure as files of those kinds ("svg" or "png", of so many dots an inch), the same bytes for the same data.
 
     The figure is laid out once, for all of them: that takes longer than to draw it.
     """
     prepare(figure)
-    if (layout := figure.get_layout_engine()) is None:
-        place_panels(figure)
-    else:
-        layout.execute(figure)
-        figure.set_layout_engine(None)  # otherwise every file measures again
+    place_panels(figure)
     # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
     drawn = settle(figure).padded(0.06)
     files = []
     for kind in kinds:
         buffer = io.BytesIO()
         metadata = {"Date": None} if kind == "svg" else None
-        figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, bbox_inches=drawn)
+        figure.savefig(buffer, format=kind, dpi=dots, metadata=metadata, bbox_inches=drawn)
         files.append(buffer.getvalue())
     return files

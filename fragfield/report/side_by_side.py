@@ -72,21 +72,34 @@ class FigureQueue:
         self._drawn: dict[str, dict[str, bytes] | None] = {}
         self._pictures: deque[tuple[str, Path]] = deque()
         self._seen: dict[str, dict[str, Any]] = {}
+        self._known: set[str] = set()
+        self._outdated = False
         self._process: subprocess.Popen[str] | None = None
         self._said: IO[str] | None = None
         self._thread: threading.Thread | None = None
         self._all_known = threading.Event()
         self._more = threading.Semaphore(0)
 
+    def renew(self, run: RunFiles) -> None:
+        """Draw what is added from now on from the run as it is by now; the helper reads it again."""
+        self._run = run
+        self._outdated = True
+
     def add(self, name: str, function: Drawing) -> None:
-        """Have a figure drawn."""
+        """Have a figure drawn; one that was added before is not drawn again."""
+        if name in self._known:
+            return
+        self._known.add(name)
         self._waiting.append((name, function))
         self._more.release()
         if self._helped:
             self._start()
 
     def add_picture(self, name: str, folder: Path) -> None:
-        """Have a picture of VTK drawn, and its interactive view written to a folder."""
+        """Have a picture of VTK drawn, and its interactive view written to a folder; once, like a figure."""
+        if name in self._known:
+            return
+        self._known.add(name)
         self._pictures.append((name, folder))
         self._more.release()
         self._start()
@@ -162,6 +175,7 @@ class FigureQueue:
     def _feed(self) -> None:
         """Give the helper one picture and one figure after another."""
         try:
+            self._outdated = False
             self._said = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 - see close
             process = self._process = subprocess.Popen(
                 [sys.executable, "-c", _SERVE, str(self._run.folder)],
@@ -180,6 +194,9 @@ class FigureQueue:
     def _given(self, process: subprocess.Popen[str]) -> bool:
         """Have the helper draw what comes next; False when there is nothing left."""
         self._more.acquire()
+        if self._outdated:
+            self._outdated = False
+            _asked(process, ["read", "", ""])
         if self._pictures:
             name, folder = self._pictures.popleft()
             answer = _asked(process, ["picture", name, str(folder)])
@@ -220,7 +237,10 @@ def serve() -> None:
     answers.flush()
     for line in sys.stdin:
         kind, first, second = json.loads(line)
-        if kind == "picture":
+        found: dict[str, Any] | None = None
+        if kind == "read":
+            run = read_run(Path(sys.argv[1]))
+        elif kind == "picture":
             found = _draw_picture(run, first, Path(second))
         else:
             found = draw_figure(run, getattr(importlib.import_module(first), second))
