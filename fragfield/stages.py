@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.parallel import Team
     from fragfield.progress import ProgressReporter
+    from fragfield.report.side_by_side import FigureQueue
     from fragfield.run_directory import RunDirectory, Stage
 
 __all__ = ["Job", "break_up", "burst", "fly", "perform", "report"]
@@ -52,6 +53,8 @@ class Job:
         Go on from a burst's checkpoint where there is one.
     lean : bool
         Numbers alone: no files for visualisation, no other cell sizes.
+    figures : FigureQueue, optional
+        Draws the report's figures while the stages are computed.
     began : float
         Clock (s) at which the work began.
     """
@@ -65,6 +68,7 @@ class Job:
     fragments: Path | None = None
     resume: bool = False
     lean: bool = False
+    figures: FigureQueue | None = None
     began: float = field(default_factory=time.perf_counter)
 
     def needed(self, stage: Stage) -> Path:
@@ -92,6 +96,10 @@ def perform(job: Job, stage: Stage) -> None:
     started = time.perf_counter()
     _STAGE_FUNCTIONS[stage.name](job, stage)
     _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
+    if job.figures is not None:
+        from fragfield.report.early import draw_early
+
+        draw_early(job.figures, job.target.path, stage.name)
 
 
 def burst(job: Job, stage: Stage) -> None:
@@ -236,7 +244,7 @@ def report(job: Job, stage: Stage) -> None:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
-    write_report(job.source.path, job.target.file(stage.result))
+    write_report(job.source.path, job.target.file(stage.result), figures=job.figures)
 
 
 _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
