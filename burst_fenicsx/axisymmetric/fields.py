@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,18 +62,27 @@ class RingFields(BurstFields):
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of the casing, (4,)."""
-        mesh = self.mesh
-        parameters = self.solid.parameters[len(Part) * mesh.round + mesh.part]
-        solid = np.flatnonzero(parameters[:, 0] > 0.0)
-        modulus, poisson = parameters[solid, 0], parameters[solid, 1]
+        solid, modulus, poisson = self._elastic
         stress = self.solid.stress[solid, 0]
         square = (stress[:, :3] ** 2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
         twice = (1.0 + poisson) * square - poisson * stress[:, :3].sum(axis=1) ** 2
         volume = self.blocks.by_cell(self.grid.volume)[solid]
-        casing = mesh.part == Part.CASING
-        mass, speed = self.cell_mass[casing], np.linalg.norm(self.cell_velocities()[casing], axis=1)
         strain = 0.5 * (volume * twice / modulus).sum()
+        casing = self._casing
+        mass = self.cell_mass[casing]
+        speed = np.linalg.norm(self.nodes.velocity[self.mesh.dofmap[casing]].mean(axis=1), axis=1)
         return np.array([strain, mass.sum(), (mass * speed).sum(), 0.5 * (mass * speed**2).sum()])
+
+    @cached_property
+    def _elastic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cells of casing and fuze, their elastic modulus (Pa) and Poisson ratio."""
+        parameters = self.solid.parameters[len(Part) * self.mesh.round + self.mesh.part]
+        solid = np.flatnonzero(parameters[:, 0] > 0.0)
+        return solid, parameters[solid, 0], parameters[solid, 1]
+
+    @cached_property
+    def _casing(self) -> np.ndarray:
+        return np.flatnonzero(self.mesh.part == Part.CASING)
 
     @property
     def released(self) -> np.ndarray:
