@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from burst_fenicsx.errors import InputError
 from fragfield_base.hdf5_files import appending, check_sound, creating
 from fragfield_base.writing import write_text
-from fragfield_base.xdmf import stamped_xdmf
+from fragfield_base.xdmf import quoted, stamped_xdmf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -250,7 +249,7 @@ class TimeSeries:
             centre, name = key.split("/", 1)
             columns = data.shape[1] if len(data.shape) > 1 else 1
             lines.append(
-                f'        <Attribute Name={quoteattr(name)} AttributeType="{_KIND[columns]}" '
+                f'        <Attribute Name={quoted(name)} AttributeType="{_KIND[columns]}" '
                 f'Center="{"Node" if centre == "point" else "Cell"}">{item}</Attribute>'
             )
         return "\n".join([*lines, "      </Grid>"])
@@ -258,7 +257,7 @@ class TimeSeries:
     def _item(self, dataset: str, data: NDArray[Any]) -> str:
         size = " ".join(str(length) for length in data.shape)
         kind = "Float" if data.dtype.kind == "f" else "Int"
-        place = quoteattr(f"{self.data_path.name}:{dataset}")[1:-1]
+        place = quoted(f"{self.data_path.name}:{dataset}")[1:-1]
         return (
             f'<DataItem Dimensions="{size}" NumberType="{kind}" Precision="{data.dtype.itemsize}" Format="HDF">'
             f"{place}</DataItem>"

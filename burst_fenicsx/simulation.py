@@ -118,21 +118,26 @@ def simulate(
         far are whole.
     """
     comm = comm or MPI.COMM_WORLD
-    simulation: Simulation
-    if settings.geometry == "axisymmetric":
-        from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
+    given = dict(provenance or {})
+    if settings.geometry != "axisymmetric":
+        return _driven(Simulation(rounds, settings, out_dir, comm, given, on_progress), resume=resume, series=series)
+    from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
 
-        if comm.size > 1:
-            raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
-        simulation = AxisymmetricSimulation(rounds, settings, out_dir, dict(provenance or {}), on_progress)
-    else:
-        simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
+    if comm.size > 1:
+        raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
+    with one_thread():
+        simulation = AxisymmetricSimulation(rounds, settings, out_dir, given, on_progress)
+        return _driven(simulation, resume=resume, series=series)
+
+
+def _driven(simulation: Simulation, *, resume: bool, series: bool) -> BurstResult:
+    """Run a burst from its checkpoint or from the start to its snapshot."""
     simulation.writes_series = series
     if resume and simulation.checkpoint_path.exists():
         simulation.resume()
     simulation.run()
     result = simulation.finish()
-    if comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
+    if simulation.comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
         simulation.checkpoint_path.unlink(missing_ok=True)
     return result
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Trajectori
 from flight.text_tables import write_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
+from fragfield_base.xdmf import quoted
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -211,7 +211,7 @@ def _xdmf(
 
     lines = ['<?xml version="1.0" encoding="utf-8"?>', '<Xdmf Version="3.0">', "<Domain>", '<Grid Name="trajectories">']
     lines.append('<Time Value="0"/>')  # VTK wants one
-    lines += [f"<Information Name={quoteattr(key)} Value={quoteattr(str(text))}/>" for key, text in provenance.items()]
+    lines += [f"<Information Name={quoted(key)} Value={quoted(str(text))}/>" for key, text in provenance.items()]
     lines.append(
         f'<Topology TopologyType="Mixed" NumberOfElements="{len(paths)}">{item("topology", topology)}</Topology>'
     )

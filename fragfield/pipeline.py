@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from fragfield.case import Case
+    from fragfield.report.side_by_side import FigureQueue
     from fragfield.run_directory import Stage
 
 __all__ = ["Request", "run_chain", "run_stage"]
@@ -124,9 +125,12 @@ def run_chain(request: Request) -> dict[str, Any]:
 def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) -> dict[str, Any]:
     stages = list(STAGES.values())
     done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
-    with _working(request, team, directory, fresh=not request.resume) as reporter:
+    with _working(request, team, directory, fresh=not request.resume) as reporter, _drawing(request, team) as figures:
         _warn_of_values(case, team)
-        job = Job(case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean)
+        job = Job(
+            case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean,
+            figures=figures,
+        )  # fmt: skip
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
         with _together(team):
@@ -138,6 +142,22 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
             if not request.lean:
                 perform(job, stages[-1])
             return directory.summary()
+
+
+@contextmanager
+def _drawing(request: Request, team: Team) -> Iterator[FigureQueue | None]:
+    """Where figures are drawn while later stages are computed: not beside other ranks, which take the cores."""
+    if request.lean or team.size > 1:
+        yield None
+        return
+    from fragfield.report.early import early_figures
+
+    figures = early_figures(request.directory.path)
+    try:
+        yield figures
+    finally:
+        if figures is not None:
+            figures.close()
 
 
 def run_stage(request: Request, name: str) -> dict[str, Any]:

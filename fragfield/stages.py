@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.parallel import Team
     from fragfield.progress import ProgressReporter
+    from fragfield.report.side_by_side import FigureQueue
     from fragfield.run_directory import RunDirectory, Stage
 
 __all__ = ["Job", "break_up", "burst", "fly", "perform", "report"]
@@ -54,6 +55,8 @@ class Job:
         Numbers alone: no files for visualisation, no other cell sizes.
     thorough : bool
         Other cell sizes whatever time they take, each with all realisations.
+    figures : FigureQueue, optional
+        Draws the report's figures while the stages are computed.
     began : float
         Clock (s) at which the work began.
     """
@@ -68,6 +71,7 @@ class Job:
     resume: bool = False
     lean: bool = False
     thorough: bool = False
+    figures: FigureQueue | None = None
     began: float = field(default_factory=time.perf_counter)
 
     def needed(self, stage: Stage) -> Path:
@@ -95,6 +99,10 @@ def perform(job: Job, stage: Stage) -> None:
     started = time.perf_counter()
     _STAGE_FUNCTIONS[stage.name](job, stage)
     _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
+    if job.figures is not None:
+        from fragfield.report.early import draw_early
+
+        draw_early(job.figures, job.target.path, stage.name)
 
 
 def burst(job: Job, stage: Stage) -> None:
@@ -239,7 +247,7 @@ def report(job: Job, stage: Stage) -> None:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
-    write_report(job.source.path, job.target.file(stage.result))
+    write_report(job.source.path, job.target.file(stage.result), figures=job.figures)
 
 
 _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {

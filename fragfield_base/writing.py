@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
 __all__ = [
     "DRAFT",
@@ -25,6 +25,7 @@ __all__ = [
     "refuse_link",
     "replacing",
     "write_bytes",
+    "write_files",
     "write_text",
 ]
 
@@ -78,15 +79,16 @@ def open_draft(path: Path, error: type[Exception]) -> tuple[Path, int]:
         raise error(described(path, found)) from None
 
 
-def publish(draft: Path, path: Path, descriptor: int) -> None:
-    """Flush a finished draft to the disk and give it its name; raises OSError."""
+def publish(draft: Path, path: Path, descriptor: int, *, durable: bool = True) -> None:
+    """Flush a finished draft to the disk and give it its name, which without `durable` may be lost; raises OSError."""
     os.fsync(descriptor)
     draft.replace(path)
-    _flush_folder(path.parent)
+    if durable:
+        _flush_folder(path.parent)
 
 
 @contextmanager
-def replacing(path: Path, error: type[Exception]) -> Iterator[BinaryIO]:
+def replacing(path: Path, error: type[Exception], *, durable: bool = True) -> Iterator[BinaryIO]:
     """Open a file to be written whole; it takes its name when the block ends without an error.
 
     Parameters
@@ -95,6 +97,8 @@ def replacing(path: Path, error: type[Exception]) -> Iterator[BinaryIO]:
         The file; an older one is replaced.
     error : type
         Raised, with one message, for every OSError.
+    durable : bool
+        Flush the folder as well, so that the new file is there after the machine has failed, not the older one.
     """
     draft, descriptor = open_draft(path, error)
     stream = os.fdopen(descriptor, "w+b")
@@ -102,7 +106,7 @@ def replacing(path: Path, error: type[Exception]) -> Iterator[BinaryIO]:
         with stream:
             yield stream
             stream.flush()
-            publish(draft, path, stream.fileno())
+            publish(draft, path, stream.fileno(), durable=durable)
     except BaseException as found:
         with suppress(OSError):
             draft.unlink(missing_ok=True)
@@ -123,6 +127,15 @@ def write_bytes(path: Path, data: bytes, error: type[Exception]) -> Path:
     with replacing(path, error) as stream:
         stream.write(data)
     return path
+
+
+def write_files(files: Mapping[Path, bytes], error: type[Exception]) -> None:
+    """Write files, each whole or not at all, and flush each folder once, after the last of them."""
+    for path, data in files.items():
+        with replacing(path, error, durable=False) as stream:
+            stream.write(data)
+    for folder in {path.parent for path in files}:
+        _flush_folder(folder)
 
 
 def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from html import escape
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
@@ -13,7 +14,7 @@ from fragfield_base.reading import read_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["check_xdmf", "stamped_xdmf"]
+__all__ = ["check_xdmf", "quoted", "stamped_xdmf"]
 
 _STAMP = re.compile(r"<!-- checksum of the above: ([0-9a-f]{32}) -->\n\Z")
 _MOST = 1 << 28
@@ -59,3 +60,9 @@ def _check_shapes(path: Path, items: set[tuple[str, str]], error: type[Exception
 
 def _digest(text: str) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def quoted(text: str) -> str:
+    """A text as the value of an attribute, in quotes (xml.sax.saxutils would load the program's access to the web)."""
+    safe = escape(text).replace("\n", "&#10;").replace("\r", "&#13;").replace("\t", "&#9;")
+    return f'"{safe}"'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +12,7 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
 from burst_fenicsx.fields import BurstFields, Element, make_fields
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS
-from burst_fenicsx.kernels.axisymmetric.step import Rings
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS, Rings
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import move_lanes
 from burst_fenicsx.meshing.distributed import DistributedMesh
@@ -62,24 +62,32 @@ class RingFields(BurstFields):
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of the casing, (4,)."""
-        mesh = self.mesh
-        parameters = self.solid.parameters[len(Part) * mesh.round + mesh.part]
-        solid = np.flatnonzero(parameters[:, 0] > 0.0)
-        modulus, poisson = parameters[solid, 0], parameters[solid, 1]
+        solid, modulus, poisson = self._elastic
         stress = self.solid.stress[solid, 0]
         square = (stress[:, :3] ** 2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
         twice = (1.0 + poisson) * square - poisson * stress[:, :3].sum(axis=1) ** 2
         volume = self.blocks.by_cell(self.grid.volume)[solid]
-        casing = mesh.part == Part.CASING
-        mass, speed = self.cell_mass[casing], np.linalg.norm(self.cell_velocities()[casing], axis=1)
         strain = 0.5 * (volume * twice / modulus).sum()
+        casing = self._casing
+        mass = self.cell_mass[casing]
+        speed = np.linalg.norm(self.nodes.velocity[self.mesh.dofmap[casing]].mean(axis=1), axis=1)
         return np.array([strain, mass.sum(), (mass * speed).sum(), 0.5 * (mass * speed**2).sum()])
+
+    @cached_property
+    def _elastic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cells of casing and fuze, their elastic modulus (Pa) and Poisson ratio."""
+        parameters = self.solid.parameters[len(Part) * self.mesh.round + self.mesh.part]
+        solid = np.flatnonzero(parameters[:, 0] > 0.0)
+        return solid, parameters[solid, 0], parameters[solid, 1]
+
+    @cached_property
+    def _casing(self) -> np.ndarray:
+        return np.flatnonzero(self.mesh.part == Part.CASING)
 
     @property
     def released(self) -> np.ndarray:
         """Whether each cell is torn metal that has been released (cells,)."""
-        flags = self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1].ravel()
-        found: np.ndarray = self.blocks.by_cell(flags) > 0.0
+        found: np.ndarray = self.rings.released != 0
         return found
 
     def element_arrays(self) -> dict[str, np.ndarray]:
@@ -88,6 +96,7 @@ class RingFields(BurstFields):
 
     def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `element_arrays` gave."""
+        self.rings.released[:] = arrays["released"]
         flags = self.blocks.by_slot(arrays["released"].astype(float)).reshape(-1, LANES)
         self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1] = flags
 
@@ -157,6 +166,7 @@ def make_ring_fields(
     of_slots = plain.blocks.by_slot(kept).reshape(-1, LANES, ROWS_OF_CELLS)
     rings = Rings(
         kept=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, ROWS_OF_CELLS * LANES),
+        released=np.zeros(len(share), dtype=np.int8),
         mass=plain.mass,
         axis=np.flatnonzero(position[:, 0] == 0.0).astype(np.int32),
     )

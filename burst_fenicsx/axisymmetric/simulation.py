@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 from mpi4py import MPI
 
@@ -23,7 +25,7 @@ from burst_fenicsx.revolve import revolution, write_revolved
 from burst_fenicsx.simulation import Simulation
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from burst_fenicsx.meshing import MeshQuality
@@ -31,7 +33,18 @@ if TYPE_CHECKING:
     from burst_fenicsx.simulation import BurstProgress, BurstResult
     from burst_fenicsx.surfaces import RadialSurfaces
 
-__all__ = ["AxisymmetricSimulation"]
+__all__ = ["AxisymmetricSimulation", "one_thread"]
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Compute on one thread: the shared loops of so small a mesh cost more in waiting for each other than they gain."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)
 
 
 class AxisymmetricSimulation(Simulation):

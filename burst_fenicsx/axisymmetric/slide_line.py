@@ -58,13 +58,15 @@ class LineInterface:
         # A node that charge and line still share, at the rim of a fuze, is its own twin.
         of_node = np.arange(len(mesh.nodes))
         of_node[mesh.twins[:, 1]] = mesh.twins[:, 0]
-        edges, covered = _line_edges(mesh)
+        edges, cell_of_edge, covered = _line_edges(mesh)
+        local_cell = np.argsort(fields.mesh.cell)
         neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
         group_node = np.full(len(sides), -1)
         group_node[end.ravel()] = edges.ravel()
         nodes = np.unique(np.concatenate([local(edges).ravel(), local(of_node[edges[covered]]).ravel()]))
         self.line = SlideLine(
             edges=local(edges).astype(np.int32),
+            metal=local_cell[cell_of_edge].astype(np.int32),
             neighbour=neighbour,
             across=_across_creases(mesh.nodes, edges, neighbour),
             end=end,
@@ -190,15 +192,15 @@ class MeridianContact(ContactForces):
         sums[:] = 0.0
 
 
-def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Edges of the casing on which a charge may slide (edges, 2), and whether a charge lies at each.
+def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges of the casing on which a charge may slide (edges, 2), their cells, and whether a charge lies at each.
 
     Besides those at a charge the ones to which these lead on without a crease, free or behind a fuze: a line that ended
     at the fuze's rim would lose the products that slide there.
     """
     if not len(mesh.twins):
-        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=bool)
-    edges, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
+    edges, cells, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
     covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     neighbour, _, _ = _smooth_groups(mesh.nodes, edges)
     chosen = covered.copy()
@@ -209,7 +211,7 @@ def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray]:
         if (wider == chosen).all():
             break
         chosen = wider
-    return edges[chosen], covered[chosen]
+    return edges[chosen], cells[chosen], covered[chosen]
 
 
 def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["meridian_surfaces", "outer_edges"]
 
 
-def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges behind which lies no cell of the same group, in the order of the cells.
 
     Parameters
@@ -25,8 +25,8 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
 
     Returns
     -------
-    Nodes (edges, 2), the cell's own to the left of their direction, and the cell behind each edge or -1. Edges on the
-    axis are left out.
+    Nodes (edges, 2), their own cell to the left of their direction; that cell; and the one behind each edge or -1.
+    Edges on the axis are left out.
     """
     ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1).reshape(-1, 2)
     cell = np.repeat(np.arange(len(mesh.cells)), 4)
@@ -38,7 +38,7 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
     behind[one], behind[other] = cell[other], cell[one]
     outside = (group[cell] >= 0) & ((behind < 0) | (group[behind] != group[cell]))
     outside &= (mesh.nodes[ends, 0] > 0.0).any(axis=1)
-    return ends[outside], behind[outside]
+    return ends[outside], cell[outside], behind[outside]
 
 
 def meridian_surfaces(mesh: MeridianMesh, parts: int, bins: int) -> RadialSurfaces:
@@ -78,6 +78,6 @@ def meridian_surfaces(mesh: MeridianMesh, parts: int, bins: int) -> RadialSurfac
 
 def _lateral(mesh: MeridianMesh, cells: np.ndarray) -> np.ndarray:
     """Nodes of the outer edges of the marked cells that look away from the axis."""
-    edges, _ = outer_edges(mesh, np.where(cells, 0, -1))
+    edges, _, _ = outer_edges(mesh, np.where(cells, 0, -1))
     along = mesh.nodes[edges[:, 1]] - mesh.nodes[edges[:, 0]]
     return np.unique(edges[along[:, 2] > LATERAL * np.linalg.norm(along, axis=1)])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic_core import PydanticCustomError, core_schema
 
+from fragfield.case.plain_units import plain_value
 from fragfield.case.unit_grammar import grammar_fault
 from fragfield.errors import nearest
 
@@ -188,6 +189,10 @@ class Quantity:
             raise _fault(f"found {show(text)}, which is not a number with a unit{hint}; allowed: {self.allowed}")
         if fault := grammar_fault(text):
             raise _fault(f"found {show(text)}, which {fault}; allowed: {self.allowed}")
+        plain = plain_value(text, self.symbol)
+        if plain is not None:
+            self._check_bounds(plain, text)
+            return plain
         registry = _registry()
         try:
             quantity: Any = registry.Quantity(_EXPONENT.sub(r"^\1", text))

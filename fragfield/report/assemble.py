@@ -7,18 +7,17 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import fragfield
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.document import css_text, document_of, identity_line
-from fragfield.report.drawing import to_bytes
 from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
 from fragfield.report.side_by_side import FigureQueue
-from fragfield_base.writing import write_bytes, write_text
+from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,11 +30,13 @@ if TYPE_CHECKING:
 
 __all__ = ["write_page", "write_report"]
 
-_DEFERRED = "deferred"  # in place of a figure that is being drawn
+_DEFERRED, _PICTURE = "deferred", "picture"  # in place of a figure, and of one by VTK, that is being drawn
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 
-def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
+def write_report(
+    run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True, figures: FigureQueue | None = None
+) -> Path:
     """Write the report of a run, whole or in part.
 
     Parameters
@@ -47,6 +48,8 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     pictures : bool
         Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
         page go interactive views of both, where trame-vtk is installed.
+    figures : FigureQueue, optional
+        Where some of the run's figures are drawn already, for a page in the run directory; ended here.
 
     Returns
     -------
@@ -60,9 +63,12 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    illustrator = _Illustrator(run, target.parent / "figures", pictures=pictures)
+    if figures is not None:
+        figures.renew(run)
+    queue = figures if figures is not None else FigureQueue(run, helped=pictures)
+    illustrator = _Illustrator(target.parent / "figures", queue, pictures=pictures)
     return _write(
-        illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
+        run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
         lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
     )  # fmt: skip
 
@@ -75,19 +81,23 @@ def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section
     InputError
         No right to write.
     """
-    illustrator = _Illustrator(run, target.parent / "figures", pictures=False)
-    return _write(illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
+    illustrator = _Illustrator(target.parent / "figures", FigureQueue(run, helped=False), pictures=False)
+    return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
 
 
 def _write(
-    illustrator: _Illustrator, target: Path, make: Callable[[], list[Section]], beside: Callable[[str], object]
+    run: RunFiles,
+    illustrator: _Illustrator,
+    target: Path,
+    make: Callable[[], list[Section]],
+    beside: Callable[[str], object],
 ) -> Path:
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
         parts = make()
         illustrator.fill(parts)
         written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-        page = _render(illustrator.run, parts, illustrator.count, written)
+        page = _render(run, parts, illustrator.count, written)
         beside(written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
@@ -97,14 +107,14 @@ def _write(
 
 
 class _Illustrator:
-    """Draws each figure once for the page and once, narrower, for a telephone; keeps PNG and SVG as files."""
+    """Has each figure drawn once for the page and once, narrower, for a telephone; keeps PNG and SVG as files."""
 
-    def __init__(self, run: RunFiles, folder: Path, *, pictures: bool) -> None:
-        self.run = run
+    def __init__(self, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
         self.folder = folder
         self.pictures = pictures
         self.count = 0
-        self.figures = FigureQueue(run, helped=pictures)
+        self.files: dict[Path, bytes] = {}
+        self.figures = figures
 
     def draw(
         self, name: str, title: str, caption: str, function: Callable[[RunFiles, bool], Figure | None]
@@ -112,50 +122,49 @@ class _Illustrator:
         self.figures.add(name, function)
         return [Illustration(name, title, caption, wide=_DEFERRED)]
 
+    def picture(self, name: str, title: str, caption: str) -> list[Block]:
+        if not self.pictures:
+            return []
+        from fragfield.view.offscreen import library_fault
+
+        self.count += 1
+        if fault := library_fault():
+            return [Illustration(name, title, caption, missing=fault)]
+        self.figures.add_picture(name, self.folder.parent)
+        return [Illustration(name, title, caption, wide=_PICTURE)]
+
     def fill(self, parts: list[Section]) -> None:
         """Put the figures where they were asked for; those without data leave no trace."""
         drawn = self.figures.finish()
         for part in parts:
             blocks: list[Block] = []
             for block in part.blocks:
-                if isinstance(block, Illustration) and block.wide == _DEFERRED:
+                if not isinstance(block, Illustration) or block.wide not in (_DEFERRED, _PICTURE):
+                    blocks.append(block)
+                elif block.wide == _DEFERRED:
                     blocks += self._filled(block, drawn[block.name])
                 else:
-                    blocks.append(block)
+                    blocks += self._with_view(block, self.figures.picture(block.name))
             part.blocks = blocks
+        write_files(self.files, InputError)
 
     def _filled(self, block: Illustration, files: dict[str, bytes] | None) -> list[Illustration]:
         if files is None:
             return []
-        for kind in ("svg", "png"):
-            write_bytes(self.folder / f"{block.name}.{kind}", files[kind], InputError)
+        self.files |= {self.folder / f"{block.name}.{kind}": files[kind] for kind in ("svg", "png")}
         self.count += 1
         return [replace(block, wide=_uri(files["svg"], "svg"), narrow=_uri(files["narrow"], "svg"))]
 
-    def picture(self, name: str, title: str, caption: str) -> list[Block]:
-        from fragfield.view.offscreen import PictureUnavailableError
-        from fragfield.view.pictures import burst_figures, fragments_figures
-
-        function = burst_figures if name == "picture_of_burst" else fragments_figures
-        if not self.pictures:
-            return []
-        self.count += 1
-        try:
-            (wide,), (narrow,) = (to_bytes(figure, "png") for figure in function(self.run))
-        except PictureUnavailableError as error:
-            return [Illustration(name, title, caption, missing=str(error))]
-        write_bytes(self.folder / f"{name}.png", wide, InputError)
-        return [Illustration(name, title, caption, _uri(wide, "png"), _uri(narrow, "png")), *self._view(name)]
-
-    def _view(self, name: str) -> list[Block]:
-        """The interactive view beside the page of what the picture shows."""
-        from fragfield.view.interactive import interactive_fault, view_of_burst, view_of_fragments
-
-        if interactive_fault():
-            return []
-        of_burst = name == "picture_of_burst"
-        written = (view_of_burst if of_burst else view_of_fragments)(self.run, self.folder.parent)
-        return [Beside(written.name, f"The {'burst' if of_burst else 'fragments'} to turn and to zoom, in 3-D")]
+    def _with_view(self, block: Illustration, found: dict[str, Any]) -> list[Block]:
+        """A picture, or why there is none, and the page beside the report that shows the same to be turned."""
+        if "missing" in found:
+            return [replace(block, wide="", missing=found["missing"])]
+        self.files[self.folder / f"{block.name}.png"] = found["wide"]
+        shown: list[Block] = [replace(block, wide=_uri(found["wide"], "png"), narrow=_uri(found["narrow"], "png"))]
+        if found["view"]:
+            what = "burst" if block.name == "picture_of_burst" else "fragments"
+            shown.append(Beside(found["view"], f"The {what} to turn and to zoom, in 3-D"))
+        return shown
 
 
 def _uri(data: bytes, kind: str) -> str:

@@ -6,6 +6,8 @@ import io
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from fragfield.report.layout import place_panels, prepare, settle
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -39,6 +41,7 @@ _STYLE = {
     "axes.titlesize": 9,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # a title that makes way for ticks above would ask for all of them
     "axes.labelsize": 8.5,
     "axes.labelcolor": INK,
     "axes.edgecolor": GREY,
@@ -84,26 +87,25 @@ def new_figure(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(3.75, narrow_height) if narrow else (7.4, height), layout="constrained")
+    figure = Figure(figsize=(3.75, narrow_height) if narrow else (7.4, height))
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=False, **grid)
     return figure, [axis for line in axes for axis in line]
 
 
-def to_bytes(figure: Figure, *kinds: str) -> list[bytes]:
-    """The figure as files of those kinds ("svg" or "png"), the same bytes for the same data.
+def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
+    """The figure as files of those kinds ("svg" or "png", of so many dots an inch), the same bytes for the same data.
 
     The figure is laid out once, for all of them: that takes longer than to draw it.
     """
-    if (layout := figure.get_layout_engine()) is not None:
-        layout.execute(figure)
-        figure.set_layout_engine("none")
+    prepare(figure)
+    place_panels(figure)
     # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
-    drawn = figure.get_tightbbox().padded(0.06)
+    drawn = settle(figure).padded(0.06)
     files = []
     for kind in kinds:
         buffer = io.BytesIO()
         metadata = {"Date": None} if kind == "svg" else None
-        figure.savefig(buffer, format=kind, dpi=200, metadata=metadata, bbox_inches=drawn)
+        figure.savefig(buffer, format=kind, dpi=dots, metadata=metadata, bbox_inches=drawn)
         files.append(buffer.getvalue())
     return files

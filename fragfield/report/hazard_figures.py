@@ -210,7 +210,7 @@ def polar_by_sector(run: RunFiles, narrow: bool) -> Figure | None:
     ):
         for index, (field, label) in enumerate(lines):
             _around(axis, turn, table[field], label, index, blank=field.endswith("speed"))
-        axis.set_title(title, pad=14)
+        axis.set_title(title, pad=24)
         axis.set_xticks(np.radians(np.arange(0, 360, 45)))
         axis.set_ylim(bottom=0)
         axis.tick_params(labelsize=7)

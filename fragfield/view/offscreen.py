@@ -8,7 +8,15 @@ import subprocess
 import sys
 from functools import cache
 
-__all__ = ["PictureUnavailableError", "display_available", "offscreen_fault", "require_offscreen"]
+__all__ = [
+    "PictureUnavailableError",
+    "display_available",
+    "failure",
+    "go_untried",
+    "library_fault",
+    "offscreen_fault",
+    "require_offscreen",
+]
 
 _WINDOWS = {
     "libEGL.so.1": "vtkEGLRenderWindow",
@@ -22,6 +30,8 @@ _TRIAL = (
     "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(16, 16)); p.add_mesh(pyvista.Sphere());"
     "p.screenshot(None, return_img=True); p.close()"
 )
+
+_untried = False
 
 
 class PictureUnavailableError(RuntimeError):
@@ -41,23 +51,43 @@ def display_available() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-@cache
-def offscreen_fault() -> str | None:
-    """Why VTK cannot draw off-screen here, with the cure; None when it can. Tried once a process."""
+def library_fault() -> str | None:
+    """Why VTK cannot draw off-screen for lack of a library, with the cure; None where there is one.
+
+    VTK is pointed to the library; a driver behind it may still be missing.
+    """
     library = next((name for name in _WINDOWS if _loadable(name)), None)
     if library is None:
         return f"VTK needs libEGL or libOSMesa to draw without a window, and finds neither; {_CURE}"
     if not display_available():
         # Otherwise VTK asks for an X server first, and complains that there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _WINDOWS[library])
+    return None
+
+
+def failure(last: str) -> str:
+    """The message for a process that VTK ended, with its last words."""
+    return f"VTK fails to draw without a window here ({last}); {_CURE}"
+
+
+def go_untried() -> None:
+    """Draw without a trial from now on: another process notices where VTK ends this one."""
+    global _untried  # noqa: PLW0603 - of the process, as its end would be
+    _untried = True
+
+
+@cache
+def offscreen_fault() -> str | None:
+    """Why VTK cannot draw off-screen here, with the cure; None when it can. Tried once a process."""
+    if (fault := library_fault()) or _untried:
+        return fault
     try:
         trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, text=True, timeout=120, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"VTK could not be tried: {error}"
     if trial.returncode == 0:
         return None
-    last = (trial.stderr.strip().splitlines() or [f"exit code {trial.returncode}"])[-1]
-    return f"VTK fails to draw without a window here ({last}); {_CURE}"
+    return failure((trial.stderr.strip().splitlines() or [f"exit code {trial.returncode}"])[-1])
 
 
 def require_offscreen() -> None:

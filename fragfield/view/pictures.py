@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.drawing import SPEED_MAP, drawing_style
+from fragfield.report.drawing import SPEED_MAP, drawing_style, to_bytes
 from fragfield.report.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
 from fragfield.view.scenes import burst_states, cut, fragment_points, section
@@ -57,7 +57,8 @@ def picture_of_fragments(run: Path | RunFiles, path: Path | None = None) -> Path
 def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:
     target = path or run.folder / "figures" / name
     target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target, dpi=170, bbox_inches="tight", pad_inches=0.06)
+    with drawing_style():
+        target.write_bytes(to_bytes(figure, "png", dots=170)[0])
     return target
 
 
@@ -130,17 +131,19 @@ def _canvas(width: float, height: float) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure
 
 
 def _speed_bar(figure: Figure, fastest: float) -> None:
+    """The scale of speeds along the foot of the figure, above which its panels are placed."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    scale = ScalarMappable(Normalize(0.0, fastest), SPEED_MAP)
-    bar = figure.colorbar(scale, ax=figure.axes, location="bottom", fraction=0.05, aspect=40, shrink=0.8)
+    width, height = figure.get_size_inches()
+    place = figure.add_axes((0.12, 0.42 / height, 0.76, 0.019 * width / height))
+    bar = figure.colorbar(ScalarMappable(Normalize(0.0, fastest), SPEED_MAP), cax=place, orientation="horizontal")
     bar.set_label("Speed (m/s)")
     bar.outline.set_visible(False)  # type: ignore[operator]
 
@@ -155,7 +158,7 @@ def fragments_figures(run: RunFiles, streak: float = 1e-4) -> tuple[Figure, Figu
     # A mean fragment is drawn as a hundredth of the cloud, whatever its size: true sizes may vanish.
     enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
     symbols = points.glyph(
-        scale="size", factor=enlarged, orient=False, geom=pyvista.Sphere(theta_resolution=10, phi_resolution=10)
+        scale="size", factor=enlarged, orient=False, geom=pyvista.Sphere(theta_resolution=8, phi_resolution=8)
     )
     plotter = pyvista.Plotter(off_screen=True, window_size=(1500, 1100))
     plotter.set_background("white")
@@ -177,15 +180,16 @@ def _cloud(picture: NDArray[np.uint8], fastest: float, text: str, width: float, 
         axis = figure.subplots()
         axis.imshow(picture, interpolation="antialiased")
         axis.set_axis_off()
-        figure.suptitle(text, fontsize=8 if width > 5 else 7)
+        axis.set_title(text, loc="center", fontsize=8 if width > 5 else 7, fontweight="normal")
         _speed_bar(figure, fastest)
     return figure
 
 
 def _cropped(picture: NDArray[np.uint8], margin: int = 12) -> NDArray[np.uint8]:
     """The picture without its white borders."""
-    drawn = np.argwhere((picture < 250).any(axis=2))
-    if not len(drawn):
+    drawn = picture.min(axis=2) < 250
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    if not len(rows):
         return picture
-    (top, left), (bottom, right) = drawn.min(axis=0), drawn.max(axis=0)
+    top, bottom, left, right = rows[0], rows[-1], columns[0], columns[-1]
     return picture[max(0, top - margin) : bottom + margin, max(0, left - margin) : right + margin]

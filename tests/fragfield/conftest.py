@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import fragfield.report
-from fragfield.report import assemble
+from fragfield.report import assemble, early
 from tests.fragfield.short_run import SHORT, command, environment
 
 
@@ -49,6 +49,7 @@ def quick_report(monkeypatch):
     """The report without its pictures and figures, which take longer than all else here."""
     monkeypatch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
     monkeypatch.setattr(assemble._Illustrator, "draw", lambda *_: [])
+    monkeypatch.setattr(early, "EARLY", {})
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     AREA,
     GAMMA_SQUARE,
+    Rings,
     add_forces_to_nodes,
     gather_nodes,
     move_quadrilaterals,
@@ -68,22 +69,22 @@ def solid_ring_block(
     nodes: Nodes,
     grid: Grid,
     state: SolidState,
-    kept: np.ndarray,
+    rings: Rings,
     scratch: np.ndarray,
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
     """Advance one block of casing or fuze by `step` (s) and add its nodal forces times `share`.
 
-    `kept` (blocks, ROWS_OF_CELLS LANES) is what rings keep; the other arguments as for `kernels.solid.solid_block`.
+    `rings` is what rings have besides; the other arguments as for `kernels.solid.solid_block`.
     """
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
-    gather_nodes(cells, grid.dofmap, grid.level[block], nodes, kept[block], scratch)
+    gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)
     solid_parts.load_state(block, grid, state, scratch)
     move_quadrilaterals(step, scratch)
     released = mark_torn_metal(material, scratch) > 0
     if released:
-        hold_released(block, grid, scratch, kept[block])
+        hold_released(block, grid, scratch, rings)
     if _try_elastic(step, material, scratch) > 0:
         solid_parts.return_plastic(material, scratch)
     _stiffen_solid(step, max(step, share * grid.longest), material, scratch)
@@ -165,22 +166,22 @@ def charge_ring_block(
     nodes: Nodes,
     grid: Grid,
     state: ChargeState,
-    kept: np.ndarray,
+    rings: Rings,
     scratch: np.ndarray,
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
     """Advance one block of charge by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `kept` (blocks, ROWS_OF_CELLS LANES) is what rings keep; the other arguments as for `kernels.charge.charge_block`.
+    `rings` is what rings have besides; the other arguments as for `kernels.charge.charge_block`.
     """
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
-    gather_nodes(cells, grid.dofmap, grid.level[block], nodes, kept[block], scratch)
+    gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)
     least_burn = charge_parts.load_state(block, time, material[8], grid, state, scratch)
     move_quadrilaterals(step, scratch)
     released = mark_crushed_products(scratch) > 0
     if released:
-        hold_released(block, grid, scratch, kept[block])
+        hold_released(block, grid, scratch, rings)
     if least_burn < 1.0:
         charge_parts.burn_by_compression(material, scratch)
     if material[9] == _LANDAU:

@@ -14,6 +14,8 @@ gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
@@ -40,6 +42,7 @@ __all__ = [
     "RELEASED",
     "ROWS_OF_CELLS",
     "Four",
+    "Rings",
     "add_forces_to_nodes",
     "gather_nodes",
     "move_quadrilaterals",
@@ -62,6 +65,16 @@ LEAST_CORNER = WARP + 4  # least of the Jacobian's values at the corners, m2: no
 
 ROWS_OF_CELLS = 6
 """Rows of LANES that a quadrilateral keeps besides the state of all cells: INVERSE_SHARE, INITIAL_VOLUME, RELEASED."""
+
+
+class Rings(NamedTuple):
+    """What quadrilaterals of the meridian have besides the arrays of all cells."""
+
+    kept: np.ndarray  # (blocks, ROWS_OF_CELLS LANES): inverse shares of the nodes' masses (1/kg), and RELEASED
+    released: np.ndarray  # (cells,) int8, 1 for torn metal and crushed products that have been released
+    mass: np.ndarray  # (nodes,) kg
+    axis: np.ndarray  # int32, nodes on the axis
+
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 

@@ -16,6 +16,7 @@ from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     LEAST_CORNER,
     RELEASED,
     ROWS_OF_CELLS,
+    Rings,
 )
 from burst_fenicsx.kernels.common import (
     BEARABLE,
@@ -42,7 +43,7 @@ __all__ = [
 
 _BLOWN_UP = 2.0  # volume over the initial one above which a folded cell without strength is torn metal
 _NOTHING_LEFT = 0.1  # ... and below which any cell without strength is
-_CRUSHED = 0.2  # volume of products over that of the charge below which nothing real can press them
+_CRUSHED = 0.45  # volume of products over that of the charge below which nothing real can press them
 _NOW, _BEFORE = 0.5, 1.0  # values of RELEASED: in this step, in an earlier one
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -82,11 +83,13 @@ def mark_crushed_products(scratch: np.ndarray) -> int:
 
 
 @block_kernel
-def hold_released(block: int, grid: Grid, scratch: np.ndarray, kept: np.ndarray) -> None:
+def hold_released(block: int, grid: Grid, scratch: np.ndarray, rings: Rings) -> None:
     """Leave released cells the volume that they had, and no motion, so that their state stays a number."""
+    kept = rings.kept[block]
     for lane in range(LANES):
         if scratch[RELEASED * LANES + lane] > 0.0:
             kept[(ROWS_OF_CELLS - 1) * LANES + lane] = _BEFORE
+            rings.released[grid.cells[block, lane]] = 1
             scratch[VOLUME * LANES + lane] = grid.volume[block * LANES + lane]
             for k in range(9):
                 scratch[(RATE + k) * LANES + lane] = 0.0

@@ -31,6 +31,7 @@ _MOST_EDGES = 24  # of the line under one edge of the charge
 SPREAD = 32
 """Most nodes of the line over which the pressure of one node of the charge is spread."""
 _GAUSS = 0.5 / np.sqrt(3.0)
+_MOST_CORRECTION = 30.0  # force of the spring on products over that of their own pressure
 _OFF_END = 0.5  # of the edge's length: a node farther beyond the end of its smooth line has left it
 
 
@@ -38,6 +39,7 @@ class SlideLine(NamedTuple):
     """Edges that the charge may slide on; a group is a node with those of its edges that are smooth together."""
 
     edges: np.ndarray  # (edges, 2) int32 nodes of casing or fuze; the charge lies to the right of their direction
+    metal: np.ndarray  # (edges,) int32, the cell of casing or fuze whose edge it is
     neighbour: np.ndarray  # (edges, 2) int32, edge beyond each end; -1 beyond a crease
     across: np.ndarray  # (edges, 2) int32, edge beyond a crease that is hollow towards the charge; else -1
     end: np.ndarray  # (edges, 2) int32, group of each end
@@ -101,6 +103,7 @@ def add_line_forces(
     contacts: LineContacts,
     burn_fraction: np.ndarray,
     pressure: np.ndarray,
+    released: np.ndarray,
     position: np.ndarray,
     mass: np.ndarray,
     own: np.ndarray,
@@ -108,14 +111,16 @@ def add_line_forces(
 ) -> None:
     """Find every contact's point and force, advance its state, and add `share` of the forces (N) to those of the nodes.
 
-    `burn_fraction` and `pressure` (cells,) Pa of the charge; `position`, `mass` and `force` of the nodes; `own`
-    (nodes, 3) receives the contacts' forces alone.
+    `burn_fraction` and `pressure` (cells,) Pa of the charge, `released` (cells,) whether a cell is no continuum any
+    more; `position`, `mass` and `force` of the nodes; `own` (nodes, 3) receives the contacts' forces alone.
     """
     boundary_vectors(position, line)
     for c in range(contacts.slave.size):
         # Contact takes half of the last force and half of the new one on this step's relative displacement.
         contacts.taken[c] = -0.5 * _work(c, line, contacts, position)
         _find_point(c, line, contacts, position)
+        if contacts.off[c] == 0 and _has_nothing_left(c, line, contacts, released):
+            contacts.off[c] = 1
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
         burnt, gas = 0.0, 0.0
@@ -135,6 +140,17 @@ def add_line_forces(
     for node in line.nodes:
         for i in range(3):
             force[node, i] += share * own[node, i]
+
+
+@block_kernel
+def _has_nothing_left(c: int, line: SlideLine, contacts: LineContacts, released: np.ndarray) -> bool:
+    """Whether all products around a contact's node, or the metal that it lies on, have been released."""
+    if released[line.metal[contacts.face[c]]] != 0:
+        return True
+    live = 0
+    for k in range(contacts.first_cell[c], contacts.first_cell[c + 1]):
+        live += 1 if released[contacts.cell[k]] == 0 else 0
+    return live == 0
 
 
 @block_kernel
@@ -210,7 +226,7 @@ def _find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.nd
     reach = 0.5 * _OFF_END * size
     entered = _ENTRY * np.sqrt(ur * ur + uz * uz) + _BENT * reach
     met = contacts.stiffness[c] > 0.0
-    if contacts.off[c] == 0 and (beyond > reach or gap < -reach or (not met and gap < -entered)):
+    if contacts.off[c] == 0 and (beyond > reach or (not met and gap < -min(entered, reach))):
         contacts.off[c] = 1
     contacts.gap[c] = gap
 
@@ -326,6 +342,11 @@ def _press(
     was_bonded, old_slip = contacts.bonded[c] != 0, contacts.slip[c]
     whole = was_bonded and unreacted > 0.0
     gas = burnt * max(pressure, 0.0) * area
+    # Of products the spring corrects the gas's own pressure, by so much at most: where a strengthless wall has folded,
+    # a node that is suddenly far from the line would else be shot off by a spring as stiff as the step bears.
+    most = _MOST_CORRECTION * gas
+    if burnt == 1.0 and stiffness * abs(gap) > most:
+        stiffness = most / abs(gap)
     press = gas - stiffness * gap
     # Products fill what they are in: their surface does not leave the casing, unless over an end of the line.
     tension = np.inf if burnt == 1.0 else (law.tensile_strength * unreacted * area if whole else 0.0)

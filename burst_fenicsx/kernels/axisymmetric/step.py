@@ -11,20 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.cells import charge_ring_block, solid_ring_block
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import Rings
 from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine, add_line_forces
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.sliding import SlideLaw
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
 
-__all__ = ["LineSettings", "RingSums", "Rings", "add_ring_forces", "advance_rings"]
-
-
-class Rings(NamedTuple):
-    """What quadrilaterals of the meridian have besides the arrays of all cells."""
-
-    kept: np.ndarray  # (blocks, ROWS_OF_CELLS LANES): inverse shares of the nodes' masses (1/kg), and RELEASED
-    mass: np.ndarray  # (nodes,) kg
-    axis: np.ndarray  # int32, nodes on the axis
+__all__ = ["LineSettings", "RingSums", "add_ring_forces", "advance_rings"]
 
 
 class LineSettings(NamedTuple):
@@ -81,9 +74,7 @@ def add_ring_forces(
         first = schedule.first_solid[chunk]
         for block in range(first, first + schedule.active[chunk, least, 0]):
             share = 1.0 / (1 << grid.level[block])
-            solid_ring_block(
-                block, share * step, share, nodes, grid, solid, rings.kept, scratch, sums.energy, sums.limits
-            )
+            solid_ring_block(block, share * step, share, nodes, grid, solid, rings, scratch, sums.energy, sums.limits)
         first = schedule.first_charge[chunk]
         for block in range(first, first + schedule.active[chunk, least, 1]):
             share = 1.0 / (1 << grid.level[block])
@@ -95,7 +86,7 @@ def add_ring_forces(
                 nodes,
                 grid,
                 charge,
-                rings.kept,
+                rings,
                 scratch,
                 sums.energy,
                 sums.limits,
@@ -111,6 +102,7 @@ def add_ring_forces(
             contacts,
             charge.burn_fraction,
             charge.pressure,
+            rings.released,
             nodes.position,
             rings.mass,
             sums.own,

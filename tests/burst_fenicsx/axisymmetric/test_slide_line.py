@@ -24,6 +24,7 @@ pytestmark = pytest.mark.dolfinx
 
 PRESSURE, COUNT, LENGTH = 3e9, 24, 0.06
 LAW = SlideLaw(1e8, 1e-7, 0.0, 0.0, 0.0)
+STIFF = SlideLaw(1e14, 1e-7, 0.0, 0.0, 0.0)  # as in a step of 50 ns
 
 
 def bench(shape):
@@ -50,7 +51,7 @@ def pressed(solver, pressure=PRESSURE, law=LAW):
     own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
     add_line_forces(
         law, 1.0, interface.line, interface.contacts, fields.charge.burn_fraction, fields.charge.pressure,
-        fields.nodes.position, fields.mass, own, force,
+        fields.rings.released, fields.nodes.position, fields.mass, own, force,
     )  # fmt: skip
     np.testing.assert_array_equal(own, force)
     return own
@@ -215,6 +216,49 @@ def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both
         assert contacts.gap[c] == pytest.approx(gap, abs=1e-12)
     np.testing.assert_allclose(contacts.normal[c], [0.0, 1.0], atol=1e-12)
     assert start[line.edges[contacts.face[c]], 2] == pytest.approx([0.01, 0.01])
+
+
+@pytest.mark.parametrize("gap", [2e-3, -2e-3])
+def test_products_far_from_the_line_are_moved_back_by_a_force_of_the_size_of_their_pressure(gap):
+    """The spring is as stiff as the step bears, a thousand times too stiff for a node that is 2 mm away at once."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    contacts, position = solver.contact.interface.contacts, solver.fields.nodes.position
+    pressed(solver, law=STIFF)
+    (c,) = np.flatnonzero(np.abs(solver.fields.start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
+    assert contacts.stiffness[c] * abs(gap) > 100.0 * np.linalg.norm(contacts.pressing[c])
+    position[contacts.slave[c], 0] -= gap
+    pressed(solver, law=STIFF)
+    assert contacts.gap[c] == pytest.approx(gap)
+    assert contacts.off[c] == 0
+    correction, own = np.linalg.norm(contacts.force[c]), np.linalg.norm(contacts.pressing[c])
+    assert 5.0 * own < correction < 50.0 * own
+    # Towards the line, and one that lies on it is not disturbed.
+    assert np.sign(contacts.force[c] @ contacts.normal[c]) == -np.sign(gap)
+    position[contacts.slave[c], 0] += gap
+    pressed(solver, law=STIFF)
+    assert np.linalg.norm(contacts.force[c]) < 1e-9 * own
+
+
+def test_released_products_and_products_on_released_metal_press_no_more():
+    """A node whose cells have all been released, and one on an edge whose metal has, have left the line for good."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    pressed(solver)
+    touching = contacts.stiffness > 0.0
+    assert touching.all()
+    released = solver.fields.rings.released
+    released[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]] = 1
+    torn = contacts.face[15]
+    released[line.metal[torn]] = 1
+    assert solver.fields.mesh.part[line.metal[torn]] == Part.CASING
+    force = pressed(solver)
+    gone = np.flatnonzero(contacts.off == 1)
+    np.testing.assert_array_equal(gone, np.union1d([3], np.flatnonzero(contacts.face == torn)))
+    assert (contacts.stiffness[gone] == 0.0).all()
+    assert (force[contacts.slave[gone]] == 0.0).all()
+    # A node with one live cell left goes on pressing.
+    assert (contacts.stiffness[[2, 4]] > 0.0).all()
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
 
 
 def test_the_charges_nodes_at_the_rim_of_a_fuze_belong_to_both_sides():

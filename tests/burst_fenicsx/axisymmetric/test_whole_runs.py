@@ -120,14 +120,18 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     assert_same(whole, parts, "burst_snapshot.h5", "burst.h5", "burst_revolved.h5")
 
 
-def test_threads_do_not_change_a_bit(tmp_path):
+def test_it_takes_one_thread_whatever_is_given_and_leaves_the_number_as_it_was(tmp_path):
     if numba.config.NUMBA_NUM_THREADS < 2:
         pytest.skip("one thread only")
     usual, one, two = numba.get_num_threads(), *folders(tmp_path, "one", "two")
     try:
         for threads, folder in ((1, one), (2, two)):
             numba.set_num_threads(threads)
-            simulate([tube()], RINGS, folder, comm=MPI.COMM_SELF)
+            assert simulate([tube()], RINGS, folder, comm=MPI.COMM_SELF).summary["threads"] == 1
+            assert numba.get_num_threads() == threads
+        with pytest.raises(InputError):
+            simulate([tube(), tube(name="b", position=(1.0, 0, 0))], RINGS, one, comm=MPI.COMM_SELF)
+        assert numba.get_num_threads() == 2
     finally:
         numba.set_num_threads(usual)
     assert_same(one, two, "burst_snapshot.h5", "burst.h5")
