@@ -138,6 +138,11 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
     """The run with every input as the case has it: given as a directory, or made here, with other cell sizes."""
     if request.target.is_dir():
         directory = RunDirectory(request.target)
+        if request.settings or request.cell_size:
+            raise InputError(
+                f"{directory.path}: found --set or --cell-size with a run directory, whose run is the nominal one; "
+                "allowed: with a case file"
+            )
         if not directory.complete(STAGES["fly"]):
             raise InputError(
                 f"{directory.path}: has not been flown; run `fragfield run {directory.path} --resume` first"

@@ -18,11 +18,13 @@ from typer.testing import CliRunner
 import fragfield.uncertainty.study as study_module
 from fragfield.cli import app
 from fragfield.errors import InputError
+from fragfield.pipeline import Request
 from fragfield.run_directory import RunDirectory
 from fragfield.stamped import read_stamped_json
 from fragfield.uncertainty.journal import Journal
 from fragfield.uncertainty.results import read_results
 from tests.fragfield.short_run import SHORT, command, environment
+from tests.fragfield.synthetic_run import write_run
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
@@ -245,6 +247,20 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     assert found["design"]["bursts"] == 8
     assert "three dimensions" in found["design"]["geometry"]
     assert max(found["distance"]["indices"], key=lambda one: one["total"])["name"] == "heat of detonation"
+
+
+@pytest.mark.parametrize(
+    ("settings", "stages", "message"),
+    [
+        (("seed=2",), 3, "found --set or --cell-size with a run directory, whose run is the nominal one"),
+        ((), 2, "has not been flown; run `fragfield run"),
+    ],
+)
+def test_a_run_directory_that_cannot_be_the_nominal_run(tmp_path, settings, stages, message):
+    run = write_run(tmp_path / "run", stages=stages)
+    with pytest.raises(InputError) as found:
+        study_module._nominal(Request(run, settings=settings), study_module.StudyOptions(tmp_path / "out"))
+    assert message in str(found.value)
 
 
 def test_a_burst_that_fails_ends_the_study(made, tmp_path):
