@@ -15,6 +15,7 @@ Whoever opens the file after a crash finds the journal and goes back (undo) or t
 
 from __future__ import annotations
 
+import atexit
 import fcntl
 import hashlib
 import io
@@ -175,6 +176,27 @@ def write_at(descriptor: int, offset: int, data: bytes | memoryview) -> None:
         offset, view = offset + written, view[written:]
 
 
+_open: dict[int, h5py.File] = {}
+
+
+@contextmanager
+def _closed_at_exit(file: h5py.File) -> Iterator[h5py.File]:
+    """Close a file when the block ends, or, where it never does, while Python is still there to be written through."""
+    _open[id(file)] = file
+    try:
+        with file:
+            yield file
+    finally:
+        del _open[id(file)]
+
+
+@atexit.register
+def _close_all() -> None:
+    for file in list(_open.values()):
+        with suppress(Exception):
+            file.close()
+
+
 @contextmanager
 def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5py.File]:
     """Write a new HDF5 file; it takes its name, sealed, when the block ends without an error.
@@ -195,7 +217,7 @@ def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5p
         draft, descriptor = open_draft(path, error)
         body = _Body(descriptor, 0)
         try:
-            with h5py.File(body, "w", **options) as file:
+            with _closed_at_exit(h5py.File(body, "w", **options)) as file:
                 yield file
             _raise(body)
             os.ftruncate(descriptor, body.size)
@@ -243,7 +265,7 @@ def appending(path: Path, error: type[Exception], **options: Any) -> Iterator[h5
             base = os.fstat(descriptor).st_size if seal is None else seal.size
             locks.append(_write_journal(path, b"undo", base, seal.to_bytes() if seal is not None else b""))
             body = _Body(descriptor, base)
-            with h5py.File(body, "r+", **options) as file:
+            with _closed_at_exit(h5py.File(body, "r+", **options)) as file:
                 yield file
             _raise(body)
             _commit(path, descriptor, body, seal, locks)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from tests.attack import disk, files, signals
+from tests.attack import disk, exits, files, signals
 from tests.attack.cases import documents, fault_of, to_text
 from tests.fragfield.short_run import invoke
 
@@ -75,6 +75,7 @@ def main() -> int:
         wrong += files.attack(made.whole, folder, here + 1, 200, end)
         wrong += signals.attack(folder / "signals", here + 2, 9, end, made, plan=plan)
         wrong += signals.attack(folder / "ranks", here + 3, 3, end, made, ranks=2, plan=plan)
+        wrong += exits.attack(made.whole, folder / "exits", here + 5, 20)
         if os.geteuid() == 0:
             wrong += disk.attack(folder / "full", here + 4, 5, end, made)
     for line in wrong:

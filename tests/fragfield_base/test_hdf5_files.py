@@ -21,6 +21,7 @@ from fragfield_base.interruption import Interruption
 from fragfield_base.seal import BLOCK
 from fragfield_base.writing import DRAFT
 from tests.faults import at_every_call, failing_call, limited_file_size
+from tests.fragfield.short_run import environment
 
 
 class RefusedError(Exception):
@@ -370,3 +371,21 @@ def test_other_threads_write_as_the_main_one_does(tmp_path):
     thread.start()
     thread.join()
     assert _states(path) == 1
+
+
+@pytest.mark.parametrize("opener", ["creating", "appending"])
+def test_a_file_that_is_open_when_python_ends_does_not_crash_it(tmp_path, opener):
+    """HDF5 would close it after Python has gone, through an object of Python's: signal 11."""
+    _create(tmp_path / "whole.h5")
+    script = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from fragfield_base import hdf5_files\n"
+        f"sys.kept = hdf5_files.{opener}(Path(sys.argv[1]), ValueError)\n"
+        "sys.kept.__enter__()['more'] = list(range(1000))\n"
+    )
+    command = [sys.executable, "-X", "faulthandler", "-c", script, str(tmp_path / "whole.h5")]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    with reading(tmp_path / "whole.h5", ValueError) as file:
+        assert "more" not in file
