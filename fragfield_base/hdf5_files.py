@@ -381,16 +381,16 @@ def _recover(path: Path, error: type[Exception]) -> None:
 def _replay(path: Path, descriptor: int) -> None:
     """Do what the journal says and remove it; one that is not whole is only removed. Raises OSError."""
     journal = path.with_name(path.name + JOURNAL)
+    held = os.fstat(descriptor).st_size
     try:
-        data = journal.read_bytes()
+        # No journal of ours is larger: a page at most for a page of the file, each with its entry, or the seal.
+        small = journal.stat().st_size <= held + held // 128 + BLOCK
+        data = journal.read_bytes() if small else b""
     except FileNotFoundError:
         return
-    start = len(_MARK) + 32
-    text = data[start:]
-    whole = data[: len(_MARK)] == _MARK and hashlib.blake2b(text, digest_size=32).digest() == data[len(_MARK) : start]
-    if whole:
-        kind, size, length = _HEAD.unpack_from(text)
-        content = text[_HEAD.size : _HEAD.size + length]
+    found = _journal_of(data, held)
+    if found is not None:
+        kind, size, content = found
         if kind == b"undo":
             os.ftruncate(descriptor, size)
             write_at(descriptor, size, content)
@@ -399,6 +399,33 @@ def _replay(path: Path, descriptor: int) -> None:
             write_at(descriptor, size, Seal.of(descriptor, size).to_bytes())
         os.fsync(descriptor)
     journal.unlink()
+
+
+def _journal_of(data: bytes, held: int) -> tuple[bytes, int, bytes] | None:
+    """Kind, size and content of a journal; None for one that is not whole, or not of a file of `held` bytes.
+
+    A run directory may come from elsewhere, its journal with it: what it says is done only where a journal of this
+    program could have said it. Both kinds are written when the file has at least the bytes that they leave it.
+    """
+    start = len(_MARK) + 32
+    text = data[start:]
+    if data[: len(_MARK)] != _MARK or hashlib.blake2b(text, digest_size=32).digest() != data[len(_MARK) : start]:
+        return None
+    if len(text) < _HEAD.size:
+        return None
+    kind, size, length = _HEAD.unpack_from(text)
+    content = text[_HEAD.size :]
+    if kind not in (b"undo", b"redo") or size > held or length != len(content):
+        return None
+    place = 0
+    while kind == b"redo" and place < length:
+        if place + _ENTRY.size > length:
+            return None
+        offset, count = _ENTRY.unpack_from(content, place)
+        place += _ENTRY.size + count
+        if offset + count > held or place > length:
+            return None
+    return kind, size, content
 
 
 def _raise(body: _Body) -> None:

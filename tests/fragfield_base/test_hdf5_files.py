@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -389,3 +391,41 @@ def test_a_file_that_is_open_when_python_ends_does_not_crash_it(tmp_path, opener
     assert (done.returncode, done.stderr) == (0, "")
     with reading(tmp_path / "whole.h5", ValueError) as file:
         assert "more" not in file
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "content"),
+    [
+        (b"redo", 1 << 43, b""),  # eight terabytes of nothing, and a seal of them
+        (b"undo", 1 << 43, b""),
+        (b"redo", 100, struct.pack("<QQ", 1 << 62, 4) + b"abcd"),
+        (b"redo", 100, struct.pack("<QQ", 1 << 63, 4) + b"abcd"),
+        (b"redo", 100, struct.pack("<QQ", 0, 1 << 40) + b"abcd"),
+        (b"redo", 100, b"abc"),
+        (b"else", 100, b""),
+        (None, 0, b""),
+    ],
+)
+def test_a_journal_that_is_none_of_ours_changes_nothing(tmp_path, kind, size, content):
+    """Its checksum is right: whoever makes a run directory can make that as well."""
+    path = tmp_path / "states.h5"
+    _create(path)
+    before = path.read_bytes()
+    text = b"short" if kind is None else struct.pack("<4sQQ", kind, size, len(content)) + content
+    digest = hashlib.blake2b(text, digest_size=32).digest()
+    path.with_name(path.name + JOURNAL).write_bytes(b"fragfield journal 1" + digest + text)
+    with reading(path, RefusedError) as file:
+        assert len(file["cells"]) == 5000
+    assert path.read_bytes() == before
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["states.h5"]
+
+
+def test_a_journal_larger_than_its_file_is_not_read(tmp_path):
+    path = tmp_path / "states.h5"
+    _create(path)
+    with path.with_name(path.name + JOURNAL).open("wb") as file:
+        file.truncate(1 << 40)
+    began = time.process_time()
+    with reading(path, RefusedError) as found:
+        assert "cells" in found
+    assert time.process_time() - began < 5.0
