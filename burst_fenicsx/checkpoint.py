@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.contact.restart import contact_arrays, restore_contact
+from burst_fenicsx.contact.restart import contact_arrays, own_sums, restore_contact, sums_of_ranks
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.fields import hourglass_by_block, hourglass_by_slot
 from burst_fenicsx.ledger import Entry
@@ -83,8 +83,8 @@ def write_checkpoint(
             ("force", state.nodes.force),
         )
     }
-    sums = mesh.comm.allreduce(
-        np.concatenate([solver.ledger.given.ravel(), solver.ledger.sums, [solver.ledger.external_work]])
+    sums = sums_of_ranks(
+        np.concatenate([solver.ledger.given.ravel(), solver.ledger.sums, [solver.ledger.external_work]]), mesh.comm
     )
     cell_steps = mesh.comm.allreduce(solver.cell_steps)
     contact = contact_arrays(solver.contact) if solver.contact is not None else {}
@@ -120,9 +120,9 @@ def _write(
         file.attrs["cell_steps"] = cell_steps
         file.attrs["longest_step"] = solver.subcycling.step
         file.attrs["contact_level"] = solver.subcycling.contact_level
-        file["ledger/given"] = sums[:-6].reshape(-1, 2)
-        file["ledger/sums"] = sums[-6:-1]
-        file["ledger/external_work"] = sums[-1]
+        file["ledger/given"] = sums[:, :-6].reshape(len(sums), -1, 2)  # of every rank, as all in this group
+        file["ledger/sums"] = sums[:, -6:-1]
+        file["ledger/external_work"] = sums[:, -1]
         file["ledger/damping"] = solver.ledger.damping
         for name, column in solver.ledger.columns().items():
             file[f"history/{name}"] = column
@@ -190,12 +190,12 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     for name in _NUMBERS:
         setattr(solver, name, float(file.attrs[name]))
     solver.steps = int(file.attrs["steps"])
-    # The sums are those of all ranks: one goes on from them, the others from nothing.
-    share = 1.0 if mesh.comm.rank == 0 else 0.0
-    solver.cell_steps = int(share * file.attrs["cell_steps"])
-    solver.ledger.given[:] = share * file["ledger/given"][()]
-    solver.ledger.sums[:] = share * file["ledger/sums"][()]
-    solver.ledger.external_work = share * float(file["ledger/external_work"][()])
+    # A number of all ranks: one goes on from it, the others from nothing.
+    solver.cell_steps = int(file.attrs["cell_steps"]) if mesh.comm.rank == 0 else 0
+    ledger, comm = solver.ledger, mesh.comm
+    ledger.given[:] = own_sums(file["ledger/given"][()], comm, ledger.given.shape)
+    ledger.sums[:] = own_sums(file["ledger/sums"][()], comm, ledger.sums.shape)
+    ledger.external_work = float(own_sums(file["ledger/external_work"][()], comm, ()))
     solver.ledger.damping = float(file["ledger/damping"][()])
     columns = {name: values[()] for name, values in file["history"].items()}
     rows_count = len(columns["time"])

@@ -138,8 +138,8 @@ class TimeSeries:
             where: dict[str, tuple[str, NDArray[Any]]] = {}
             for key, data in [
                 ("position", places),
-                *((f"point/{name}", data) for name, data in points.items()),
-                *((f"cell/{name}", data) for name, data in fields.items()),
+                *((f"point/{name}", points[name]) for name in sorted(points)),  # as HDF5 gives them back
+                *((f"cell/{name}", fields[name]) for name in sorted(fields)),
             ]:
                 known = self._last.get(key)
                 if known is not None and np.array_equal(known[1], data):
@@ -193,10 +193,7 @@ class TimeSeries:
                 if time is None or time > resume_at * (1 + 1e-12):
                     del file["steps"][name]
                     continue
-                where = {
-                    key: (step[key].name, step[key][()] if step[key].dtype.kind == "i" else step[key])
-                    for key in _dataset_keys(step)
-                }
+                where = {key: self._known(key, step[key]) for key in _dataset_keys(step)}
                 self._times.append(float(time))
                 self._grids.append(self._grid(float(time), where))
                 self._nodes = len(step["position"])
@@ -205,6 +202,13 @@ class TimeSeries:
                     for centre in ("point", "cell")
                 )
                 self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
+
+    def _known(self, key: str, data: h5py.Dataset) -> tuple[str, Any]:
+        """Name and content of an array; of whole numbers that repeat the name under which they came first."""
+        if data.dtype.kind != "i":
+            return data.name, data
+        values, known = data[()], self._last.get(key)
+        return known if known is not None and np.array_equal(known[1], values) else (data.name, values)
 
     def _checked_positions(self, positions: ArrayLike) -> NDArray[np.float64]:
         places = np.ascontiguousarray(positions, dtype=np.float64)

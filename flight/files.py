@@ -11,7 +11,7 @@ from flight.contact import CONTACTS
 from flight.errors import InputError
 from flight.hdf5 import open_checked, write_attributes
 from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Trajectories, flat_columns
-from flight.text_tables import write_columns
+from flight.text_tables import Labels, write_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
@@ -38,6 +38,7 @@ _LATER = {
     "rest_time": "time",
     "rest_position": "position",
 }
+ROWS_AT_ONCE = 1 << 16  # of a column, which is not contiguous in the table: the copy stays below 2 MB
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
 
 
@@ -59,16 +60,20 @@ def write_result(
     if csv:
         written.append(write_columns(folder / "landing.csv", flat_columns(result.landing), stamp))
         columns = flat_columns(result.hits)
-        label = np.array(names or [""])[result.hits["witness"]] if len(result.hits) else np.zeros(0, "U1")
-        written.append(write_columns(folder / "witness.csv", {"name": label, **columns}, stamp))
+        written.append(
+            write_columns(folder / "witness.csv", {"name": Labels(names, columns["witness"]), **columns}, stamp)
+        )
     if result.obstacles:
         names = [obstacle.name for obstacle in result.obstacles]
         written.append(write_obstacle_hits(result.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
         if csv:
-            which, face = result.obstacle_hits["obstacle"], result.obstacle_hits["face"]
-            faces = [result.obstacles[i].faces[f] for i, f in zip(which, face, strict=True)]
-            labels = {"name": np.array(names)[which], "face_name": np.array(faces, dtype="U8")}
             columns = flat_columns(result.obstacle_hits)
+            first = np.cumsum([0, *(len(obstacle.faces) for obstacle in result.obstacles)])
+            faces = [face for obstacle in result.obstacles for face in obstacle.faces]
+            labels = {
+                "name": Labels(names, columns["obstacle"]),
+                "face_name": Labels(faces, first[columns["obstacle"]] + columns["face"]),
+            }
             written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
     if result.contacts is not None:
         written.append(write_contacts(result.contacts, folder / "contacts.h5", stamp))
@@ -138,7 +143,10 @@ def _write_table(
         write_attributes(file, name, FORMAT_VERSION, provenance)
         columns = file.create_group(group)
         for field in table.dtype.names or ():
-            columns.create_dataset(field, data=np.ascontiguousarray(table[field]))
+            column = table[field]
+            data = columns.create_dataset(field, shape=column.shape, dtype=column.dtype)
+            for start in range(0, len(column), ROWS_AT_ONCE):
+                data[start : start + ROWS_AT_ONCE] = column[start : start + ROWS_AT_ONCE]
         for key, lines in texts.items():
             file.create_dataset(key, data=lines, dtype=h5py.string_dtype(), shape=(len(lines),))
     return path

@@ -220,7 +220,7 @@ def _summary(
     result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: Job, seconds: float
 ) -> dict[str, Any]:
     landing = result.landing
-    landed = result.landed
+    landed = landing["status"] == Status.LANDED
     at_rest = landing["rest_position"][landing["rest_status"] == Status.LANDED, :2] - job.origin
     beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if job.in_air else 0
     below = int((extremes[:, 2] < drag.lowest_mach).sum()) if job.in_air else 0
@@ -233,14 +233,14 @@ def _summary(
     return {
         "fragments": len(landing),
         "mass": float(landing["mass"].sum()),
-        "landed": len(landed),
+        "landed": int(landed.sum()),
         "status": _by_status(landing, "status"),
         "rest_status": _by_status(landing, "rest_status"),
         "max_rest_distance": float(np.sqrt((at_rest**2).sum(axis=1)).max(initial=0.0)),
         "bounces": int(landing["bounces"].sum()),
         "hits": len(result.hits),
         "obstacle_hits": len(result.obstacle_hits),
-        "max_range": float(landed["distance"].max()) if len(landed) else 0.0,
+        "max_range": float(landing["distance"].max(where=landed, initial=0.0)),
         "drag": drag.name,
         "above_drag_table": beyond,
         "below_drag_table": below,

@@ -145,7 +145,7 @@ class Job:
                 self.near = NearGround(self.near.grid.up_to(EXTENSION * self.near.grid.reach), self.near.criteria)
                 return self.run(threads, on_progress, began)
             self.path_lengths = PathLengths.of(self.near, [buffers["lengths"] for buffers in counted])
-        return landing, np.concatenate([no_hits, *hits]), np.concatenate([none_struck, *struck]), extremes
+        return landing, _joined(hits, HITS), _joined(struck, OBSTACLE_HITS), extremes
 
     def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
         """Fly the chosen fragments again and keep their paths."""
@@ -266,6 +266,17 @@ class Job:
         rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
         rows["elevation"] = _angles(buffer[:, 6], _horizontal(buffer[:, 4:6]))
         return rows
+
+
+def _joined(parts: list[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
+    """All rows of the parts, which are taken from the list one by one: never twice in memory."""
+    whole = np.empty(sum(map(len, parts)), dtype=kind)
+    end = len(whole)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
 
 
 def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:

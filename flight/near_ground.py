@@ -98,17 +98,18 @@ def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.flo
         raise InputError("hazard: the flight was not asked to count paths near the ground (near_ground)")
     grid, criteria = counted.near.grid, counted.near.criteria
     rows = result.landing
-    rows = rows[(rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)]
-    if len(rows):
-        grid = grid.up_to(max(grid.reach, float(rows["distance"].max()) + grid.cell))
-    turn, cell = grid.cells_of(rows["azimuth"], rows["distance"])
+    dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)
+    place = rows["distance"][dangerous]
+    if len(place):
+        grid = grid.up_to(max(grid.reach, float(place.max()) + grid.cell))
+    turn, cell = grid.cells_of(rows["azimuth"][dangerous], place)
     flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
     landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
     tracks = np.zeros(grid.shape)
     if criteria.person_height > 0.0:
         tracks[:, : counted.lengths.shape[1]] = counted.lengths / criteria.person_height
     else:
-        steepness = np.sin(np.maximum(np.radians(rows["angle"]), SHALLOWEST))
+        steepness = np.sin(np.maximum(np.radians(rows["angle"][dangerous]), SHALLOWEST))
         tracks += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
     held = np.flatnonzero(landings.any(axis=0) | tracks.any(axis=0))
     end = int(held[-1]) + 1 if held.size else 1

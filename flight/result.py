@@ -165,7 +165,7 @@ class FlightResult:
         return self.landing[self.landing["status"] == Status.LANDED]
 
     def hits_on(self, witness: int | str) -> NDArray[Any]:
-        """Crossings of one witness surface, by index or name."""
+        """Crossings of one witness surface, by index or name; all there are, not copied, where it is the only one."""
         from flight.errors import InputError, nearest
 
         if isinstance(witness, str):
@@ -175,7 +175,8 @@ class FlightResult:
             if names.count(witness) > 1:
                 raise InputError(f"{names.count(witness)} witnesses are called {witness!r}; ask by index")
             witness = names.index(witness)
-        return self.hits[self.hits["witness"] == witness]
+        here = self.hits["witness"] == witness
+        return self.hits if here.all() else self.hits[here]
 
     def by_face(self, energy: float = 79.0) -> list[dict[str, Any]]:
         """Hits on every obstacle by face; see `flight.obstacles.count_by_face`."""

@@ -363,6 +363,11 @@ def main() -> None:
         if not isinstance(error, BrokenPipeError):
             sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
         sys.exit(exit_code_of(error))
+    finally:
+        # All is done: what comes while libraries and Python itself are closed has nothing to interrupt any more.
+        for number in (signal.SIGTERM, signal.SIGINT):
+            if signal.getsignal(number) is interrupt:
+                signal.signal(number, signal.SIG_IGN)
 
 
 def _request(

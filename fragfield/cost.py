@@ -88,7 +88,8 @@ def expected_cost(
     """
     lit = _times_lit(rounds, described)
     shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, lit, strict=True)]
-    sizes = {id(mesh): (mesh.shortest_edge, mesh.mean_edge) for mesh in meshes}  # a stack has one mesh
+    different = {id(mesh): mesh for mesh in meshes}  # a stack has one
+    sizes = {key: (mesh.shortest_edge, mesh.mean_edge) for key, mesh in different.items()}
     shortest, mean = zip(*(sizes[id(mesh)] for mesh in meshes), strict=True)
     stable = [_stable_step(entry, edge) for entry, edge in zip(rounds, shortest, strict=True)]
     fine = [edge / (0.5 * found["outer_diameter"]) for edge, found in zip(mean, described, strict=True)]

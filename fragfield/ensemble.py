@@ -253,9 +253,9 @@ class _Flights:
             )
         self.done += len(fragments)
         exposed = self.exposed.count(result, fragments, self.own)
-        result = replace(
-            result, witnesses=result.witnesses[: self.own], hits=result.hits[result.hits["witness"] < self.own]
-        )
+        if len(result.witnesses) > self.own:
+            own = result.hits["witness"] < self.own
+            result = replace(result, witnesses=result.witnesses[: self.own], hits=result.hits[own])
         result.summary["hits"] = len(result.hits)
         if number == 0:
             self.first = result

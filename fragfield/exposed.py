@@ -93,6 +93,8 @@ class ExposedPlaces:
         from flight.exposed import count_exposed
 
         prisms = [prism for place in self.places for prism in place.prisms]
+        if not prisms:
+            return count_exposed(result, prisms, first, fragments.position, np.zeros(0))
         with np.errstate(over="ignore"):
             speed = np.linalg.norm(fragments.velocity, axis=1)
         return count_exposed(result, prisms, first, fragments.position, speed)

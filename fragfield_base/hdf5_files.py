@@ -15,6 +15,7 @@ Whoever opens the file after a crash finds the journal and goes back (undo) or t
 
 from __future__ import annotations
 
+import atexit
 import fcntl
 import hashlib
 import io
@@ -175,6 +176,27 @@ def write_at(descriptor: int, offset: int, data: bytes | memoryview) -> None:
         offset, view = offset + written, view[written:]
 
 
+_open: dict[int, h5py.File] = {}
+
+
+@contextmanager
+def _closed_at_exit(file: h5py.File) -> Iterator[h5py.File]:
+    """Close a file when the block ends, or, where it never does, while Python is still there to be written through."""
+    _open[id(file)] = file
+    try:
+        with file:
+            yield file
+    finally:
+        del _open[id(file)]
+
+
+@atexit.register
+def _close_all() -> None:
+    for file in list(_open.values()):
+        with suppress(Exception):
+            file.close()
+
+
 @contextmanager
 def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5py.File]:
     """Write a new HDF5 file; it takes its name, sealed, when the block ends without an error.
@@ -195,7 +217,7 @@ def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5p
         draft, descriptor = open_draft(path, error)
         body = _Body(descriptor, 0)
         try:
-            with h5py.File(body, "w", **options) as file:
+            with _closed_at_exit(h5py.File(body, "w", **options)) as file:
                 yield file
             _raise(body)
             os.ftruncate(descriptor, body.size)
@@ -243,7 +265,7 @@ def appending(path: Path, error: type[Exception], **options: Any) -> Iterator[h5
             base = os.fstat(descriptor).st_size if seal is None else seal.size
             locks.append(_write_journal(path, b"undo", base, seal.to_bytes() if seal is not None else b""))
             body = _Body(descriptor, base)
-            with h5py.File(body, "r+", **options) as file:
+            with _closed_at_exit(h5py.File(body, "r+", **options)) as file:
                 yield file
             _raise(body)
             _commit(path, descriptor, body, seal, locks)
@@ -359,16 +381,16 @@ def _recover(path: Path, error: type[Exception]) -> None:
 def _replay(path: Path, descriptor: int) -> None:
     """Do what the journal says and remove it; one that is not whole is only removed. Raises OSError."""
     journal = path.with_name(path.name + JOURNAL)
+    held = os.fstat(descriptor).st_size
     try:
-        data = journal.read_bytes()
+        # No journal of ours is larger: a page at most for a page of the file, each with its entry, or the seal.
+        small = journal.stat().st_size <= held + held // 128 + BLOCK
+        data = journal.read_bytes() if small else b""
     except FileNotFoundError:
         return
-    start = len(_MARK) + 32
-    text = data[start:]
-    whole = data[: len(_MARK)] == _MARK and hashlib.blake2b(text, digest_size=32).digest() == data[len(_MARK) : start]
-    if whole:
-        kind, size, length = _HEAD.unpack_from(text)
-        content = text[_HEAD.size : _HEAD.size + length]
+    found = _journal_of(data, held)
+    if found is not None:
+        kind, size, content = found
         if kind == b"undo":
             os.ftruncate(descriptor, size)
             write_at(descriptor, size, content)
@@ -377,6 +399,33 @@ def _replay(path: Path, descriptor: int) -> None:
             write_at(descriptor, size, Seal.of(descriptor, size).to_bytes())
         os.fsync(descriptor)
     journal.unlink()
+
+
+def _journal_of(data: bytes, held: int) -> tuple[bytes, int, bytes] | None:
+    """Kind, size and content of a journal; None for one that is not whole, or not of a file of `held` bytes.
+
+    A run directory may come from elsewhere, its journal with it: what it says is done only where a journal of this
+    program could have said it. Both kinds are written when the file has at least the bytes that they leave it.
+    """
+    start = len(_MARK) + 32
+    text = data[start:]
+    if data[: len(_MARK)] != _MARK or hashlib.blake2b(text, digest_size=32).digest() != data[len(_MARK) : start]:
+        return None
+    if len(text) < _HEAD.size:
+        return None
+    kind, size, length = _HEAD.unpack_from(text)
+    content = text[_HEAD.size :]
+    if kind not in (b"undo", b"redo") or size > held or length != len(content):
+        return None
+    place = 0
+    while kind == b"redo" and place < length:
+        if place + _ENTRY.size > length:
+            return None
+        offset, count = _ENTRY.unpack_from(content, place)
+        place += _ENTRY.size + count
+        if offset + count > held or place > length:
+            return None
+    return kind, size, content
 
 
 def _raise(body: _Body) -> None:

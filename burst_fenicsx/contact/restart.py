@@ -18,7 +18,23 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact.forces import ContactForces
     from burst_fenicsx.contact.planes import PlaneContact
 
-__all__ = ["contact_arrays", "restore_contact"]
+__all__ = ["contact_arrays", "own_sums", "restore_contact", "sums_of_ranks"]
+
+
+def sums_of_ranks(local: np.ndarray, comm: MPI.Comm) -> np.ndarray:
+    """What every rank has summed up, (ranks, ...), on rank 0; to be ignored elsewhere. Collective.
+
+    Kept apart: added up sooner than in a run that goes on they would differ from it in the last bit.
+    """
+    return np.array(comm.gather(local) if comm.size > 1 else [local])
+
+
+def own_sums(rows: np.ndarray, comm: MPI.Comm, shape: tuple[int, ...]) -> np.ndarray:
+    """What a rank goes on from of sums (ranks, *shape): its own; on another number of ranks rank 0 from all of them."""
+    rows = rows.reshape(-1, *shape)
+    if len(rows) == comm.size:
+        return np.array(rows[comm.rank])
+    return np.array(rows.sum(axis=0)) if comm.rank == 0 else np.zeros(shape)
 
 
 def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
@@ -27,7 +43,7 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     booked = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
     deepest = contact.penetrations.over(comm)
     arrays = {
-        "booked": comm.allreduce(booked) if comm.size > 1 else booked,
+        "booked": sums_of_ranks(booked, comm),
         "penetrations": np.array(astuple(deepest)),
     }
     if contact.interface is not None:
@@ -41,8 +57,7 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
 
 def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
     """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
-    share = 1.0 if contact.comm.rank == 0 else 0.0  # sums of all ranks: one goes on from them, the others from nothing
-    booked = share * arrays["booked"]
+    booked = own_sums(arrays["booked"], contact.comm, (5 + contact.plane_force.size,))
     contact.friction, contact.stiffness_work = float(booked[0]), float(booked[1])
     contact.plane_impulse, contact.plane_force = booked[2:5].copy(), booked[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))

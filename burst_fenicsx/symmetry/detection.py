@@ -13,6 +13,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from burst_fenicsx.meshing.placement import frame
 
@@ -66,12 +67,14 @@ def find_planes(rounds: Sequence[Round], planes: Sequence[RigidPlane]) -> tuple[
     """
     bodies = [_body(item) for item in rounds]
     centre = np.mean([body.position for body in bodies], axis=0)
+    places = _Places(bodies)
     found: list[Vector] = []
     refused: list[Refusal] = []
     for normal in _candidates(bodies, centre, planes):
-        if not _maps_places(bodies, centre, normal):
+        images = places.images(centre, normal)
+        if images is None:
             continue
-        reason = _difference(bodies, centre, normal) or _plane_difference(planes, centre, normal)
+        reason = _difference(bodies, images, centre, normal) or _plane_difference(planes, centre, normal)
         if not reason:
             found.append(normal)
         elif len(bodies) > 1:  # of a single round any plane along its axis would do, as far as the position goes
@@ -109,7 +112,7 @@ def _body(item: Round) -> _Body:
 
 def _candidates(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidPlane]) -> Iterator[Vector]:
     """Unit normals to try, each once; of opposite ones that along +x, +y or +z."""
-    tried: list[Vector] = []
+    tried, count = np.empty((16, 3)), 0
     for vector in _directions(bodies, centre, planes):
         length = float(np.linalg.norm(vector))
         if length < _LENGTH:
@@ -118,8 +121,11 @@ def _candidates(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidP
         normal[np.abs(normal) < 1e-14] = 0.0
         leading = normal[np.argmax(np.abs(normal) > 0.1)]
         normal = normal * np.sign(leading) + 0.0
-        if all(abs(float(normal @ other)) < 1.0 - _ANGLE for other in tried):
-            tried.append(normal)
+        if (np.abs(tried[:count] @ normal) < 1.0 - _ANGLE).all():
+            if count == len(tried):
+                tried = np.concatenate([tried, np.empty_like(tried)])
+            tried[count] = normal
+            count += 1
             yield normal
 
 
@@ -142,25 +148,28 @@ def _directions(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidP
         yield np.cross(first.axis, across)
 
 
-def _image(bodies: Sequence[_Body], body: _Body, centre: Vector, normal: Vector) -> _Body | None:
-    """The body that stands where the reflection puts `body`."""
-    position = reflected(body.position, centre, normal)
-    axis = body.axis - 2.0 * (body.axis @ normal) * normal
-    for other in bodies:
-        if np.abs(other.position - position).max() < _LENGTH and np.abs(other.axis - axis).max() < _ANGLE:
-            return other
-    return None
+class _Places:
+    """Positions and axes of all bodies, of which no two are the same."""
+
+    def __init__(self, bodies: Sequence[_Body]) -> None:
+        self._position = np.array([body.position for body in bodies])
+        self._axis = np.array([body.axis for body in bodies])
+        self._tree = KDTree(self._position)
+
+    def images(self, centre: Vector, normal: Vector) -> NDArray[np.int64] | None:
+        """Index of the body that stands where the reflection puts each; None where one of them has no such body."""
+        place = reflected(self._position, centre, normal)
+        distance, found = self._tree.query(place, p=np.inf, distance_upper_bound=_LENGTH)
+        if not np.isfinite(distance).all():
+            return None
+        axis = self._axis - 2.0 * (self._axis @ normal)[:, None] * normal
+        return np.asarray(found) if (np.abs(self._axis[found] - axis) < _ANGLE).all() else None
 
 
-def _maps_places(bodies: Sequence[_Body], centre: Vector, normal: Vector) -> bool:
-    return all(_image(bodies, body, centre, normal) is not None for body in bodies)
-
-
-def _difference(bodies: Sequence[_Body], centre: Vector, normal: Vector) -> str:
+def _difference(bodies: Sequence[_Body], images: NDArray[np.int64], centre: Vector, normal: Vector) -> str:
     """What a reflection does not map on itself, in words; nothing where it maps all."""
-    for body in bodies:
-        image = _image(bodies, body, centre, normal)
-        assert image is not None  # the caller has looked
+    for body, index in zip(bodies, images.tolist(), strict=True):
+        image = bodies[index]
         pair = f"round '{body.name}' and its image" + ("" if image is body else f", round '{image.name}',")
         if not (body.of_revolution and image.of_revolution):
             return f"round '{body.name}' is read from a mesh file, whose own symmetry is not known"

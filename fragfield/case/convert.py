@@ -12,6 +12,7 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable
 from fragfield.case.surroundings import ground_height, surroundings
 
 if TYPE_CHECKING:
+    from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, Geometry, RigidPlane, Round
     from flight import Contact as FragmentContact
     from flight import Wind
@@ -205,17 +206,22 @@ def _surface(table: CylinderTable | PanelTable | PolygonTable) -> Witness:
 
 def burst_rounds(case: Case) -> list[Round]:
     """Rounds of the burst stage, in the order of the file."""
-    return [burst_round(entry, f"round[{number}]") for number, entry in enumerate(case.round, start=1)]
+    made: dict[str, Profile] = {}
+    return [burst_round(entry, f"round[{number}]", made) for number, entry in enumerate(case.round, start=1)]
 
 
-def burst_round(entry: RoundTable, key: str) -> Round:
-    """One resolved round; `key` names it in messages."""
+def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = None) -> Round:
+    """One resolved round; `key` names it in messages, profiles already `made` are taken from there."""
     from burst_fenicsx.geometry import profile_from_table
     from burst_fenicsx.problem import IgnitionPoint, Round, ShockInitiation
 
     assert isinstance(entry.explosive, ExplosiveTable)  # resolved
     assert isinstance(entry.casing, CasingTable)
-    profile = profile_from_table(entry.profile, where=f"{key}.profile") if isinstance(entry.profile, dict) else None
+    profile = None
+    if isinstance(entry.profile, dict):
+        made, text = ({} if made is None else made), repr(entry.profile)
+        profile = made.get(text) or profile_from_table(entry.profile, where=f"{key}.profile")
+        made[text] = profile
     return Round(
         name=entry.name,
         explosive=_explosive(entry.explosive),

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from tests.attack import disk, files, signals
+from tests.attack import disk, exits, files, signals
 from tests.attack.cases import documents, fault_of, to_text
 from tests.fragfield.short_run import invoke
 
@@ -66,16 +66,18 @@ def main() -> int:
     folder = Path(tempfile.mkdtemp(prefix="fragfield-attack-"))
     print(f"attacks for {minutes:g} minutes, seed {first}, in {folder}", flush=True)
     wrong: list[str] = []
-    _, whole, _ = signals.reference(folder)
+    made = signals.Reference(folder)
     rounds = 0
     while time.monotonic() < end:
         here, rounds = first + 1000 * rounds, rounds + 1
+        plan = random.Random(here).sample(signals.PLAN, len(signals.PLAN))
         wrong += generated_cases(folder, here, 400, end)
-        wrong += files.attack(whole, folder, here + 1, 200, end)
-        wrong += signals.attack(folder / "signals", here + 2, 9, end)
-        wrong += signals.attack(folder / "ranks", here + 3, 3, end, ranks=2)
+        wrong += files.attack(made.whole, folder, here + 1, 200, end)
+        wrong += signals.attack(folder / "signals", here + 2, 9, end, made, plan=plan)
+        wrong += signals.attack(folder / "ranks", here + 3, 3, end, made, ranks=2, plan=plan)
+        wrong += exits.attack(made.whole, folder / "exits", here + 5, 20)
         if os.geteuid() == 0:
-            wrong += disk.attack(folder / "full", here + 4, 5, end)
+            wrong += disk.attack(folder / "full", here + 4, 5, end, made)
     for line in wrong:
         print(f"WRONG {line}", flush=True)
     print(f"{len(wrong)} wrong in {(time.monotonic() - began) / 60.0:.0f} minutes, seed {first}", flush=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 from pathlib import Path
@@ -11,28 +12,47 @@ from typing import Any
 import h5py
 import numpy as np
 
+from fragfield.run_directory import STAGES
 from tests.fragfield.short_run import SHORT, command, environment
 
 __all__ = ["CASE", "FILES", "different", "run", "start"]
 
-CASE = SHORT.replace('"12 us"', '"30 us"').replace(
+CASE = SHORT.replace('"12 us"', '"30 us"\nsymmetry = "off"').replace(
     "[break_up]", "[hazard]\nmax_realisations = 4\ntolerance = 0.9\n\n[break_up]\nrealisations = 4"
 )
 """Three tenths of the passage of the front in cells of 12 mm, four realisations."""
-FILES = ("burst_snapshot.h5", "burst.h5", "fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5",
-         "ensemble.h5", "trajectories.h5")  # fmt: skip
+FILES = {
+    "burst": ("burst_snapshot.h5", "burst.h5", "burst.xdmf"),
+    "break-up": ("fragments.h5", "fragments.csv", "ensemble_fragments.h5", "arena.csv"),
+    "fly": ("landing.h5", "landing.csv", "hits.h5", "witness.csv", "ensemble.h5", "ensemble.csv", "trajectories.h5",
+            "trajectories.xdmf", "hazard_by_distance.csv", "hazard_by_sector.csv"),
+}  # fmt: skip
+"""What the stages write and is compared: every array to the last bit, every text but for its dates."""
+_DATED = re.compile(r'^# (date|revision) = .*$|<Information Name="(date|revision)"[^>]*>', re.MULTILINE)
 _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checksum", "versions", "phases", "seconds")
 
 
-def start(*arguments: object, ranks: int = 1, **options: Any) -> subprocess.Popen[str]:
-    """Start the command in a session of its own."""
+_WITHOUT_REPORT = "import fragfield.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: None; "
+_OFTEN = "import burst_fenicsx.simulation as one; one._CHECKPOINT_SECONDS = 0.2; "
+_COMMAND = "import sys; from fragfield.cli import main; sys.argv[0] = 'fragfield'; main()"
+
+
+def start(*arguments: object, ranks: int = 1, report: bool = True, **options: Any) -> subprocess.Popen[str]:
+    """Start the command in a session of its own; without `report` the chain ends before its last stage, in time.
+
+    A burst writes checkpoints every fifth of a second, so that one that is killed has something to go on from.
+    """
+    words = command(*arguments)
+    code = (_OFTEN if arguments[0] == "burst" else "") + ("" if report else _WITHOUT_REPORT)
+    if code:
+        words = [words[0], "-X", "faulthandler", "-c", code + _COMMAND, *map(str, arguments)]
     launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
     variables = environment()
     if ranks > 1:
         variables |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
         variables |= {"OMPI_MCA_odls_base_sigkill_timeout": "5"}
     return subprocess.Popen(
-        [*launcher, *command(*arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [*launcher, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=variables, start_new_session=True, preexec_fn=_take_interrupts, **options,  # noqa: PLW1509 - one thread
     )  # fmt: skip
 
@@ -49,20 +69,25 @@ def run(*arguments: object, timeout: float = 900.0, ranks: int = 1, **options: A
     return process.returncode, words
 
 
-def different(ours: Path, theirs: Path, names: tuple[str, ...] | None = None) -> list[str]:
+def different(ours: Path, theirs: Path, through: str = "fly") -> list[str]:
     """Files and keys in which two run directories hold other results; empty when they agree to the last bit.
 
-    Of the `names` alone, and of the burst's part of the summary, if they are given.
+    Of the stages to the one of the name `through`, and of their parts of the summary.
     """
     found = []
-    for name in names or FILES:
+    stages = list(FILES)[: list(FILES).index(through) + 1]
+    for name in (name for stage in stages for name in FILES[stage]):
         if (ours / name).is_file() != (theirs / name).is_file():
             found.append(f"{name} is in one of them only")
-        elif (ours / name).is_file():
+        elif not (ours / name).is_file():
+            continue
+        elif name.endswith(".h5"):
             found += [f"{name}: {key}" for key in _different_data(ours / name, theirs / name)]
+        elif _DATED.sub("", (ours / name).read_text()) != _DATED.sub("", (theirs / name).read_text()):
+            found.append(f"{name}: its text")
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in (ours, theirs))
-    if names is not None:
-        one, other = one["burst"], other["burst"]
+    parts = [part for stage in stages for part in STAGES[stage].parts]
+    one, other = ({part: summary.get(part) for part in parts} for summary in (one, other))
     return found + [f"summary.json: {key}" for key in _different_values(one, other)]
 
 

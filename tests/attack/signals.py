@@ -1,36 +1,87 @@
-"""Signals at random moments of a run on one or two ranks: what is resumed equals what was left alone."""
+"""Signals at random moments of every stage, on one or two ranks: what is resumed equals what was left alone."""
 
 from __future__ import annotations
 
 import os
 import random
 import re
+import shutil
 import signal
 import time
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from fragfield.run_directory import STAGES, RunDirectory
 from tests.attack.runs import CASE, different, run, start
 
-__all__ = ["SIGNALS", "reference", "signalled"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["PLAN", "SIGNALS", "Reference", "attack", "signalled"]
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
+PLAN = ("burst", "fly", "burst", "break-up", "burst", "fly", "burst", "break-up", "burst", "report")
+"""Stages in which signals come, in turn; each has all three."""
 _ENDS = {signal.SIGTERM: (130,), signal.SIGINT: (130,), signal.SIGKILL: (-9, 137)}
+_CRASHES = ("Traceback", "Segmentation", "signal 11", "signal 6", "Fatal Python error")
 
 
-def reference(folder: Path) -> tuple[Path, Path, dict[str, float]]:
-    """Case, the directory of a run that was left alone, and how long (s) its stages took."""
-    folder.mkdir(parents=True, exist_ok=True)
-    case = folder / "attacked.toml"
-    case.write_text(CASE)
-    whole = folder / "whole"
-    code, words = run("run", case, "--out", whole, "--quiet")  # compiles
-    assert code in (0, 3), words
-    code, words = run("run", case, "--out", whole, "--quiet", "--overwrite")
-    assert code in (0, 3), words
-    log = (whole / "run.log").read_text()
-    return case, whole, {name: float(time) for name, time in re.findall(r"([\w-]+): done in ([\d.]+) s", log)}
+class Reference:
+    """A run that was left alone.
+
+    Attributes
+    ----------
+    case, whole : Path
+        The case, and the directory of its run.
+    durations : dict of str to float
+        How long its stages took (s).
+    stepping : float
+        How long its burst took from its first output on (s).
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.case, self.whole = folder / "attacked.toml", folder / "whole"
+        self.case.write_text(CASE)
+        warm = folder / "warm"  # compiles, which is to be no part of the durations
+        for verb, out in (("burst", warm), ("break-up", warm), ("fly", warm), ("run", self.whole)):
+            code, words = run(verb, self.case if verb in ("burst", "run") else out, "--out", out, "--quiet")
+            assert code in (0, 3), words
+        self.bursts = {1: self.whole}
+        self.stepping = 0.0
+        self.stepping = self._burst_on(1, folder / "timed")
+        log = (self.whole / "run.log").read_text()
+        self.durations = {name: float(took) for name, took in re.findall(r"([\w-]+): done in ([\d.]+) s", log)}
+
+    def burst_on(self, ranks: int) -> Path:
+        """A burst on so many ranks: sums over all cells, as in the ledgers, differ in the last bit by their number."""
+        if ranks not in self.bursts:
+            folder = self.whole.with_name(f"burst_on_{ranks}")
+            self._burst_on(ranks, folder)
+            self.bursts[ranks] = folder
+        return self.bursts[ranks]
+
+    def _burst_on(self, ranks: int, folder: Path) -> float:
+        """Compute the burst; gives the time from its first output on."""
+        process, began = start("burst", self.case, "--out", folder, "--quiet", ranks=ranks), 0.0
+        while process.poll() is None:
+            time.sleep(0.02)
+            if not began and (folder / "burst.h5").is_file():
+                began = time.monotonic()
+        _, words = process.communicate()
+        assert process.returncode == 0, words
+        return time.monotonic() - began
+
+    def before(self, stage: str, folder: Path) -> Path:
+        """A run directory as it is when a stage begins: a copy without what that stage and later ones write."""
+        shutil.rmtree(folder, ignore_errors=True)
+        later = list(STAGES.values())[list(STAGES).index(stage) :]
+        if stage != "burst":
+            shutil.copytree(self.whole, folder, ignore=shutil.ignore_patterns("run.log", "figures"))
+            RunDirectory(folder).remove(later)
+        return folder
 
 
 def _children(process: int) -> list[int]:
@@ -41,51 +92,85 @@ def _children(process: int) -> list[int]:
         return []
 
 
+def _aimed(process: int, ranks: int, kind: signal.Signals, chance: random.Random) -> tuple[str, list[int]]:
+    """Who gets the signal: a command; or all ranks, as batch systems do, one of them, or their launcher."""
+    if ranks == 1:
+        return "the command", [process]
+    children = _children(process)
+    aim = chance.choice(["all ranks", "one rank", "the launcher"])
+    if aim == "the launcher" and kind != signal.SIGKILL:  # a launcher that is killed leaves its ranks behind
+        return aim, [process]
+    return (aim, [chance.choice(children)]) if aim == "one rank" and children else ("all ranks", children)
+
+
 def signalled(
-    folder: Path, number: int, chance: random.Random, made: tuple[Path, Path, dict[str, float]], ranks: int = 1
+    folder: Path, number: int, chance: random.Random, made: Reference, ranks: int = 1, stage: str = "burst"
 ) -> tuple[str, list[str]]:
-    """One run with one signal: the stage in which it came, and what is wrong afterwards."""
-    case, whole, durations = made
-    out, kind = folder / f"signalled_{ranks}_{number}", SIGNALS[number % 3]
-    stage = chance.choice(["burst", "burst", "burst", *durations])
-    verb = "burst" if stage == "burst" else "run"
-    process = start(verb, case, "--out", out, "--quiet", ranks=ranks)
-    while process.poll() is None and f"{stage}: begins" not in _text(out / "run.log"):
+    """One run with one signal within a stage: how that went in a word, and what is wrong afterwards."""
+    kind, out = SIGNALS[number % 3], made.before(stage, folder / f"signalled_{ranks}_{number}")
+    verb, options = ("burst", {}) if stage == "burst" else ("run", {"report": stage == "report"})
+    process = start(
+        verb, made.case, "--out", out, "--quiet", *(["--resume"] if stage != "burst" else []), ranks=ranks, **options
+    )
+    within = stage == "burst" and chance.random() < 0.7
+    while process.poll() is None and (
+        f"{stage}: begins" not in _text(out / "run.log") or (within and not (out / "burst.h5").is_file())
+    ):
         time.sleep(0.02)
-    delay = durations[stage] * chance.random()
+    delay = 1.1 * (made.stepping if within else made.durations[stage]) * chance.random()
     time.sleep(delay)
-    # A launcher is one signal away from its ranks: sent to these, as batch systems do.
-    children = _children(process.pid) if ranks > 1 else []
-    for one in children or [process.pid]:
+    aim, aims = _aimed(process.pid, ranks, kind, chance)
+    for one in aims:
         with suppress(ProcessLookupError):
             os.kill(one, kind)
-    _, words = process.communicate(timeout=600)
-    what = f"{signal.Signals(kind).name} {delay:.2f} s into {stage}"
-    ended = process.returncode in (0, 3, *_ENDS[kind]) or ranks > 1
-    wrong = [] if ended else [f"{what}: exit {process.returncode}, {words[-300:]}"]
-    wrong += [f"{what}: {words[-300:]}"] if "Traceback" in words else []
+    _, words = process.communicate(timeout=900)
+    what = f"{kind.name} to {aim} of {ranks}, {delay:.2f} s into {'the steps of ' * within}{stage}"
     finished = process.returncode in (0, 3)
-    code, words = (0, "") if finished else run(verb, case, "--out", out, "--quiet", "--resume")
+    went_on = stage == "burst" and (out / "checkpoint.h5").is_file()
+    wrong = []
+    if not finished and ranks == 1 and process.returncode not in _ENDS[kind]:
+        wrong.append(f"{what}: exit {process.returncode}, {words[-300:]}")
+    if any(crash in words for crash in _CRASHES):
+        wrong.append(f"{what}: {words[-600:]}")
+    code, words = (0, "") if finished else _resumed(verb, made.case, out, ranks, options)
     if code not in (0, 3):
-        return stage, [*wrong, f"{what}: resumed with exit {code}: {words[-300:]}"]
-    found = different(out, whole, None if verb == "run" else ("burst.h5", "burst_snapshot.h5"))
-    return f"{stage}, too late" if finished else stage, wrong + [f"{what}: {key}" for key in found]
+        return "wrong", [*wrong, f"{what}: resumed with exit {code}: {words[-300:]}"]
+    alone, through = (made.burst_on(ranks), "burst") if stage == "burst" else (made.whole, "fly")
+    wrong += [f"{what}: {key}" for key in different(out, alone, through)]
+    wrong += [f"{what}: no report" for _ in [0] if stage == "report" and not (out / "report.html").is_file()]
+    if wrong:
+        return "wrong", wrong
+    shutil.rmtree(out)
+    return "too late" if finished else "resumed from its checkpoint" if went_on else "resumed", wrong
+
+
+def _resumed(verb: str, case: Path, out: Path, ranks: int, options: dict[str, Any]) -> tuple[int, str]:
+    """Exit code and words of the command that goes on; ranks that lost their launcher may still be ending."""
+    until = time.monotonic() + 30.0
+    while True:
+        code, words = run(verb, case, "--out", out, "--quiet", "--resume", ranks=ranks, **options)
+        if code == 0 or "is writing into it" not in words or time.monotonic() > until:
+            return code, words
+        time.sleep(1.0)
 
 
 def _text(path: Path) -> str:
     return path.read_text() if path.is_file() else ""
 
 
-def attack(folder: Path, seed: int, trials: int, until: float, ranks: int = 1) -> list[str]:
+def attack(
+    folder: Path, seed: int, trials: int, until: float, made: Reference, ranks: int = 1, plan: Sequence[str] = PLAN
+) -> list[str]:
     """Signals until the trials are done or the time (of the monotonic clock) is over; what went wrong."""
-    chance, stages, wrong, done = random.Random(seed), Counter[str](), [], 0
-    made = reference(folder)
+    chance, ends, wrong, done = random.Random(seed), Counter[Any](), [], 0
+    folder.mkdir(parents=True, exist_ok=True)
     for number in range(trials):
         if time.monotonic() > until:
             break
-        stage, found = signalled(folder, number, chance, made, ranks)
-        stages[stage] += 1
+        stage = plan[number // len(SIGNALS) % len(plan)]
+        how, found = signalled(folder, number, chance, made, ranks, stage)
+        ends[f"{SIGNALS[number % 3].name} in {stage}: {how}"] += 1
         wrong += found
         done += 1
-    print(f"signals on {ranks} rank(s), seed {seed}: {done} runs, in {dict(stages)}; {len(wrong)} wrong", flush=True)
+    print(f"signals on {ranks} rank(s), seed {seed}: {done} runs, {dict(ends)}; {len(wrong)} wrong", flush=True)
     return wrong

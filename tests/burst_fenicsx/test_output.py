@@ -179,6 +179,18 @@ def test_resume_continues_from_the_checkpoint(tmp_path: Path) -> None:
         TimeSeries(tmp_path / "burst", cells[:-1], resume_at=TIMES[1])
 
 
+@pytest.mark.parametrize("kept", [0, 1, 2])
+def test_a_resumed_series_has_the_text_of_one_that_was_not(tmp_path: Path, kept: int) -> None:
+    """In the same order, and arrays that repeat under the name of the first."""
+    write_all(tmp_path / "burst")
+    whole = (tmp_path / "burst.xdmf").read_text()
+    points, cells = box()
+    with TimeSeries(tmp_path / "burst", cells, resume_at=TIMES[kept]) as series:
+        for step, time in enumerate(TIMES[kept + 1 :], kept + 1):
+            series.write(time, points + step * 1e-3, *state(step, len(points), len(cells)))
+    assert (tmp_path / "burst.xdmf").read_text() == whole
+
+
 def test_provenance_is_kept_however_long(tmp_path: Path) -> None:
     """A resolved case above HDF5's classic 64 kB limit is stored too."""
     case = "x" * 100_000 + "µ"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import random
+import shutil
 from contextlib import suppress
 
 import h5py
@@ -20,7 +22,7 @@ from flight.height_map_files import read_grid
 from flight.text_tables import read_columns, write_columns
 from fragfield.case.quantities import Quantity
 from fragfield.case.unit_grammar import grammar_fault
-from tests.attack import files
+from tests.attack import disk, exits, files, signals
 from tests.attack.__main__ import generated_cases
 
 FEW = settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
@@ -34,6 +36,34 @@ def test_generated_cases_are_taken_or_refused_with_their_key(tmp_path, seed):
 @pytest.mark.dolfinx
 def test_damaged_files_of_a_run_are_refused_or_harmless(whole_run, tmp_path):
     assert files.attack(whole_run[0], tmp_path, 18, 60, math.inf) == []
+
+
+@pytest.fixture(scope="module")
+def left_alone(tmp_path_factory):
+    """A run of all stages that nothing disturbed."""
+    return signals.Reference(tmp_path_factory.mktemp("attacked"))
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_signals_in_every_stage_change_no_result(left_alone, tmp_path, ranks):
+    plan = ("burst", "break-up", "fly", "report") if ranks == 1 else ("burst", "fly")
+    assert signals.attack(tmp_path, 18 + ranks, 3 * len(plan), math.inf, left_alone, ranks, plan) == []
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+@pytest.mark.skipif(os.geteuid() != 0 or shutil.which("mount") is None, reason="small disks are mounted by root")
+def test_full_disks_in_every_stage_change_no_result(left_alone, tmp_path):
+    assert disk.attack(tmp_path, 18, 4, math.inf, left_alone, ("burst", "break-up", "fly", "report")) == []
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_commands_in_which_a_call_fails_end_in_good_order(left_alone, tmp_path):
+    assert exits.attack(left_alone.whole, tmp_path, 18, 12) == []
 
 
 ASCII_GRID = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n1 2 3\n4 5 6\n7 8 9\n"

@@ -79,6 +79,27 @@ def test_a_reader_that_goes_away_is_no_traceback(tmp_path):
     assert sys.executable in shell
 
 
+@pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT"])
+def test_a_signal_after_the_work_changes_nothing(kind):
+    """Python takes its handlers back while it ends: then a signal would end the process with another code."""
+    script = (
+        "import atexit, os, signal, sys\n"
+        "from fragfield.cli import main\n"
+        "class Last:\n"
+        "    def __del__(self, kill=os.kill, process=os.getpid(), number=signal." + kind + "):\n"
+        "        kill(process, number)\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "atexit.register(lambda: signal.raise_signal(signal." + kind + "))\n"
+        "sys.last_of_all = Last()\n"
+        "sys.argv = ['fragfield', '--version']\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(monkeypatch):
     monkeypatch.setattr(errors, "_interrupts", [])
     with pytest.raises(KeyboardInterrupt):

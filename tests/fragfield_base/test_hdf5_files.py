@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -21,6 +23,7 @@ from fragfield_base.interruption import Interruption
 from fragfield_base.seal import BLOCK
 from fragfield_base.writing import DRAFT
 from tests.faults import at_every_call, failing_call, limited_file_size
+from tests.fragfield.short_run import environment
 
 
 class RefusedError(Exception):
@@ -370,3 +373,59 @@ def test_other_threads_write_as_the_main_one_does(tmp_path):
     thread.start()
     thread.join()
     assert _states(path) == 1
+
+
+@pytest.mark.parametrize("opener", ["creating", "appending"])
+def test_a_file_that_is_open_when_python_ends_does_not_crash_it(tmp_path, opener):
+    """HDF5 would close it after Python has gone, through an object of Python's: signal 11."""
+    _create(tmp_path / "whole.h5")
+    script = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from fragfield_base import hdf5_files\n"
+        f"sys.kept = hdf5_files.{opener}(Path(sys.argv[1]), ValueError)\n"
+        "sys.kept.__enter__()['more'] = list(range(1000))\n"
+    )
+    command = [sys.executable, "-X", "faulthandler", "-c", script, str(tmp_path / "whole.h5")]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    with reading(tmp_path / "whole.h5", ValueError) as file:
+        assert "more" not in file
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "content"),
+    [
+        (b"redo", 1 << 43, b""),  # eight terabytes of nothing, and a seal of them
+        (b"undo", 1 << 43, b""),
+        (b"redo", 100, struct.pack("<QQ", 1 << 62, 4) + b"abcd"),
+        (b"redo", 100, struct.pack("<QQ", 1 << 63, 4) + b"abcd"),
+        (b"redo", 100, struct.pack("<QQ", 0, 1 << 40) + b"abcd"),
+        (b"redo", 100, b"abc"),
+        (b"else", 100, b""),
+        (None, 0, b""),
+    ],
+)
+def test_a_journal_that_is_none_of_ours_changes_nothing(tmp_path, kind, size, content):
+    """Its checksum is right: whoever makes a run directory can make that as well."""
+    path = tmp_path / "states.h5"
+    _create(path)
+    before = path.read_bytes()
+    text = b"short" if kind is None else struct.pack("<4sQQ", kind, size, len(content)) + content
+    digest = hashlib.blake2b(text, digest_size=32).digest()
+    path.with_name(path.name + JOURNAL).write_bytes(b"fragfield journal 1" + digest + text)
+    with reading(path, RefusedError) as file:
+        assert len(file["cells"]) == 5000
+    assert path.read_bytes() == before
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["states.h5"]
+
+
+def test_a_journal_larger_than_its_file_is_not_read(tmp_path):
+    path = tmp_path / "states.h5"
+    _create(path)
+    with path.with_name(path.name + JOURNAL).open("wb") as file:
+        file.truncate(1 << 40)
+    began = time.process_time()
+    with reading(path, RefusedError) as found:
+        assert "cells" in found
+    assert time.process_time() - began < 5.0
