@@ -60,6 +60,15 @@ class Drag:
             row, found = fault
             raise InputError(f"drag {self.name}: entry {row}: {found}")
 
+    def scaled(self, factor: float) -> Drag:
+        """The same table with every coefficient multiplied by a positive factor; raises InputError otherwise."""
+        if factor == 1.0:
+            return self
+        if not (math.isfinite(factor) and factor > 0.0):
+            raise InputError(f"drag: factor is {factor}, needed: a positive number")
+        source = f"{self.source} (times {factor:g})" if self.source else ""
+        return Drag(self.mach, self.coefficient * factor, f"{self.name} times {factor:g}", source)
+
     @classmethod
     def constant(cls, coefficient: float) -> Drag:
         """One coefficient at every Mach number."""

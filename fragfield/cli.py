@@ -64,6 +64,10 @@ Window = Annotated[
     typer.Option("--window/--pictures", help="Open a window, or write pictures and films; default: as possible."),
 ]
 
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this dask scheduler: tcp://node1:8786."),
+]
 Html = Annotated[
     bool, typer.Option("--html", help="Write interactive 3-D pages, view_burst.html and view_fragments.html.")
 ]
@@ -271,6 +275,7 @@ def sweep(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, go on with begun ones.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
+    scheduler: Scheduler = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -286,9 +291,56 @@ def sweep(
         from fragfield.sweep import SweepOptions, plan_sweep, print_sweep, run_sweep
 
         folder = out or Path("runs") / f"{case.stem}_sweep"
-        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet, jobs)
+        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet, jobs, scheduler)
         found = run_sweep(plan_sweep(case, values), options)
         _give(found, json=json, quiet=quiet, show=print_sweep)
+    raise typer.Exit(found["exit_code"])
+
+
+@app.command()
+def uncertainty(
+    case: CaseOrRun,
+    samples: Annotated[
+        int | None,
+        typer.Option("--samples", min=8, metavar="N", help="Number of samples; default uncertainty.samples."),
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option("--method", metavar="latin_hypercube|sobol", help="Replaces uncertainty.method.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", min=0, metavar="N", help="Of points and samples; default the case's.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Holds the study; default runs/NAME_uncertainty.")
+    ] = None,
+    cell_size: CellSize = None,
+    settings: Settings = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Samples side by side; default all cores.")
+    ] = None,
+    scheduler: Scheduler = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the study in DIR; nothing is made twice.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the study in DIR.")] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Sample the uncertain inputs of a case: distribution of the distance, share of each input, one budget.
+
+    The inputs are those of the table [uncertainty] and of the default set. Given the directory of a run, that run is
+    the nominal one, and its report gains a section; else the case is run first.
+
+    Exit code 3 where a sample failed or has no distance; they are counted and left out.
+    """
+    with _guarded(json=json, quiet=quiet):
+        from fragfield.uncertainty import StudyOptions, run_study
+        from fragfield.uncertainty.show import print_study
+
+        folder = out or Path("runs") / f"{case.resolve().stem}_uncertainty"
+        options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, quiet)
+        found = run_study(_request(case, cell_size=cell_size, settings=settings, quiet=quiet), options)
+        _give(found, json=json, quiet=quiet, show=print_study)
     raise typer.Exit(found["exit_code"])
 
 

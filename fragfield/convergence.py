@@ -103,7 +103,8 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], 
     began = time.perf_counter()
     taken = max(began - job.began, burst["wall_seconds"] + seconds)
     words: list[str] = []
-    results = [own, *_other_sizes(job, own, _SHARE * taken, seconds / max(own.realisations, 1), words)]
+    budget = math.inf if job.thorough else _SHARE * taken
+    results = [own, *_other_sizes(job, own, budget, seconds / max(own.realisations, 1), words)]
     results.sort(key=lambda one: one.size)
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
@@ -201,8 +202,8 @@ def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words
     """Results with other cells, the coarsest in any case; `words` says what was left out and why."""
     began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
     bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
-    affordable = int((budget - bursts) / (2.0 * per_flight)) if per_flight > 0.0 else own.realisations
-    number = min(own.realisations, max(_FEWEST, affordable))
+    affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
+    number = int(min(own.realisations, max(_FEWEST, affordable)))
     for factor in (2.0, _ROOT, 1.0 / _ROOT):
         size = factor * own.size
         estimate = start + per_burst / factor**3 + number * per_flight

@@ -56,6 +56,8 @@ class Request:
         KEY=VALUE that replace values of the case.
     lean : bool
         Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
+    thorough : bool
+        Other cell sizes whatever time they take, for a study of uncertainty: the same numbers on every machine.
     """
 
     target: Path
@@ -68,6 +70,7 @@ class Request:
     fragments: Path | None = None
     settings: tuple[str, ...] = ()
     lean: bool = False
+    thorough: bool = False
 
     def case(self, *, burst: bool = True) -> Case:
         """The resolved case of the file, or of the run directory; raises InputError."""
@@ -173,8 +176,9 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
         if name != "report":
             _warn_of_values(case, team)
         job = Job(
-            case, source, directory, team, reporter, request.threads, request.fragments, request.resume, request.lean
-        )
+            case, source, directory, team, reporter, request.threads, request.fragments, request.resume, request.lean,
+            request.thorough,
+        )  # fmt: skip
         with _together(team):
             perform(job, stage)
         return directory.summary() if team.first else {}

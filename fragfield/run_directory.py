@@ -106,6 +106,7 @@ STAGES: dict[str, Stage] = {
                 "hazard_by_sector.csv",
                 "contours.geojson",
                 "contours.kml",
+                "uncertainty.json",
             ),
             ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "convergence"),
             ("flight", "witness", "hazard", "site", "obstacle", "exposed"),

@@ -53,6 +53,8 @@ class Job:
         Go on from a burst's checkpoint where there is one.
     lean : bool
         Numbers alone: no files for visualisation, no other cell sizes.
+    thorough : bool
+        Other cell sizes whatever time they take, each with all realisations.
     figures : FigureQueue, optional
         Draws the report's figures while the stages are computed.
     began : float
@@ -68,6 +70,7 @@ class Job:
     fragments: Path | None = None
     resume: bool = False
     lean: bool = False
+    thorough: bool = False
     figures: FigureQueue | None = None
     began: float = field(default_factory=time.perf_counter)
 

@@ -102,6 +102,7 @@ KEYS: dict[str, Bounds] = {
     "flight.wind.reference_height": Bounds(0.01, 1e4, "heights of anemometers"),
     "flight.gravity": Bounds(0.0, 100.0, "ten times the Earth's", (0.0, 9.9)),
     "flight.drag": Bounds(0.0, 100.0, "coefficients of bodies lie below 3", (0.0, 3.0)),
+    "flight.drag_factor": Bounds(1e-3, 1e3, "factors on a measured coefficient", (0.5, 2.0)),
     "flight.shape_factor": Bounds(50.0, 1e5, "a steel cube has 5200, thin plates some hundred", (1000.0, 6000.0)),
     "flight.shape.ratios": Bounds(1e-3, 1e3, "ratios of edges, not of atoms", (0.1, 50.0)),
     "flight.shape.density": Bounds(100.0, 2.5e4, "densities of casings", (1000.0, 2e4)),
@@ -166,6 +167,7 @@ KEYS: dict[str, Bounds] = {
     "stack.count": Bounds(1, 10_000, "a stack of more rounds is not computed whole"),
     "stack.counts": Bounds(1, 10_000, "a stack of more rounds is not computed whole"),
     "stack.delays": Bounds(0.0, 0.1, "a burst is over within milliseconds"),
+    "uncertainty.samples": Bounds(8, 1_000_000, "more samples than any machine runs"),
     "seed": Bounds(0, 2.0**63, "a whole number of 63 bits"),
 }
 """By key, without the numbers of list entries."""
@@ -180,6 +182,7 @@ COUNTS: dict[str, tuple[int, str]] = {
     "break_up.segments": (1000, "segments of a casing"),
     "flight.wind.heights": (10_000, "heights of a sounding"),
     "stack.delays": (10_000, "one for each round"),
+    "uncertainty.input": (200, "more inputs than samples can tell apart"),
 }
 """Entries that a list may have."""
 
@@ -267,7 +270,10 @@ def outside_soft(case: Case) -> Iterator[str]:
                 break
 
 
-_LONG_TEXTS = ("round.explosive.source", "round.casing.source", "round.mesh", "flight.drag", "flight.ground.map")
+_LONG_TEXTS = (
+    "round.explosive.source", "round.casing.source", "round.mesh", "flight.drag", "flight.ground.map",
+    "uncertainty.input.source",
+)  # fmt: skip
 
 
 def _numbers(value: object) -> tuple[float, ...]:

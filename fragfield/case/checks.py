@@ -14,6 +14,7 @@ from fragfield.case.placing import profile_of
 from fragfield.case.quantities import show
 from fragfield.case.round_table import ExplosiveTable
 from fragfield.case.stack import check_stack
+from fragfield.case.uncertain_inputs import check_uncertainty
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -53,6 +54,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += _unique("witness", [surface.name for surface in case.witness])
     faults += _unique("exposed", [place.name for place in case.exposed])
     faults += check_exposed(case)
+    faults += check_uncertainty(case)
     faults += check_planes(case)
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)

@@ -115,7 +115,7 @@ def flight_arguments(case: Case) -> dict[str, Any]:
     adaptive = table.integrator.method == "adaptive"
     return {
         "air": air,
-        "drag": flight.Drag.of(table.drag),
+        "drag": flight.Drag.of(table.drag).scaled(table.drag_factor),
         "gravity": table.gravity,
         "wind": _wind(table.wind, ground_height(case, *table.origin)),
         **surroundings(case),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["differences", "document_differences"]
 
 _WORDS_ONLY = ("title", "notes", "source")  # change nothing that is computed
+_NOT_COMPUTED = ("document.", "uncertainty.", "uncertainty[")  # tables that no run depends on
 
 
 def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -62,7 +63,7 @@ def document_differences(
     before, after = (dict(_flat(document)) for document in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
-        words_only = key.rpartition(".")[2] in _WORDS_ONLY or key.startswith("document.")
+        words_only = key.rpartition(".")[2] in _WORDS_ONLY or key.startswith(_NOT_COMPUTED)
         if words_only or not (within is None or any(_lies_in(key, table) for table in within)):
             continue
         if not _agree(before.get(key), after.get(key), tolerance):

@@ -134,6 +134,8 @@ class FlightTable(Table):
         Annotated[str, Tag("<name>")] | Annotated[float, Tag("<number>")], Discriminator(_name_or_number)
     ] = "shell_fragment"
     """Drag coefficient over the Mach number: a built-in table, a .csv file, or a constant coefficient."""
+    drag_factor: float = Field(default=1.0, gt=0.0)
+    """Factor on the drag coefficient at every Mach number, for studies of its uncertainty."""
     shape_factor: Density = 2600.0
     """k in the presented area (m / k)^(2/3): 2600 kg/m3 forged-steel shells, 3147 the 5:2:1 box."""
     shape: ShapeTable = ShapeTable()

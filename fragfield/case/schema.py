@@ -15,6 +15,7 @@ from fragfield.case.round_table import RoundTable
 from fragfield.case.site_table import SiteTable
 from fragfield.case.stack_table import StackTable
 from fragfield.case.table import Table
+from fragfield.case.uncertainty_table import UncertaintyTable
 
 __all__ = ["Case"]
 
@@ -47,3 +48,5 @@ class Case(Table):
     """Where on Earth; with it, distances are also written as contours.geojson and contours.kml."""
     document: DocumentTable = DocumentTable()
     """Number, revision and names on the report."""
+    uncertainty: UncertaintyTable | None = None
+    """Uncertain inputs, for `fragfield uncertainty`; a run itself takes no notice of them."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["plain", "to_toml", "toml_value"]
+__all__ = ["plain", "tables_to_toml", "to_toml", "toml_value"]
 
 _COMMENT = "#"  # no key of a case
 _BARE_KEY = re.compile(r"^[A-Za-z0-9_-]+$")
@@ -28,6 +28,11 @@ def to_toml(case: Case, *, brief: bool = False) -> str:
     tables = plain(case, units=True)
     if brief:
         tables["round"] = list(_brief(tables["round"]))
+    return tables_to_toml(tables)
+
+
+def tables_to_toml(tables: Mapping[str, Any]) -> str:
+    """Nested dicts and lists as the text of a TOML file."""
     return "\n".join(_table((), tables)).lstrip("\n") + "\n"
 
 

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
     from fragfield.report.blocks import Block, Section
     from fragfield.report.run_files import RunFiles
+    from fragfield.report.sections import Draw
 
-__all__ = ["write_report"]
+__all__ = ["write_page", "write_report"]
 
 _DEFERRED, _PICTURE = "deferred", "picture"  # in place of a figure, and of one by VTK, that is being drawn
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
@@ -66,13 +67,38 @@ def write_report(
         figures.renew(run)
     queue = figures if figures is not None else FigureQueue(run, helped=pictures)
     illustrator = _Illustrator(target.parent / "figures", queue, pictures=pictures)
+    return _write(
+        run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
+        lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
+    )  # fmt: skip
+
+
+def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section]]) -> Path:
+    """Write a page of other sections with the report's template, figures in `figures` beside it; the page.
+
+    Raises
+    ------
+    InputError
+        No right to write.
+    """
+    illustrator = _Illustrator(target.parent / "figures", FigureQueue(run, helped=False), pictures=False)
+    return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
+
+
+def _write(
+    run: RunFiles,
+    illustrator: _Illustrator,
+    target: Path,
+    make: Callable[[], list[Section]],
+    beside: Callable[[str], object],
+) -> Path:
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
-        parts = sections(run, illustrator.draw, illustrator.picture)
+        parts = make()
         illustrator.fill(parts)
         written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         page = _render(run, parts, illustrator.count, written)
-        write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
+        beside(written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
     finally:

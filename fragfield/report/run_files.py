@@ -138,6 +138,8 @@ def read_run(folder: Path | str) -> RunFiles:
 def _read_texts(run: RunFiles) -> None:
     if (path := run.folder / "summary.json").is_file():
         run.summary = read_stamped_json(path)
+    if (path := run.folder / "uncertainty.json").is_file():
+        run.summary["uncertainty"] = read_stamped_json(path)
     if (path := run.folder / "case.toml").is_file():
         run.case_text = stored_case_text(path, run.summary, alone=True)
         try:

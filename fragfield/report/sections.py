@@ -47,6 +47,7 @@ from fragfield.report.tables import (
     mesh_rows,
     provenance_rows,
 )
+from fragfield.report.uncertainty_tables import signed_card, uncertainty_section
 from fragfield.report.validation_status import read_record, validation_blocks
 from fragfield.report.zone_blocks import zone_table
 
@@ -89,6 +90,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         _flight(run, draw),
         _hazard(run, draw),
         _convergence(run, draw),
+        *uncertainty_section(run, draw),
         Section(
             "tables", "Tables by azimuth", _stage(run, "flight", lambda: [*azimuth_tables(run), *sector_table(run)])
         ),
@@ -165,6 +167,7 @@ def _distances(run: RunFiles) -> list[Card]:
     span = f"{single['low']:,.0f}{SPACE}–{SPACE}{single['high']:,.0f}"
     return [
         *cards,
+        *signed_card(run),
         Card("Single events, 5 to 95 %", span, "m", "no hazard distance: what one event's own density reaches"),
         _distance("Largest throw", hazard["largest_throw"], "no hazard distance: the farthest single fragment"),
     ]

@@ -7,33 +7,32 @@ ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one witho
 from __future__ import annotations
 
 import os
-import queue
 import sys
-import threading
 import time
-from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, to_toml
-from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, nearest
+from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, exit_code_of, message_of, nearest
 from fragfield.parallel import launched_size
 from fragfield.run_directory import STAGES, RunDirectory
 from fragfield.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
+from fragfield.sweep.sharing import share_out
 from fragfield.sweep.worker import Worker
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
+    from collections.abc import Callable, Sequence
 
     from fragfield.sweep.plan import PlannedRun, SweepPlan
+    from fragfield.sweep.sharing import AnyWorker
 
 __all__ = ["SweepOptions", "run_sweep"]
 
 _STAGES = ("run", "burst")
+_PATIENCE = 60.0  # s for which a run on a cluster waits for one that a lost worker has not yet ended
 _TABLE_SECONDS = 2.0  # between two writings of the tables
-_WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,8 @@ class SweepOptions:
         Replace runs of other cases in the same directories.
     quiet : bool
         No progress.
+    scheduler : str, optional
+        Address of a dask scheduler, whose workers make the runs; `folder` must be the same folder for all of them.
     """
 
     folder: Path
@@ -65,6 +66,7 @@ class SweepOptions:
     overwrite: bool = False
     quiet: bool = False
     jobs: int | None = None
+    scheduler: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse stages that begin with files of another run."""
@@ -112,52 +114,28 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
 
 def _work(plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, save: Callable[[], None]) -> None:
     """Share the runs out among workers as they become free, and save the tables from time to time."""
-    waiting: queue.SimpleQueue[tuple[int, PlannedRun]] = queue.SimpleQueue()
-    for numbered in enumerate(plan.runs):
-        waiting.put(numbered)
-    ended: queue.SimpleQueue[tuple[int, tuple[str, int, str] | BaseException] | None] = queue.SimpleQueue()
-    workers = [Worker(options.threads or 1) for _ in range(min(options.side_by_side, len(rows)))]
+    saved = time.monotonic()
 
-    def make_runs(worker: Worker) -> None:
-        while True:
-            try:
-                number, planned = waiting.get_nowait()
-            except queue.Empty:
-                break
-            try:
-                _tell(f"run {number + 1} of {len(rows)}: {planned.name}", options)
-                ended.put((number, _perform(planned, worker, options)))
-            except BaseException as error:  # noqa: BLE001 - raised again where the sweep waits
-                ended.put((number, error))
-                break
-        ended.put(None)
+    def make(number: int, worker: AnyWorker) -> tuple[str, int, str]:
+        _tell(f"run {number + 1} of {len(rows)}: {plan.runs[number].name}", options)
+        return _perform(plan.runs[number], worker, options)
 
-    threads = [threading.Thread(target=make_runs, args=(worker,), daemon=True) for worker in workers]
-    for thread in threads:
-        thread.start()
-    try:
-        working, saved = len(threads), time.monotonic()
-        while working:
-            with suppress(queue.Empty):
-                if (one := ended.get(timeout=_WAIT)) is None:
-                    working -= 1
-                    continue
-                number, outcome = one
-                if isinstance(outcome, BaseException):
-                    raise outcome
-                _fill(rows[number], outcome, _directory(plan.runs[number], options))
-                if time.monotonic() - saved >= _TABLE_SECONDS:
-                    save()
-                    saved = time.monotonic()
-    except BaseException:
-        for worker in workers:
-            worker.interrupt()
-        raise
-    finally:
-        for thread in threads:
-            thread.join()
-        for worker in workers:
-            worker.close()
+    def ended(number: int, outcome: tuple[str, int, str]) -> None:
+        nonlocal saved
+        _fill(rows[number], outcome, _directory(plan.runs[number], options))
+        if time.monotonic() - saved >= _TABLE_SECONDS:
+            save()
+            saved = time.monotonic()
+
+    share_out(_workers(options, len(rows)), range(len(rows)), make, ended)
+
+
+def _workers(options: SweepOptions, most: int) -> Sequence[AnyWorker]:
+    if options.scheduler is not None:
+        from fragfield.sweep.cluster import cluster_workers
+
+        return cluster_workers(options.scheduler, options.threads or 1, options.jobs, most)
+    return [Worker(options.threads or 1) for _ in range(min(options.side_by_side, most))]
 
 
 def _check_directories(plan: SweepPlan, options: SweepOptions) -> None:
@@ -188,7 +166,7 @@ def _row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _perform(planned: PlannedRun, worker: Worker, options: SweepOptions) -> tuple[str, int, str]:
+def _perform(planned: PlannedRun, worker: AnyWorker, options: SweepOptions) -> tuple[str, int, str]:
     """Make one run, unless it is finished; its state, exit code and message."""
     directory = _directory(planned, options)
     same = directory.exists and not differences(directory.stored_case(), planned.case)
@@ -196,10 +174,18 @@ def _perform(planned: PlannedRun, worker: Worker, options: SweepOptions) -> tupl
         return KEPT, EXIT_DONE, ""
     case_file = options.folder / f"{planned.name}.toml"
     write_text(case_file, to_toml(planned.case), InputError)
-    request = {
+    again = options.resume and same
+    request: dict[str, Any] = {
         "stage": options.stage, "case_file": str(case_file), "out": str(directory.path),
-        "resume": options.resume and same, "overwrite": options.overwrite,
+        "resume": again, "overwrite": options.overwrite,
     }  # fmt: skip
+    if options.scheduler is not None:  # begun again by another worker where one is lost: with what is there by then
+        try:
+            directory.claim(planned.case, resume=again, overwrite=options.overwrite)
+        except InputError as error:
+            return FAILED, exit_code_of(error), message_of(error)
+        places = {name: str(Path(request[name]).resolve()) for name in ("case_file", "out")}
+        request |= {**places, "resume": True, "overwrite": False, "patience": _PATIENCE}
     code, message = worker.call(request)
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, exit_code_
 __all__ = ["Worker", "perform", "serve"]
 
 _SERVE = "from fragfield.sweep.worker import serve; serve()"
+_WATCH = 0.5  # s between two looks whether the process that gives the work is still there
 
 
 class Worker:
@@ -102,10 +104,17 @@ def _why_ended(code: int) -> str:
 
 
 def perform(request: dict[str, Any]) -> tuple[int, str]:
-    """Make the run of a request: `stage`, `case_file`, `out`, `resume`, `overwrite`; exit code and message."""
+    """Make the run of a request: `stage`, `case_file`, `out`, `resume`, `overwrite`; exit code and message.
+
+    A request of the stage "sample" has keys of its own, see `fragfield.uncertainty.sample`, and its results as message.
+    """
     from fragfield.logs import to_stderr
     from fragfield.pipeline import Request, run_chain, run_stage
 
+    if request["stage"] == "sample":
+        from fragfield.uncertainty.sample import perform_sample
+
+        return perform_sample(request)
     asked = Request(
         Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
         quiet=True, lean=True,
@@ -124,10 +133,11 @@ def perform(request: dict[str, Any]) -> tuple[int, str]:
 
 
 def serve() -> None:
-    """Answer requests until there are no more, or until a signal ends the run at hand."""
+    """Answer requests until there are no more, or until a signal or the end of the parent ends the run at hand."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what a library prints is no answer
+    threading.Thread(target=_watch, args=(os.getppid(),), daemon=True).start()
     with suppress(KeyboardInterrupt, BrokenPipeError):
         for line in sys.stdin:
             code, message = perform(json.loads(line))
@@ -135,3 +145,10 @@ def serve() -> None:
             answers.flush()
             if code == EXIT_INTERRUPTED:
                 break
+
+
+def _watch(parent: int) -> None:
+    """End the run at hand, with its checkpoint, once the process that gives the work is no more: it was killed."""
+    while os.getppid() == parent:
+        time.sleep(_WATCH)
+    os.kill(os.getpid(), signal.SIGTERM)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 import subprocess
 import time
@@ -246,3 +247,15 @@ def test_an_interrupted_run_leaves_no_scratch_folder(short_case, tmp_path):
     assert process.wait(timeout=60) == 130
     assert not (out / SCRATCH).exists()
     assert not RunDirectory(out).complete(STAGES["fly"])  # a resumed run computes it again
+
+
+@pytest.mark.parametrize(("budget", "sizes"), [(math.inf, 3), (0.0, 1)])
+def test_a_study_computes_every_size_whatever_it_takes(budget, sizes, monkeypatch):
+    """Without a limit of time: all sizes with all realisations; so the numbers do not depend on the machine."""
+    own = module._Result(0.006, 1000, 80, {}, {}, 100.0, 1000.0)
+    made, words = [], []
+    monkeypatch.setattr(module, "_computed", lambda job, size, number, words: made.append((size, number)) or own)
+    found = list(module._other_sizes(None, own, budget, 10.0, words))
+    assert len(found) == len(made) == sizes
+    assert {number for _, number in made} == ({80} if budget else {10})
+    assert bool(words) == (budget == 0.0)

@@ -1,0 +1,59 @@
+"""A study of uncertainty as a short page of its own, with the template and figures of the report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.report.assemble import write_page
+from fragfield.report.blocks import Section
+from fragfield.report.run_files import read_run
+from fragfield.report.uncertainty_tables import uncertainty_blocks
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from fragfield.report.blocks import Block
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["write_uncertainty_page"]
+
+_PARTS = (
+    ("uncertainty", "The distance to be signed"),
+    ("shares", "What moves it"),
+    ("inputs", "Uncertain inputs"),
+)
+
+
+def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str, Any]) -> Path:
+    """Write uncertainty.html and its figures.
+
+    Parameters
+    ----------
+    folder : Path
+        The study's.
+    run_directory : Path
+        The nominal run, for title, document number and version.
+    found : mapping
+        uncertainty.json.
+    """
+    run = read_run(run_directory)
+    run.summary["uncertainty"] = dict(found)
+    return write_page(run, folder / "uncertainty.html", lambda draw: _sections(run, draw))
+
+
+def _sections(run: RunFiles, draw: Any) -> list[Section]:  # noqa: ANN401 - of the report
+    """The blocks of the report's section, in three."""
+    sections = [Section(key, title) for key, title in _PARTS]
+    place = 0
+    for block in uncertainty_blocks(run, draw):
+        place = max(place, _place_of(block))
+        sections[place].blocks.append(block)
+    return [section for section in sections if section.blocks]
+
+
+def _place_of(block: Block) -> int:
+    title = getattr(block, "title", "")
+    if title.startswith("Uncertain inputs"):
+        return 2
+    return 1 if title.startswith(("What moves", "Share of each", "Exposed places")) else 0

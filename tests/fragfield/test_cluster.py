@@ -1,0 +1,156 @@
+"""Runs on a dask cluster of two workers, of which one is killed in the middle: nothing is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import fragfield.sweep.cluster as cluster_module
+from fragfield.cli import app
+from fragfield.errors import InputError
+from fragfield.sweep.cluster import cluster_workers
+from fragfield.sweep.sharing import share_out
+from fragfield_base.locking import locked
+from tests.fragfield.short_run import RINGS
+
+distributed = pytest.importorskip("distributed")
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def cluster(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0, silence_logs=50
+    ) as found:
+        yield found
+
+
+def _noting(folder):
+    """A run that leaves its number and process, takes a while, and answers."""
+
+    def run_here(request, _threads, _token):
+        import os
+        import time
+        from pathlib import Path
+
+        place = Path(folder) / f"{request['number']}-{os.getpid()}-{time.monotonic_ns()}"
+        place.touch()
+        time.sleep(0.4)
+        return 0, f"answer {request['number']}"
+
+    return run_here
+
+
+def test_a_worker_that_is_killed_loses_nothing(cluster, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster_module, "run_here", _noting(str(tmp_path)))
+    found, killed = {}, []
+
+    def kill():
+        """The process of a run that has just begun."""
+        while not killed:
+            for path in tmp_path.iterdir():
+                number, process, began = map(int, path.name.split("-"))
+                if len(found) >= 3 and number not in found and time.monotonic_ns() - began < 5e7:
+                    killed.append(number)
+                    os.kill(process, signal.SIGKILL)
+                    return
+            time.sleep(0.01)
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    workers = cluster_workers(cluster.scheduler_address, 1, None, 100)
+    assert len(workers) == 2
+    share_out(workers, range(12), lambda number, worker: worker.call({"number": number}), found.__setitem__)
+    assert found == {number: (0, f"answer {number}") for number in range(12)}
+    begun = [int(path.name.split("-")[0]) for path in tmp_path.iterdir()]
+    assert begun.count(killed[0]) == 2  # the run of the killed worker was begun again, no other one
+    assert len(begun) == 13
+
+
+def test_an_interruption_reaches_the_cluster(cluster, monkeypatch, tmp_path):
+    monkeypatch.setattr(cluster_module, "run_here", _noting(str(tmp_path)))
+    workers = cluster_workers(cluster.scheduler_address, 1, 1, 100)
+
+    def ended(_number, _outcome):
+        raise KeyboardInterrupt
+
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        share_out(workers, range(50), lambda number, worker: worker.call({"number": number}), ended)
+    assert time.monotonic() - begun < 15.0
+    assert len(list(tmp_path.iterdir())) < 5
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nowhere://x"])
+def test_a_scheduler_that_does_not_answer(address, monkeypatch, tmp_path):
+    monkeypatch.setattr(cluster_module, "_ANSWER", 1.0)
+    words = ["sweep", str(ROOT / "cases" / "tube.toml"), "seed=1,2", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, [*words, "--scheduler", address])
+    assert done.exit_code == 2, done.output
+    assert f"--scheduler: found '{address}': no dask scheduler answers there" in done.stderr
+
+
+def test_a_scheduler_without_workers():
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=50) as empty,
+        pytest.raises(InputError, match="it has no workers; start `dask worker tcp://"),
+    ):
+        cluster_workers(empty.scheduler_address, 1, None, 4)
+
+
+def test_a_run_waits_for_the_process_of_a_lost_worker(tmp_path):
+    """It holds the run directory until it has written its checkpoint."""
+    held = threading.Event()
+
+    def hold():
+        with locked(tmp_path, InputError):
+            held.set()
+            time.sleep(1.5)
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    held.wait()
+    began = time.monotonic()
+    cluster_module._await_lock({"out": str(tmp_path), "patience": 20.0})
+    assert 1.0 < time.monotonic() - began < 10.0
+    thread.join()
+    began = time.monotonic()
+    cluster_module._await_lock({"stage": "sample"})
+    assert time.monotonic() - began < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_a_real_sweep_on_a_cluster_of_which_one_worker_is_killed(cluster, tmp_path):
+    case, out = tmp_path / "short.toml", tmp_path / "out"
+    case.write_text(RINGS)
+    killed = []
+
+    def kill():
+        until = time.monotonic() + 300.0
+        while time.monotonic() < until and not list(out.glob("*/burst_snapshot.h5")):
+            time.sleep(0.1)
+        killed.append(next(iter(cluster.workers.values())).pid)
+        os.kill(killed[0], signal.SIGKILL)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    words = ["sweep", str(case), "burst.leakage.radius_ratio=1.6,1.7,1.8,1.9", "seed=1,2", "--out", str(out), "--json"]
+    done = CliRunner().invoke(app, [*words, "--scheduler", cluster.scheduler_address])
+    thread.join()
+    assert killed
+    assert done.exit_code in (0, 3), done.output
+    rows = json.loads(done.stdout)["runs"]
+    assert [row["state"] for row in rows] == ["done"] * 8, [row["message"] for row in rows]
+    speeds = [row["results"]["mean_initial_speed"] for row in rows]
+    assert speeds[::2] == speeds[1::2]  # the seed changes nothing in the burst
+    here = CliRunner().invoke(app, [*words[:3], "seed=1", "--out", str(tmp_path / "here"), "--json", "--jobs", "1"])
+    assert [row["results"]["mean_initial_speed"] for row in json.loads(here.stdout)["runs"]] == speeds[::2]

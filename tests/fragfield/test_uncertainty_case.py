@@ -1,0 +1,250 @@
+"""The table [uncertainty]: its messages, the default set of every built-in round, and what it leaves alone."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from burst_fenicsx.data import DATA_DIRECTORY
+from fragfield.case import differences, load_case, read_resolved, to_toml
+from fragfield.case.load import case_from_document, read_document
+from fragfield.case.uncertain_inputs import target_of
+from fragfield.errors import InputError
+from fragfield.uncertainty.inputs import inputs_of
+from fragfield.uncertainty.plan import plan_study
+
+ROOT = Path(__file__).parents[2]
+TUBE, M107, PAIR = (ROOT / "cases" / f"{name}.toml" for name in ("tube", "m107_tnt", "m107_pair"))
+RADIUS = {
+    "name": "leakage radius", "keys": ["burst.leakage.radius_ratio"], "distribution": "uniform", "low": 1.59,
+    "high": 2.1, "source": "published",
+}  # fmt: skip
+PROFILES = sorted(path.stem for path in (DATA_DIRECTORY / "profiles").glob("*.toml"))
+CASINGS = sorted(tomllib.loads((DATA_DIRECTORY / "casings.toml").read_text()))
+
+
+def _case(*inputs, file=TUBE, changes=None, **table):
+    document = read_document(file)
+    document |= changes or {}
+    document["uncertainty"] = {**table, "input": [dict(one) for one in inputs]}
+    return case_from_document(document, source="case.toml", folder=file.parent)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"keys": ["burst.leakage.radius_rato"]}, 'keys[1]: "burst.leakage.radius_rato": unknown key "radius_rato" (did you mean "radius_ratio"?); allowed here: alpha'),  # noqa: E501
+        ({"keys": ["brust.leakage"]}, 'unknown key "brust" (did you mean "burst"?)'),
+        ({"keys": ["burst.leakage"]}, "is a table; needed: the key of a value"),
+        ({"keys": ["burst.leakage.radius_ratio.x"]}, "goes into a value: there is no 'x' in it"),
+        ({"keys": ["seed"]}, "cannot be uncertain: it changes nothing that is computed, or chooses the random numbers"),
+        ({"keys": []}, "uncertainty.input[1].keys"),
+        ({"keys": ["burst.products"]}, '"burst.products" is no number; allowed with it: distribution = "discrete" and applies = "value"'),  # noqa: E501
+        ({"distribution": "gaussian"}, 'found "gaussian"; allowed: "uniform"'),
+        ({"distribution": "unifrom"}, 'found "unifrom" (did you mean "uniform"?)'),
+        ({"high": None}, 'uncertainty.input[1].high: missing; distribution = "uniform" needs low and high'),
+        ({"high": 1.5}, "uncertainty.input[1].high: found 1.5; allowed: above low, 1.59"),
+        ({"mode": 1.7}, 'uncertainty.input[1].mode: found with distribution = "uniform"; allowed: only with "triangular"'),  # noqa: E501
+        ({"distribution": "triangular", "mode": 3.0}, "uncertainty.input[1].mode: found 3.0; allowed: between low and high"),  # noqa: E501
+        ({"low": "1.59 mm"}, 'uncertainty.input[1].low: found "1.59 mm"; allowed: a number without unit'),
+        ({"keys": ["flight.shape_factor"]}, "uncertainty.input[1].low: found the bare number 1.59 without a unit"),
+        ({"keys": ["flight.shape_factor"], "low": "2 kg", "high": "3 kg"}, 'uncertainty.input[1].low: found "2 kg", which is a mass'),  # noqa: E501
+        ({"distribution": "lognormal", "low": None, "high": None, "median": 1.0, "factor": 1.0}, "uncertainty.input[1].factor: found 1.0; allowed: greater than 1"),  # noqa: E501
+        ({"distribution": "normal", "low": None, "high": None, "mean": 1.0, "standard_deviation": 0.0}, "standard_deviation: found 0.0; allowed: above zero"),  # noqa: E501
+        ({"distribution": "normal", "applies": "factor", "low": None, "high": None, "mean": 1.0, "standard_deviation": 0.1}, "low: missing; a factor with distribution"),  # noqa: E501
+        ({"applies": "factor", "low": -0.5}, 'applies = "factor" can be zero or less'),
+        ({"distribution": "discrete", "low": None, "high": None, "values": [1.6]}, "values: found 1; allowed: two or more"),  # noqa: E501
+        ({"distribution": "discrete", "low": None, "high": None, "values": [1.6, 1.7], "weights": [1.0]}, "weights: found 1 for 2 values"),  # noqa: E501
+        ({"distribution": "discrete", "low": None, "high": None, "values": [1.6, 1.7], "weights": [1.0, -1.0]}, "weights: found [1.0, -1.0]; allowed: numbers of zero or more"),  # noqa: E501
+        ({"source": ""}, 'uncertainty.input[1].source: found ""; allowed: a string that is not empty'),
+        ({"sourc": "x"}, 'uncertainty.input[1].sourc: unknown key (did you mean "source"?)'),
+        ({"keys": ["burst.leakage.radius_ratio", "flight.shape_factor"]}, 'keys of different units; allowed: keys of one unit, or applies = "factor"'),  # noqa: E501
+    ],
+)  # fmt: skip
+def test_faults_name_key_found_and_allowed(changes, message):
+    entry = {key: value for key, value in {**RADIUS, **changes}.items() if value is not None}
+    with pytest.raises(InputError) as found:
+        _case(entry)
+    assert message in str(found.value)
+    assert str(found.value).startswith("case.toml: ")
+
+
+def test_names_and_keys_come_once():
+    with pytest.raises(InputError, match=r"uncertainty.input\[2\].name: found .* again, as uncertainty.input\[1\]"):
+        _case(RADIUS, RADIUS)
+    with pytest.raises(InputError, match=r"radius_ratio is varied by uncertainty.input\[1\] already"):
+        _case(RADIUS, {**RADIUS, "name": "another"})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [({"samples": 3}, "uncertainty.samples: found 3; allowed: at least 8"),
+     ({"method": "sobl"}, 'uncertainty.method: found "sobl" (did you mean "sobol"?)'),
+     ({"realisations": 5}, "uncertainty.realisations: found 5; allowed: at least 10"),
+     ({"sample": 100}, 'uncertainty.sample: unknown key (did you mean "samples"?)')],
+)  # fmt: skip
+def test_faults_of_the_table(changes, message):
+    with pytest.raises(InputError) as found:
+        _case(RADIUS, **changes)
+    assert message in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [("round.*.explosive.heat_of_detonation", "J/kg"), ("round.shell.ignition.0.station", "m"),
+     ("break_up.prefactor", ""), ("flight.drag", ""), ("burst.products", None), ("round.0.casing", None)],
+)  # fmt: skip
+def test_units_of_keys(key, unit):
+    assert target_of(key).unit == unit
+
+
+def test_a_resolved_case_keeps_the_table(tmp_path):
+    case = _case(RADIUS, samples=64)
+    path = tmp_path / "case.toml"
+    path.write_text(to_toml(case))
+    assert read_resolved(path).uncertainty == case.uncertainty
+    assert case.uncertainty.input[0].high == 2.1
+
+
+def test_no_run_depends_on_the_table():
+    assert differences(load_case(TUBE), _case(RADIUS)) == []
+
+
+# --- the default set ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("casing", CASINGS)
+def test_every_built_in_round_has_a_default_set_with_sources(profile, casing):
+    entry = {"name": "it", "profile": profile, "explosive": "comp_b", "casing": casing}
+    case = _case(changes={"round": [entry]})
+    found = {one.name: one for one in inputs_of(case)}
+    wanted = {"leakage radius", "heat of detonation", "yield strength", "ignition place", "mean fragment mass",
+              "drag coefficient", "presented area"}  # fmt: skip
+    assert wanted <= set(found)
+    assert ("softening" in found) == (casing != "copper")  # which has none
+    for one in found.values():
+        assert len(one.source) > 40
+        assert one.is_default
+    assert found["leakage radius"].distribution.parameters["low"] == 1.59
+    assert found["leakage radius"].distribution.parameters["high"] == 2.1
+    assert not found["leakage radius"].judgement
+    assert found["heat of detonation"].distribution.parameters["standard_deviation"] == 0.05
+    assert found["heat of detonation"].judgement
+    assert found["mean fragment mass"].distribution.parameters["factor"] == 1.6
+
+
+def test_eight_inputs_of_the_m107():
+    assert len(inputs_of(load_case(M107))) == 8
+
+
+def test_an_own_input_replaces_the_default_of_its_name_or_key():
+    by_key = _case({**RADIUS, "name": "venting", "low": 1.7, "high": 1.8})
+    names = [one.name for one in inputs_of(by_key)]
+    assert names[0] == "venting"
+    assert "leakage radius" not in names
+    assert len(names) == 8
+    by_name = _case({**RADIUS, "keys": ["burst.leakage.beta"], "low": 0.9, "high": 1.1})
+    assert sum(one.name == "leakage radius" for one in inputs_of(by_name)) == 1
+    assert [one.name for one in inputs_of(_case(RADIUS, defaults=False))] == ["leakage radius"]
+    with pytest.raises(InputError, match="uncertainty: found no input"):
+        inputs_of(_case(defaults=False))
+
+
+@pytest.mark.parametrize(
+    ("break_up", "key", "factor"),
+    [
+        ({}, "break_up.prefactor", 1.6),
+        ({"mean_mass_factor": 2.0}, "break_up.prefactor", 2.0),
+        ({"mean_mass": "mott_1947"}, "break_up.fracture_stress", 1.9),
+        ({"mean_mass": "gurney_sarmousakis"}, "break_up.explosive_constant", 1.5**0.5),
+        ({"mean_mass": "14.9 g"}, "break_up.mean_mass", 1.6),
+    ],
+)
+def test_the_mean_mass_is_varied_by_what_its_law_is_linear_in(break_up, key, factor):
+    (found,) = [one for one in inputs_of(_case(changes={"break_up": break_up})) if one.name == "mean fragment mass"]
+    assert found.keys == (key,)
+    assert found.distribution.parameters["factor"] == pytest.approx(factor)
+    assert found.judgement == (break_up.get("mean_mass") == "14.9 g")
+
+
+def test_the_mean_mass_follows_its_key():
+    """A draw of f gives fragments of f times the mean mass, with every law that has a key for it."""
+    from transition.mean_mass import gurney_sarmousakis, mott_1947, mott_linfoot
+
+    assert mott_linfoot(8.0, 7850, 0.1, 1e5, 0.01, 1000) == pytest.approx(
+        2 * mott_linfoot(4.0, 7850, 0.1, 1e5, 0.01, 1000)
+    )
+    assert mott_1947(7850, 2e9, 67, 0.01, 1e4) == pytest.approx(2 * mott_1947(7850, 1e9, 67, 0.01, 1e4))
+    assert gurney_sarmousakis(2**0.5, 0.01, 0.1) == pytest.approx(2 * gurney_sarmousakis(1.0, 0.01, 0.1))
+
+
+# --- samples --------------------------------------------------------------------------------------------------------
+
+
+def test_a_sample_has_its_draws():
+    study = plan_study(load_case(M107), samples=20, seed=4)
+    names = [one.name for one in study.inputs]
+    for number in (0, 7, 19):
+        draws = dict(zip(names, study.draws(number), strict=True))
+        case = case_from_document(study.document(number), source="sample", folder=ROOT)
+        assert case.burst.leakage.radius_ratio == draws["leakage radius"]
+        assert case.round[0].explosive.heat_of_detonation == pytest.approx(4.52e6 * draws["heat of detonation"])
+        assert case.round[0].casing.shear_softening_strain == draws["softening"]
+        assert case.round[0].casing.tensile_softening_strain == draws["softening"]
+        assert case.round[0].casing.shear_strength == pytest.approx(224e6 * draws["yield strength"])
+        assert case.round[0].casing.tensile_strength == pytest.approx(448e6 * draws["yield strength"])
+        assert case.round[0].ignition[0].station == pytest.approx(0.142518 + draws["ignition place"])
+        assert case.break_up.prefactor == pytest.approx(4.0 * draws["mean fragment mass"])
+        assert case.flight.drag_factor == draws["drag coefficient"]
+        assert case.flight.shape_factor == pytest.approx(2600.0 * draws["presented area"])
+        assert case.break_up.realisations == case.hazard.max_realisations == 10
+        assert case.witness == []
+        assert case.uncertainty is None
+    assert study.burst is None
+    assert study.document(0)["seed"] != study.document(1)["seed"]
+
+
+def test_a_pair_shares_few_bursts():
+    study = plan_study(load_case(PAIR), samples=60)
+    assert study.bursts == 12  # five inputs of the burst
+    assert "three dimensions" in study.geometry
+    for number in range(60):
+        burst = study.draws(number)[:5]
+        assert burst == study.draws(int((study.burst == study.burst[number]).argmax()))[:5]
+
+
+@pytest.mark.parametrize(
+    ("file", "table", "options", "message"),
+    [
+        (PAIR, {}, {"method": "sobol"}, 'uncertainty.method: found "sobol", which needs a burst of its own for every sample'),  # noqa: E501
+        (PAIR, {"bursts": 4}, {}, "uncertainty.bursts: found 4; allowed with 5 uncertain inputs of the burst: at least 7"),  # noqa: E501
+        (PAIR, {}, {"samples": 20}, "uncertainty.samples: found 20 for 12 bursts; allowed: at least 24"),
+        (M107, {}, {"samples": 12, "method": "sobol"}, "uncertainty.samples: found 12"),
+        (M107, {}, {"method": "sobl"}, '--method: found "sobl" (did you mean "sobol"?)'),
+    ],
+)  # fmt: skip
+def test_plans_that_cannot_be_made(file, table, options, message):
+    with pytest.raises(InputError) as found:
+        plan_study(_case(file=file, **table), **options)
+    assert message in str(found.value)
+
+
+def test_an_input_whose_ends_make_no_case_is_refused_before_anything_runs():
+    far = {"name": "place", "keys": ["round.tube.ignition.0.station"], "distribution": "uniform", "low": "0 m",
+           "high": "2 m", "source": "none"}  # fmt: skip
+    with pytest.raises(InputError, match=r'uncertainty input "place" at 1.0: .*outside the charge'):
+        plan_study(_case(far))
+    other = {**RADIUS, "keys": ["round.tub.explosive.density"], "low": "1600 kg/m^3", "high": "1650 kg/m^3"}
+    with pytest.raises(InputError, match=r"there is no entry tub \(did you mean"):
+        plan_study(_case({**other, "name": "density"}))
+
+
+def test_words_can_be_uncertain():
+    table = {"name": "drag table", "keys": ["flight.drag"], "distribution": "discrete",
+             "values": ["shell_fragment", "cube_face_on", 1.2], "source": "tables"}  # fmt: skip
+    study = plan_study(_case(table, defaults=False), samples=30)
+    found = [case_from_document(study.document(i), source="s", folder=ROOT).flight.drag for i in range(30)]
+    assert [found.count(value) for value in ("shell_fragment", "cube_face_on", 1.2)] == [10, 10, 10]

@@ -1,0 +1,115 @@
+"""A study of uncertainty in the report of its nominal run and on its own page."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragfield.case import load_case
+from fragfield.report import write_report
+from fragfield.report.run_files import read_run
+from fragfield.report.uncertainty_page import write_uncertainty_page
+from fragfield.report.uncertainty_tables import signed_card
+from fragfield.stamped import stamped_json
+from fragfield.uncertainty.plan import plan_study
+from fragfield.uncertainty.results import assess
+from tests.fragfield.synthetic_run import write_run
+
+M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"
+SUMMARY = {
+    "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
+    "break_up": {"fragments": 2500},
+    "hazard": {"determined": True, "distance": 100.0, "upper": 103.0, "standard_error": 1.5},
+    "convergence": {"reason": "", "quantities": {"hazard_distance": {"uncertainty": 5.0, "kind": "monotone"}}},
+    "exposed": [
+        {"name": "<gate>", "expected_hits": {"expected": 0.01, "standard_error": 0.001},
+         "density_normal": {"expected": 0.02, "standard_error": 0.002}, "density_ground": None,
+         "probability": {"expected": 0.00995}},
+    ],
+}  # fmt: skip
+
+
+def _study(summary=SUMMARY, lost=()):
+    study = plan_study(load_case(M107), samples=60)
+    rows = {}
+    for number in range(60):
+        values = study.points[number] - 0.5
+        distance = 100.0 + 20.0 * values[1] - 10.0 * values[6] + np.random.default_rng(number).normal(0.0, 1.0)
+        hits = 0.01 * float(np.exp(3.0 * values[5]))
+        place = {"name": "<gate>", "density": 2 * hits, "density_standard_error": 0.1 * hits, "hits": hits,
+                 "hits_standard_error": 0.1 * hits, "probability": hits}  # fmt: skip
+        results = {"distance": distance, "standard_error": 1.0, "determined": True, "reason": "", "exposed": [place],
+                   "mean_initial_speed": 980.0, "speed_99": 1370.0, "fragments": 2500}  # fmt: skip
+        rows[number] = {"exit_code": 0, "results": results}
+    for number in lost:
+        rows[number] = {"exit_code": 3, "message": "cell 7 is <lost>"}
+    return assess(study, rows, summary)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = write_run(tmp_path_factory.mktemp("report") / "run", rounds=1, title="A <round>")
+    (folder / "uncertainty.json").write_text(stamped_json(_study(lost=(3, 4))))
+    return folder
+
+
+def test_the_run_has_a_section_and_a_card(folder):
+    text = write_report(folder, pictures=False).read_text()
+    found = read_run(folder).part("uncertainty")
+    signed = int(np.ceil(found["budget"]["signed"]))
+    assert '<section id="uncertainty">' in text
+    assert re.search(rf"Distance to be signed</dt>\s*<dd><span class=\"value\">{signed}</span>", text)
+    for words in (
+        "Budget of the distance (m)", "Share of each input in the variance of the distance", "heat of detonation",
+        "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
+        "figure-uncertainty_distribution", "figure-uncertainty_places", "grid convergence index of the nominal run",
+        "2 samples gave no distance", "sample 3: exit code 3: cell 7 is &lt;lost&gt;", "&lt;gate&gt;",
+    ):  # fmt: skip
+        assert words in text, words
+    assert "<gate>" not in text
+    for entry in found["inputs"]:
+        assert entry["source"].split(":")[0][:30] in text.replace("&#39;", "'")
+
+
+def test_a_run_without_a_study_has_neither(folder, tmp_path):
+    plain = write_run(tmp_path / "plain", rounds=1, title="plain")
+    assert signed_card(read_run(plain)) == []
+    assert "Distance to be signed" not in write_report(plain, pictures=False).read_text()
+
+
+def test_the_page_of_its_own(folder, tmp_path):
+    found = _study()
+    text = write_uncertainty_page(tmp_path, folder, found).read_text()
+    keys = re.findall(r'<section id="(\w+)">', text)
+    assert keys == ["uncertainty", "shares", "inputs"]
+    assert "gave no distance" not in text
+    assert "http" not in re.sub(r'xmlns[:a-z]*="[^"]*"', "", text.split("</style>")[1].split("<svg")[0])
+    assert (tmp_path / "figures" / "uncertainty_distribution.svg").is_file()
+
+
+def test_a_budget_without_grid_warns(folder, tmp_path):
+    found = _study({**SUMMARY, "convergence": {"reason": "no grid convergence: the burst is in three dimensions"}})
+    text = write_uncertainty_page(tmp_path, folder, found).read_text()
+    assert "A contribution to the budget is not known: the distance to be signed is without it." in text
+    assert "not known, and not in the sum: no grid convergence: the burst is in three dimensions" in text
+
+
+def test_too_few_samples_give_no_result(folder, tmp_path):
+    found = _study(lost=range(55))
+    assert found["exit_code"] == 3
+    assert found["distance"] is None
+    text = write_uncertainty_page(tmp_path, folder, found).read_text()
+    assert "No result: 5 samples gave a distance; at least 8 are needed." in text
+
+
+def test_places_have_their_own_shares():
+    place = _study()["exposed"][0]
+    assert place["hits"]["nominal"] == 0.01
+    best = max(place["hits"]["indices"], key=lambda one: one["total"])
+    assert best["name"] == "mean fragment mass"
+    assert best["total"] > 0.9
+    assert place["hits"]["spread"]["low"] < 0.01 < place["hits"]["spread"]["high"]
+    assert place["density"]["spread"]["median"] == pytest.approx(2 * place["hits"]["spread"]["median"], rel=0.02)

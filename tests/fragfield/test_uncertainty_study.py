@@ -1,0 +1,451 @@
+"""A study of uncertainty as a whole: the same on any number of workers, resumed, with workers killed, and its files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import fragfield.uncertainty.study as study_module
+from fragfield.cli import app
+from fragfield.errors import InputError
+from fragfield.pipeline import Request
+from fragfield.run_directory import RunDirectory
+from fragfield.stamped import read_stamped_json
+from fragfield.uncertainty.journal import Journal
+from fragfield.uncertainty.results import read_results
+from tests.fragfield.short_run import SHORT, command, environment
+from tests.fragfield.synthetic_run import write_run
+
+ROOT = Path(__file__).parents[2]
+M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
+CONVERGENCE = {"reason": "", "quantities": {"hazard_distance": {"uncertainty": 5.0, "kind": "monotone"}}}
+SUMMARY = {
+    "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
+    "break_up": {"fragments": 2500},
+    "hazard": {"determined": True, "distance": 100.0, "upper": 103.0, "standard_error": 1.5},
+    "convergence": CONVERGENCE,
+    "exposed": [],
+}
+
+
+def _distance(case):
+    """A made-up law of the inputs, with an error that the sample's seed draws."""
+    noise = np.random.default_rng(case["seed"]).normal(0.0, 1.0)
+    heat = float(case["round"][0]["explosive"]["heat_of_detonation"].split()[0]) / 4.52e6
+    return 100.0 + 100.0 * (heat - 1.0) - 30.0 * (case["flight"]["drag_factor"] - 1.0) + noise
+
+
+def _answer(request):
+    if request["stage"] == "burst":
+        return 0, ""
+    found = {
+        "distance": _distance(request["case"]), "standard_error": 1.0, "determined": True, "reason": "",
+        "mean_initial_speed": 980.0, "speed_99": 1370.0, "fragments": 2500, "exposed": [],
+    }  # fmt: skip
+    return 0, json.dumps(found)
+
+
+@pytest.fixture
+def made(monkeypatch, tmp_path):
+    """Samples by a made-up law in place of runs; the requests that were made, and codes that replace answers."""
+    requests, codes, guard = [], [], threading.Lock()
+
+    def call(_worker, request):
+        with guard:
+            requests.append(request)
+            code = codes.pop(0) if codes else 0
+        return _answer(request) if code == 0 else (code, f"ended with {code}")
+
+    directory = RunDirectory(tmp_path / "nominal_run")
+    directory.make()
+    directory.write_summary(SUMMARY)
+    monkeypatch.setattr(study_module.Worker, "call", call)
+    monkeypatch.setattr(study_module, "_nominal", lambda *_: directory)
+    monkeypatch.setattr(study_module, "_pages", lambda *_: None)
+    return requests, codes
+
+
+def _invoke(out, *options, case=M107):
+    return CliRunner().invoke(app, ["uncertainty", str(case), "--out", str(out), "--quiet", *map(str, options)])
+
+
+def _without_cost(folder):
+    return {key: value for key, value in read_results(folder).items() if key not in ("cost", "checksum", "nominal_run")}
+
+
+def test_one_and_two_workers_give_the_same(made, tmp_path):
+    for workers in (1, 2):
+        done = _invoke(tmp_path / str(workers), "--samples", 40, "--workers", workers)
+        assert done.exit_code == 0, done.output
+    assert (tmp_path / "1" / "samples.csv").read_bytes() == (tmp_path / "2" / "samples.csv").read_bytes()
+    assert _without_cost(tmp_path / "1") == _without_cost(tmp_path / "2")
+    assert _invoke(tmp_path / "3", "--samples", 40, "--seed", 9).exit_code == 0
+    assert (tmp_path / "1" / "samples.csv").read_bytes() != (tmp_path / "3" / "samples.csv").read_bytes()
+
+
+@pytest.mark.parametrize("method", ["latin_hypercube", "sobol"])
+def test_the_law_comes_back(made, tmp_path, method):
+    """Shares and quantiles of a law that is known: heat normal with 5 %, drag triangular within 15 %, error 1 m."""
+    done = _invoke(tmp_path / "out", "--samples", 400 if method == "latin_hypercube" else 1280, "--method", method)
+    assert done.exit_code == 0, done.output
+    found = read_results(tmp_path / "out")
+    heat, drag = 25.0, 9e2 * 0.15**2 / 6.0
+    by_name = {one["name"]: one for one in found["distance"]["indices"]}
+    for name, share in (("heat of detonation", heat), ("drag coefficient", drag), ("softening", 0.0)):
+        one = by_name[name]
+        assert abs(one["total"] - share / (heat + drag)) < 3.0 * one["total_standard_error"] + 0.01, name
+    spread = found["distance"]["spread"]
+    assert spread["standard_deviation"] == pytest.approx(np.sqrt(heat + drag), rel=0.08)
+    assert spread["chance"] == 1.0
+    budget = found["budget"]
+    assert budget["contributions"][3]["half_width"] == 5.0
+    assert budget["contributions"][2]["half_width"] == pytest.approx(3.0)
+    assert budget["signed"] == pytest.approx(budget["median"] + budget["sum"])
+    bars = {one["name"]: one["high"] - one["low"] for one in found["distance"]["tornado"]}
+    assert bars["heat of detonation"] == pytest.approx(2 * 1.645 * 5.0, rel=0.1)
+    assert bars["drag coefficient"] < -4.0
+    rows = list(csv.DictReader((tmp_path / "out" / "samples.csv").open()))
+    assert len(rows) == found["design"]["samples"]
+    assert {row["state"] for row in rows} == {"done"}
+
+
+def test_a_killed_study_goes_on_and_is_the_same(made, tmp_path, monkeypatch):
+    requests, _ = made
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    assert _invoke(whole, "--samples", 30).exit_code == 0
+    plain, count = Journal.add, []
+
+    def add(journal, number, row):
+        plain(journal, number, row)
+        count.append(number)
+        if len(count) == 12:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "add", add)
+    assert _invoke(cut, "--samples", 30, "--workers", 2).exit_code == 130
+    monkeypatch.setattr(Journal, "add", plain)
+    with (cut / "samples.jsonl").open("a") as file:
+        file.write('{"sample": 29, "exit_code": 0, "resul')  # what a crash leaves of a line
+    requests.clear()
+    done = _invoke(cut, "--samples", 30, "--resume")
+    assert done.exit_code == 0, done.output
+    assert len(requests) == 30 - 12
+    assert (whole / "samples.csv").read_bytes() == (cut / "samples.csv").read_bytes()
+    assert _without_cost(whole) == _without_cost(cut)
+    requests.clear()
+    assert _invoke(cut, "--samples", 30, "--resume").exit_code == 0
+    assert requests == []
+
+
+def test_a_worker_that_is_killed_loses_no_sample(made, tmp_path):
+    requests, codes = made
+    whole = tmp_path / "whole"
+    assert _invoke(whole, "--samples", 20).exit_code == 0
+    requests.clear()
+    codes += [0, -9, 0, -15, -9]
+    done = _invoke(tmp_path / "killed", "--samples", 20, "--workers", 1)
+    assert done.exit_code == 0, done.output
+    assert len(requests) == 23
+    assert (whole / "samples.csv").read_bytes() == (tmp_path / "killed" / "samples.csv").read_bytes()
+
+
+def test_failed_samples_are_counted_and_left_out(made, tmp_path):
+    _, codes = made
+    codes += [0, 3, -9, -9, -9]
+    out = tmp_path / "out"
+    done = CliRunner().invoke(app, ["uncertainty", str(M107), "--out", str(out), "--samples", "40", "--workers", "1"])
+    assert done.exit_code == 3, done.output
+    assert "2 of 40 samples gave no distance and are left out" in done.output
+    assert "sample 1: exit code 3: ended with 3" in done.output
+    found = read_results(out)
+    assert found["states"] | {"messages": None} == {
+        "done": 38, "failed": 2, "not_determined": 0, "missing": 0, "messages": None,
+    }  # fmt: skip
+    assert found["distance"]["spread"]["samples"] == 38
+    states = [row["state"] for row in csv.DictReader((out / "samples.csv").open())]
+    assert states[:3] == ["done", "failed", "failed"]
+    assert _invoke(out, "--samples", 40, "--resume").exit_code == 0  # made again: nothing fails any more
+
+
+def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
+    plain = study_module.Worker.call
+
+    def call(worker, request):
+        code, text = plain(worker, request)
+        found = json.loads(text)
+        if found["distance"] < 96.0:
+            found |= {"distance": None, "standard_error": None, "determined": False, "reason": "mass has not landed"}
+        return code, json.dumps(found)
+
+    monkeypatch.setattr(study_module.Worker, "call", call)
+    done = _invoke(tmp_path / "out", "--samples", 60, "--json")
+    assert done.exit_code == 3
+    states = json.loads(done.stdout)["states"]
+    assert states["not_determined"] > 0
+    assert states["done"] + states["not_determined"] == 60
+    assert "not determined: mass has not landed" in states["messages"][0]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "holds a study of uncertainty; allowed: --resume to go on with it, --overwrite to compute it again"),
+        (("--resume", "--samples", 21), "this one differs in samples, points; use another --out, or --overwrite"),
+        (("--resume", "--samples", 20, "--seed", 5), "this one differs in seed, points"),
+        (("--resume", "--samples", 20, "--set", "burst.cell_size=5 mm"), "this one differs in case"),
+    ],
+)
+def test_another_study_is_not_mixed_in(made, tmp_path, options, message):
+    assert _invoke(tmp_path / "out", "--samples", 20).exit_code == 0
+    before = (tmp_path / "out" / "samples.jsonl").read_bytes()
+    done = _invoke(tmp_path / "out", *options)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert (tmp_path / "out" / "samples.jsonl").read_bytes() == before
+    assert _invoke(tmp_path / "out", "--samples", 21, "--overwrite").exit_code == 0
+    assert read_results(tmp_path / "out")["design"]["samples"] == 21
+
+
+def test_a_folder_of_something_else_is_refused(made, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "letter.txt").touch()
+    done = _invoke(tmp_path / "out", "--overwrite")
+    assert done.exit_code == 2
+    assert "holds letter.txt, which is no part of a study" in done.stderr
+    assert (tmp_path / "out" / "letter.txt").is_file()
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "case.toml").touch()
+    assert "a study of uncertainty needs a folder of its own" in _invoke(tmp_path / "run").stderr
+
+
+def test_it_does_not_run_under_mpirun(made, tmp_path, monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "2")
+    done = _invoke(tmp_path / "out")
+    assert done.exit_code == 2
+    assert "it does not run under mpirun" in done.stderr
+
+
+def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
+    requests, _ = made
+    done = _invoke(tmp_path / "out", "--samples", 30, "--workers", 2, "--set", "uncertainty.bursts=8", case=PAIR)
+    assert done.exit_code == 0, done.output
+    assert [request["stage"] for request in requests[:8]] == ["burst"] * 8
+    samples = [request for request in requests if request["stage"] == "sample"]
+    assert len(samples) == 30
+    assert {Path(request["burst"]).name for request in samples} == {f"burst_{i:04d}" for i in range(8)}
+    found = read_results(tmp_path / "out")
+    assert found["design"]["bursts"] == 8
+    assert "three dimensions" in found["design"]["geometry"]
+    assert max(found["distance"]["indices"], key=lambda one: one["total"])["name"] == "heat of detonation"
+
+
+@pytest.mark.parametrize(
+    ("settings", "stages", "message"),
+    [
+        (("seed=2",), 3, "found --set or --cell-size with a run directory, whose run is the nominal one"),
+        ((), 2, "has not been flown; run `fragfield run"),
+    ],
+)
+def test_a_run_directory_that_cannot_be_the_nominal_run(tmp_path, settings, stages, message):
+    run = write_run(tmp_path / "run", stages=stages)
+    with pytest.raises(InputError) as found:
+        study_module._nominal(Request(run, settings=settings), study_module.StudyOptions(tmp_path / "out"))
+    assert message in str(found.value)
+
+
+def test_a_burst_that_fails_ends_the_study(made, tmp_path):
+    made[1].extend([3])
+    done = _invoke(tmp_path / "out", "--samples", 30, "--workers", 1, case=PAIR)
+    assert done.exit_code == 2
+    assert "burst 1 of 12 failed (exit code 3): ended with 3" in done.stderr
+
+
+# --- the real thing -------------------------------------------------------------------------------------------------
+
+
+_INPUTS = """
+[uncertainty]
+defaults = false
+realisations = 10
+bursts = 3
+[[uncertainty.input]]
+name = "front"
+keys = ["round.*.explosive.detonation_velocity"]
+distribution = "uniform"
+low = "6700 m/s"
+high = "7000 m/s"
+source = "a test"
+[[uncertainty.input]]
+name = "mean fragment mass"
+keys = ["break_up.prefactor"]
+applies = "factor"
+distribution = "lognormal"
+median = 1.0
+factor = 1.6
+source = "a test"
+"""
+
+
+def _real(case, out, *options):
+    return [*command("uncertainty", case, "--out", out, "--samples", "12", "--json", "--quiet"), *map(str, options)]
+
+
+@pytest.fixture(scope="module")
+def short_meridian(tmp_path_factory):
+    """A short tube in its meridian with few realisations: a second a sample."""
+    path = tmp_path_factory.mktemp("study") / "short.toml"
+    text = (ROOT / "cases" / "tube.toml").read_text()
+    text = text.replace('end_time = "120 us"', 'end_time = "60 us"').replace('cell_size = "6 mm"', 'cell_size = "9 mm"')
+    assert "60 us" in text
+    path.write_text(text + "\n[uncertainty]\nrealisations = 10\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def real_study(short_meridian, tmp_path_factory):
+    out = tmp_path_factory.mktemp("studies") / "one"
+    done = subprocess.run(
+        _real(short_meridian, out, "--workers", 1), capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return out, json.loads(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_real_samples_and_their_files(real_study):
+    out, printed = real_study
+    assert printed["states"]["done"] == 12
+    assert not (out / ".samples").exists()
+    assert read_stamped_json(out / "nominal" / "uncertainty.json")["budget"] == printed["budget"]
+    page, report = ((out / name).read_text() for name in ("uncertainty.html", "nominal/report.html"))
+    for text in (page, report):
+        assert "Budget of the distance (m)" in text
+        assert "What moves the hazard distance" in text
+        assert "Published radii at which casings vent" in text
+    assert (out / "figures" / "uncertainty_tornado.png").is_file()
+    assert printed["distance"]["spread"]["high"] > printed["distance"]["spread"]["low"] > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp_path):
+    """The same samples, to the last digit, as by one worker that nobody kills."""
+    out = tmp_path / "killed"
+    process = subprocess.Popen(
+        _real(short_meridian, out, "--workers", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=environment(),
+    )  # fmt: skip
+    until = time.monotonic() + 600.0
+    journal = out / "samples.jsonl"
+    while not (journal.is_file() and journal.read_text().count("\n") >= 3):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    os.kill(_children(process.pid)[0], signal.SIGKILL)
+    output, errors = process.communicate(timeout=600)
+    assert process.returncode == 0, errors
+    assert (out / "samples.csv").read_bytes() == (real_study[0] / "samples.csv").read_bytes()
+    assert json.loads(output)["distance"] == real_study[1]["distance"]
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_path):
+    out = tmp_path / "cut"
+    process = subprocess.Popen(_real(short_meridian, out, "--workers", 2), env=environment())
+    journal, until = out / "samples.jsonl", time.monotonic() + 600.0
+    while not (journal.is_file() and journal.read_text().count("\n") >= 3):
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    children = _children(process.pid)
+    process.kill()
+    process.wait()
+    until = time.monotonic() + 60.0
+    while any(_alive(child) for child in children):  # they notice that nobody waits for them
+        assert time.monotonic() < until
+        time.sleep(0.2)
+    kept = journal.read_text().count("\n")
+    done = subprocess.run(
+        _real(short_meridian, out, "--resume"), capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["cost"]["samples_made_now"] <= 12 - 3
+    assert kept >= 3
+    assert (out / "samples.csv").read_bytes() == (real_study[0] / "samples.csv").read_bytes()
+
+
+def _children(parent: int) -> list[int]:
+    """Workers of a study: processes whose parent it is."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+                words = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            if int(fields[1]) == parent and b"worker" in words:
+                found.append(int(entry.name))
+    return found
+
+
+def _alive(number: int) -> bool:
+    try:
+        return (Path("/proc") / str(number) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_the_journal_of_another_folder_is_its_own(tmp_path):
+    journal = Journal(tmp_path)
+    journal.begin({"seed": 1}, resume=False, overwrite=False)
+    with journal:
+        journal.add(3, {"exit_code": 0, "results": {"distance": 1.0}})
+        journal.add(4, {"exit_code": 3, "message": "lost"})
+    again = Journal(tmp_path)
+    again.begin({"seed": 1}, resume=True, overwrite=False)
+    assert again.rows == {3: {"exit_code": 0, "results": {"distance": 1.0}}}  # what failed is made again
+    with pytest.raises(InputError, match="differs in seed"):
+        Journal(tmp_path).begin({"seed": 2}, resume=True, overwrite=False)
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_real_samples_that_share_bursts(tmp_path):
+    """A tube in three dimensions: the speed of the front in three bursts, the mean mass in every sample."""
+    case, out = tmp_path / "short.toml", tmp_path / "out"
+    case.write_text(SHORT + _INPUTS)
+    done = subprocess.run(
+        _real(case, out, "--workers", 1, "--set", "hazard.max_realisations=20"),
+        capture_output=True,
+        text=True,
+        env=environment(),
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["design"]["bursts"] == 3
+    assert sorted(path.name for path in (out / "bursts").glob("*/burst_snapshot.h5")) == ["burst_snapshot.h5"] * 3
+    rows = list(csv.DictReader((out / "samples.csv").open()))
+    assert len({row["front"] for row in rows}) == 3
+    assert len({row["mean fragment mass"] for row in rows}) == 12
+    by_front = {row["front"]: row["mean_initial_speed"] for row in rows}
+    speeds = [float(by_front[front]) for front in sorted(by_front, key=float)]
+    assert speeds == sorted(speeds)
+    assert speeds[0] < speeds[-1]
+    assert all(row["mean_initial_speed"] == by_front[row["front"]] for row in rows)
+    assert not found["budget"]["complete"]  # three dimensions have no grid convergence
+    counts = [int(row["fragments"]) for row in sorted(rows, key=lambda row: float(row["mean fragment mass"]))]
+    assert counts[0] > counts[-1]  # finer fragments are more of them
