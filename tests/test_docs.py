@@ -96,7 +96,19 @@ def test_every_case_file_is_read(page, tmp_path):
         named = re.match(r"# (\w+\.toml)\n", block.text)
         path = tmp_path / (named[1] if named else f"part_{number}.toml")
         path.write_text(block.text if named else TUBE + block.text, encoding="utf-8")
-        load_case(path, burst="[burst]" in path.read_text(encoding="utf-8"))
+        case = load_case(path, burst="[burst]" in path.read_text(encoding="utf-8"))
+        # Every table that the page writes has come into the case.
+        tables = set(tomllib.loads(block.text))
+        assert tables
+        assert tables <= case.model_fields_set
+
+
+def test_the_guide_has_case_files():
+    """So that the test above reads something: of the pages some have whole cases, and some parts of one."""
+    texts = [block.text for page in GUIDE for block in blocks(page) if block.language == "toml"]
+    whole = [text for text in texts if re.match(r"# (\w+\.toml)\n", text)]
+    assert len(whole) >= 1
+    assert len(texts) - len(whole) >= 3
 
 
 def run_page(page: str, folder: Path, *, slow: bool) -> int:
