@@ -1,4 +1,4 @@
-"""What one cell answers, against closed forms: energies, stable step, product pressure, the unreacted charge, softening."""
+"""One cell against closed forms: energies, stable step, product pressure, the unreacted charge, softening."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_elastic_energy_in_shear_tension_and_pressure(quadrature):
 
 @pytest.mark.parametrize("quadrature", QUADRATURES)
 def test_viscous_heat_is_the_mean_pressure_of_the_step_times_its_compression(quadrature):
-    """Two steps of uniaxial compression, the second four times as fast: q = rho h D (q1 c + q2 h D) at each step's end."""
+    """Two steps of uniaxial compression, the second four times as fast: q = rho h D (q1 c + q2 h D) at their ends."""
     q1, q2, step = 0.1, 1.5, 1e-8
     settings = replace(BARE, quadrature=quadrature, viscosity=Viscosity(linear=q1, quadratic=q2))
     solver = cube(settings=settings)
@@ -66,7 +66,7 @@ def test_viscous_heat_is_the_mean_pressure_of_the_step_times_its_compression(qua
 
 @pytest.mark.parametrize(("stretch", "gamma"), [(0.95, 3.0), (1.05, 3.0), (2.0, 4.0 / 3.0)])
 def test_the_stable_step_of_products_is_that_of_their_sound(stretch, gamma):
-    """h / c with c^2 = gamma P / rho on the isentrope, P ~ v^-3 when dense and v^-4/3 when thin."""
+    """Edge over c with c^2 = gamma P / rho on the isentrope, P ~ v^-3 when dense and v^-4/3 when thin."""
     solver = burnt(replace(BARE, products="landau"), stretch)
     pressure, density = solver.fields.charge.pressure[0], TNT.density / stretch**3
     assert solver.stable_step == pytest.approx(stretch * EDGE / np.sqrt(gamma * pressure / density), rel=1e-9)

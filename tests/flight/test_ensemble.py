@@ -102,17 +102,17 @@ def test_bands_hold_nine_realisations_of_ten() -> None:
 
 
 def test_standard_error_is_the_scatter_of_repeated_ensembles() -> None:
-    """The pooled distances of 160 ensembles scatter as each of them says; the error falls as 1 / root n.
+    """Of 80 ensembles the medians and pooled distances scatter as each of them says; the error falls as 1 / root n.
 
-    160 of them know their scatter to 6 % (1 / sqrt(320)). The bootstrap of the median of few realisations says too much
-    rather than too little: of 25 about a sixth.
+    80 of them know their scatter to 8 % (1 / sqrt(160)). The bootstrap of a median of few realisations says a little
+    too much.
     """
     name = "hazardous_fragment_distance_all_round_ground"
-    repeated = [ensemble(25, seed, number=600.0).bands[name] for seed in range(100, 260)]
+    repeated = [ensemble(25, seed).bands[name] for seed in range(100, 180)]
     for value, error in (("median", "standard_error"), ("pooled", "pooled_standard_error")):
         scatter = np.std([getattr(band, value) for band in repeated], ddof=1)
         told = np.sqrt(np.mean([getattr(band, error) ** 2 for band in repeated]))
-        expected = {"median": 1.17, "pooled": 1.0}[value] * scatter
+        expected = {"median": 1.1, "pooled": 1.0}[value] * scatter
         assert told == pytest.approx(expected, rel=0.15), (value, told, scatter)
     errors = [ensemble(n, 7).bands[name].pooled_standard_error for n in (16, 64, 256)]
     rate = np.polyfit(np.log([16, 64, 256]), np.log(np.array(errors, dtype=float)), 1)[0]

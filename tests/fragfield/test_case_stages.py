@@ -17,7 +17,7 @@ from fragfield.case.convert import (
 )
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError
-from tests.fragfield.case_documents import CASE, FULL, changed, write_case
+from tests.fragfield.case_documents import CASE, FULL, a_round, changed, write_case
 
 
 def test_the_case_reaches_every_setting_of_the_burst(tmp_path):
@@ -117,7 +117,9 @@ def test_a_power_law_of_wind_counts_from_the_ground(reached):
     """At the reference height above ground that lies 50 m up the given speed blows, and none on the ground itself."""
     wind = {"model": "power_law", "speed": "8 m/s", "towards": "90 deg", "reference_height": "10 m", "exponent": 0.25}
     for height in (0.0, 50.0):
-        found = flight_arguments(reached(flight={"wind": wind, "ground": {"height": f"{height} m"}}))["wind"]
+        flight = {"wind": wind, "ground": {"height": f"{height} m"}}
+        case = reached(flight=flight, round=[a_round(position=["0 m", "0 m", f"{height + 1.0} m"])])
+        found = flight_arguments(case)["wind"]
         assert found.at(height + 10.0) == pytest.approx([0.0, 8.0], abs=1e-6)
         assert found.at(height + 1.6) == pytest.approx([0.0, 8.0 * 0.16**0.25], rel=0.01, abs=1e-6)
         assert np.hypot(*found.at(height)) < 0.5 * 8.0
@@ -143,6 +145,11 @@ def test_stations_that_do_not_rise_are_refused(reached, stations):
 
 
 def test_heights_of_wind_that_do_not_rise_are_refused(reached):
-    wind = {"model": "profile", "heights": ["0 m", "50 m", "50 m"], "speeds": ["1 m/s"] * 3, "directions": ["0 deg"] * 3}
+    wind = {
+        "model": "profile",
+        "heights": ["0 m", "50 m", "50 m"],
+        "speeds": ["1 m/s"] * 3,
+        "directions": ["0 deg"] * 3,
+    }
     with pytest.raises(InputError, match=r"flight.wind.heights: found .*allowed: values that rise"):
         reached(flight={"wind": wind})

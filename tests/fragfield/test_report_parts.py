@@ -199,7 +199,7 @@ def test_directions_that_follow_the_cells_are_told_from_chance():
 
 @pytest.mark.parametrize(("contrast", "warned"), [(0.15, False), (0.4, True), (0.8, True)])
 def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
-    """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3; of 40 hits 6 at c = 0.237."""
+    """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3, 6 of 40 at 0.237."""
     hits = 40.0 * (1.0 + contrast * (-1.0) ** np.arange(72))
     rows = [{"name": "ring", "by_azimuth": [{"hits": float(value)} for value in hits]}]
     found = [text for _, text in told("flight", witness=rows) if "may follow the cells" in text]

@@ -1,10 +1,12 @@
 """`sh setup.sh mutants [N] [SEED] [MINUTES]`: N small faults in the physics, and the share that the tests notice.
 
-Each fault goes into a copy of the project under build/mutants, one at a time. Results are kept there by seed: a run that
-was interrupted, or whose minutes are over, goes on where it stopped, and a larger N takes the first ones from it. What has
-changed in the program or its tests since is not known to them: another folder of results is begun for other sources.
-Faults that were looked at and change nothing that could be noticed are listed in `equivalent.tsv` with the reason; they
-are not seeded. Ends with 1 if less than 95 % of them are caught.
+Each fault goes into a copy of the project under build/mutants, one at a time. Results are kept there by seed and by the
+state of the sources: a run that was interrupted, or whose minutes are over, goes on where it stopped, and a larger N
+takes the first ones from it. Faults that were looked at and change nothing that could be noticed stand in
+`equivalent.tsv` with the reason; they are not seeded. Ends with 1 if less than 95 % are caught.
+
+`sh setup.sh mutants chosen [WORD]`: the faults of `chosen.tsv` (whose module or description holds the word), each by
+the tests named there; ends with 1 if any survives.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tests.mutants.faults import KINDS, Fault, faults_of
-from tests.mutants.targets import AREAS, modules_of, tests_of
+from tests.mutants.targets import AREAS, modules_of, files_of
 from tests.mutants.workshop import Workshop
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["chosen_faults"]
 
 _ROOT = Path(__file__).parents[2]
+_FOLDER = _ROOT / "build" / "mutants"
 _WANTED = 0.95
 
 
@@ -88,23 +91,63 @@ def report(results: list[dict[str, str]]) -> float:
     return share
 
 
+def chosen_by_hand(root: Path, word: str = "") -> list[dict[str, str]]:
+    """Rows of `chosen.tsv`: module, text before and after, the fault in words, and the tests that catch it.
+
+    Raises
+    ------
+    ValueError
+        The text before does not stand in the module exactly once.
+    """
+    with (Path(__file__).parent / "chosen.tsv").open(newline="") as file:
+        rows = [
+            {key: text.replace("\\n", "\n") for key, text in row.items()}
+            for row in csv.DictReader(file, delimiter="\t")
+        ]
+    for row in rows:
+        if (root / row["module"]).read_text().count(row["before"]) != 1:
+            raise ValueError(f"chosen.tsv: {row['module']} does not hold once: {row['before']}")
+    return [row for row in rows if word in row["module"] + " " + row["fault"]]
+
+
+def try_chosen(workshop: Workshop, word: str) -> int:
+    """Put in the faults of `chosen.tsv` one by one."""
+    survived = 0
+    rows = chosen_by_hand(workshop.tree, word)
+    for number, row in enumerate(rows, start=1):
+        tests = row["tests"].split()
+        if workshop.without_fault(tests).state != "passed":
+            print(f"without a fault {' '.join(tests)} fails", file=sys.stderr)
+            return 1
+        text = (workshop.tree / row["module"]).read_text().replace(row["before"], row["after"])
+        outcome = workshop.with_fault(row["module"], text, tests)
+        survived += outcome.state == "passed"
+        print(
+            f"{number:3d} {outcome.state:6s} {outcome.seconds:4.0f} s  {row['module']}: {row['fault']}  {outcome.test}",
+            flush=True,
+        )
+    print(f"{len(rows) - survived} of {len(rows)} caught")
+    return 1 if survived else 0
+
+
 def main() -> int:
     """Seed faults until there are enough, or the time is over."""
+    digest = sources_digest(_ROOT)
+    if sys.argv[1:2] == ["chosen"]:
+        return try_chosen(Workshop(_ROOT, _FOLDER, digest), " ".join(sys.argv[2:]))
     number = int(sys.argv[1]) if len(sys.argv) > 1 else 300
     seed = int(sys.argv[2]) if len(sys.argv) > 2 else random.SystemRandom().randrange(10**6)
     minutes = float(sys.argv[3]) if len(sys.argv) > 3 else float("inf")
     end = time.monotonic() + 60.0 * minutes
-    folder = _ROOT / "build" / "mutants"
-    digest = sources_digest(_ROOT)
-    record = folder / f"seed_{seed}_{digest}.jsonl"
-    workshop = Workshop(_ROOT, folder, digest)
+    record = _FOLDER / f"seed_{seed}_{digest}.jsonl"
+    workshop = Workshop(_ROOT, _FOLDER, digest)
     results = [json.loads(line) for line in record.read_text().splitlines()] if record.is_file() else []
     print(f"{number} faults, seed {seed}, {len(results)} done before; results in {record}", flush=True)
     for area, module, fault in islice(chosen_faults(workshop.tree, seed), len(results), number):
         if time.monotonic() > end:
             print("the time is over: the same call goes on from here")
             break
-        tests = tests_of(module)
+        tests = files_of(module)
         usual = workshop.without_fault(tests)
         if usual.state != "passed":
             print(f"without a fault: {usual.test} ({usual.state}); nothing can be said of {module}", file=sys.stderr)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["AREAS", "Area", "modules_of", "tests_of"]
+__all__ = ["AREAS", "Area", "modules_of", "files_of"]
 
 _BURST = "tests/burst_fenicsx"
 _RINGS = f"{_BURST}/axisymmetric"
@@ -73,7 +73,7 @@ AREAS = (
                 "fields",
                 "exposure",
             )
-        ),  # fmt: skip
+        ),
         (
             ("*/contact/*", _TOUCH),
             ("*/exposure.py", [f"{_BURST}/test_exposure.py"]),
@@ -98,7 +98,7 @@ AREAS = (
             "*/summary.py",
             "*/snapshot.py",
         ),
-    ),  # fmt: skip
+    ),
     Area(
         "flight and hazard",
         ("flight/*.py",),
@@ -146,7 +146,7 @@ AREAS = (
                     "job",
                 )
             ),
-        ),  # fmt: skip
+        ),
         left_out=("*/__init__.py", "*/compiling.py", "*/errors.py", "*files.py", "*/hdf5.py", "*/text_tables.py"),
     ),
 )
@@ -164,7 +164,7 @@ def modules_of(area: Area, root: Path) -> list[str]:
     )
 
 
-def tests_of(module: str) -> list[str]:
+def files_of(module: str) -> list[str]:
     """The tests that can notice a fault in a module (its path from the root), quick ones first, each once."""
     for area in AREAS:
         if any(fnmatch(module, pattern) for pattern in area.modules) and not any(

@@ -8,6 +8,7 @@ of modules that do not import the faulty one, directly or through others.
 from __future__ import annotations
 
 import ast
+import fcntl
 import json
 import os
 import shutil
@@ -55,6 +56,11 @@ class Workshop:
         self.tree = folder / "tree"
         self.cache = folder / "cache"
         self.cache.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._lock = (folder / "lock").open("w")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise SystemExit(f"another process tries faults in {folder}; wait for it") from None
         self._copy(root)
         self._times = folder / f"seconds_{digest}.json"
         known = json.loads(self._times.read_text()) if self._times.is_file() else {}

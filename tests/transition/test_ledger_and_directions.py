@@ -10,12 +10,13 @@ from transition.directions import cell_shares, compare_directions, ring_shares
 from transition.ledger import casing_sums, ledger
 
 UNIT = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+FIRST = np.array([1.0, 0.0, 0.0])
 
 
 def two_cells():
     """Cells of 2 and 3 kg around (1.5, 0.5, 0.5) and (-1.5, 0.5, 0.5) m, flying apart along x at 30 and 20 m/s."""
     mass = np.array([2.0, 3.0])
-    corners = np.stack([UNIT + [1.0, 0, 0], UNIT - [2.0, 0, 0]])
+    corners = np.stack([UNIT + FIRST, UNIT - 2.0 * FIRST])
     velocity = np.zeros((2, 8, 3))
     velocity[0, :, 0], velocity[1, :, 0] = 30.0, -20.0
     return mass, corners, velocity
@@ -44,7 +45,7 @@ def test_errors_are_differences_over_the_sum_of_sizes():
 
 def test_angular_momentum_counts_flight_and_spin_about_the_origin():
     """Raised by 0.25 m the first fragment has 2 * 30 * 0.25 less about z; spin of that size makes up for it."""
-    distance = np.linalg.norm(UNIT + [1.0, 0, 0], axis=1).mean(), np.linalg.norm(UNIT - [2.0, 0, 0], axis=1).mean()
+    distance = np.linalg.norm(UNIT + FIRST, axis=1).mean(), np.linalg.norm(UNIT - 2.0 * FIRST, axis=1).mean()
     scale = 2.0 * 30.0 * distance[0] + 3.0 * 20.0 * distance[1]
     raised = handed_over(height=0.75)
     assert raised.angular_momentum_error == pytest.approx(2.0 * 30.0 * 0.25 / scale, rel=1e-9)

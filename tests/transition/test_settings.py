@@ -43,9 +43,8 @@ def test_refused(given, message):
 
 def test_accepted():
     """What is given is kept as it is, the rest is the default."""
-    given = {
-        "dimension": "mixed", "mean_mass": 0.01, "prefactor": "paper", "segments": {"a": (0.1, 0.2)}, "sampler": "graded",
-    }  # fmt: skip
+    given = {"dimension": "mixed", "mean_mass": 0.01, "prefactor": "paper", "sampler": "graded"}
+    given["segments"] = {"a": (0.1, 0.2)}
     settings, usual = BreakUpSettings(**given), BreakUpSettings()
     for field in fields(BreakUpSettings):
         expected = given.get(field.name, getattr(usual, field.name))
