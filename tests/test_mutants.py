@@ -10,7 +10,7 @@ import pytest
 
 from tests.mutants import __main__ as mutants
 from tests.mutants.faults import KINDS, faults_of
-from tests.mutants.targets import AREAS, modules_of, files_of
+from tests.mutants.targets import AREAS, files_of, modules_of
 from tests.mutants.workshop import Outcome, Workshop, importers
 from tests.warm_up import gather, link
 
@@ -141,7 +141,8 @@ def trial(tmp_path, monkeypatch):
         (tmp_path / "project" / module).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / "project/flight/one.py").write_text("def twice(x):\n    return x + x\n")
     (tmp_path / "project/tests/test_one.py").write_text(
-        "import sys\nsys.path.insert(0, '.')\nfrom flight.one import twice\n\n\ndef test_twice():\n    assert twice(3) == 6\n"
+        "import sys\nsys.path.insert(0, '.')\nfrom flight.one import twice\n\n\n"
+        "def test_twice():\n    assert twice(3) == 6\n"
     )
     (tmp_path / "project/pyproject.toml").write_text('[tool.pytest.ini_options]\nmarkers = ["slow: x", "mpi: x"]\n')
     monkeypatch.delenv("PYTEST_XDIST_WORKER", raising=False)

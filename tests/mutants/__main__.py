@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tests.mutants.faults import KINDS, Fault, faults_of
-from tests.mutants.targets import AREAS, modules_of, files_of
+from tests.mutants.targets import AREAS, files_of, modules_of
 from tests.mutants.workshop import Workshop
 
 if TYPE_CHECKING:
