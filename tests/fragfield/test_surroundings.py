@@ -168,7 +168,7 @@ def test_holes_are_refused_or_filled_by_word(folder, recwarn) -> None:
         load(folder, GROUND + 'holes = "neighbours"')
 
 
-def test_flight_of_ones_own_fragments_to_the_report(folder, quick_report) -> None:
+def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
     (folder / "case.toml").write_text(GROUND + OBSTACLES)
     out = folder / "out"
     command = ["fly", str(folder / "case.toml"), "--fragments", str(folder / "mine.csv"), "--out", str(out), "--json"]

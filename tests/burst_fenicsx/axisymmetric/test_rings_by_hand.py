@@ -271,3 +271,38 @@ def test_energy_of_a_random_ring_in_tension_shear_and_pressure():
         strain = ((1.0 + nu) * whole - nu * np.trace(whole) * np.eye(3)) / modulus
         energy += 0.5 * float((whole * strain).sum()) * volume_of(nodes[cell])
     assert state.solid_sums()[0] == pytest.approx(energy, rel=1e-12)
+
+
+@pytest.mark.parametrize(("shape", "axis"), [("cylinder", 2), ("disc", 0)])
+def test_what_charge_and_casing_do_together_is_no_slip(shape, axis):
+    """Both carried along the line, the charge by a little more: the springs hold the difference, and no heat comes."""
+    law = SlideLaw(BUDGET, STEP, 1e12, 1e12, 0.0)
+    common, more = 1e-6, 2e-8
+    for both, own in ((common, more), (-common, more), (common, 0.0)):
+        solver = ring_burst(bench(shape), QUIET)
+        interface, state = solver.contact.interface, solver.fields
+        contacts, position = interface.contacts, state.nodes.position
+        contacts.strength[:] = 1e15
+        state.charge.burn_fraction[:] = state.charge.pressure[:] = 0.0
+        charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
+        energy = []
+        for _ in range(2):
+            force = np.zeros_like(state.nodes.force)
+            add_line_forces(
+                law, 1.0, interface.line, contacts, state.charge.burn_fraction, state.charge.pressure, position,
+                state.mass, np.zeros_like(force), force,
+            )  # fmt: skip
+            energy.append(contacts.tally.copy())
+            position[:, axis] += both
+            position[charge, axis] += own
+        inner = np.abs(state.start[contacts.slave, axis] / LENGTH_OF_BENCH - 0.5) < 0.3
+        position[:, axis] -= both
+        position[charge, axis] -= own
+        slipped = np.abs(contacts.slip[inner])
+        np.testing.assert_allclose(slipped, own, rtol=1e-5, atol=1e-13)
+        spring = contacts.stiffness[inner] * contacts.slip[inner]
+        np.testing.assert_allclose(np.abs(contacts.force[inner, axis // 2]), np.abs(spring), rtol=1e-5, atol=1e-6)
+        assert np.abs(energy[1][inner, 1]).max() == 0.0
+        # What the springs store is the work of the relative motion: nothing is left over.
+        np.testing.assert_allclose(energy[1][inner, 0], 0.5 * contacts.stiffness[inner] * own**2, rtol=1e-5, atol=1e-12)
+        assert np.abs(energy[1][inner, 2]).max() < 1e-5 * max(energy[1][inner, 0].max(), 1e-9)
