@@ -68,9 +68,9 @@ def test_shape_and_collisions_reach_the_flight(tmp_path):
     assert arguments["shape"] == flight.shape.Box((5.0, 2.0, 1.0), "fixed")
     assert arguments["contact"] == flight.Contact(distance=5.0)
     assert read_resolved(write_case(tmp_path, to_toml(case))) == case
-    drawn = changed(flight={"shape_factor": "2370 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})
+    drawn = changed(flight={"shape_factor": "2600 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})
     arguments = flight_arguments(case_from_document(drawn, source="my.toml", folder=tmp_path))
-    assert arguments["shape"] == flight.shape.Lognormal(0.2, 2370.0)
+    assert arguments["shape"] == flight.shape.Lognormal(0.2, 2600.0)
     arguments = flight_arguments(case_from_document(CASE, source="my.toml", folder=tmp_path))
     assert (arguments["shape"], arguments["contact"]) == (None, None)
 
