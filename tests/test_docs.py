@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import re
@@ -19,6 +20,7 @@ from typer.main import get_command
 from fragfield.case import load_case
 from fragfield.case.schema import Case
 from fragfield.cli import app
+from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -129,6 +131,13 @@ def run_page(page: str, folder: Path, *, slow: bool) -> int:
             commands = [[sys.executable, "-c", "\n".join(python)]]
         elif block.language == "sh" and (block.mark == "run" or (slow and block.mark == "run slow")):
             commands = [[sys.executable, "-m", "fragfield", *arguments] for arguments in command_lines(block.text)]
+            if not slow:  # by the same program in this process, which need not load it for every line
+                for _, _, _, *arguments in commands:
+                    with contextlib.chdir(folder):
+                        result = invoke(*arguments)
+                    assert result.exit_code == 0, f"{page}: {' '.join(arguments)}\n{result.output}"
+                    ran += 1
+                continue
         else:
             continue
         for command in commands:

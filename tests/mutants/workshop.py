@@ -24,7 +24,7 @@ __all__ = ["Outcome", "Workshop", "importers"]
 _FOLDERS = ("burst_fenicsx", "transition", "flight", "fragfield", "fragfield_base", "validation", "cases", "tests")
 _FILES = ("pyproject.toml",)
 _LIMITED = 'ulimit -v 16000000; ulimit -c 0; exec "$@"'  # kB of address space: a fault may ask for any amount
-_COMPILING = 400.0  # s that kernels may take to compile, besides five times what the tests take without the fault
+_COMPILING = 300.0  # s that kernels may take to compile, besides three times what the tests take without the fault
 _CACHES = """
 from burst_fenicsx.kernels import lanes
 from flight.kernels import compiling as flight
@@ -103,7 +103,7 @@ class Workshop:
         """The tests with another text of a module (its path from the root), which is put back afterwards."""
         path = self.tree / module
         before, times = path.read_bytes(), path.stat()
-        limit = 5.0 * self.without_fault(tests).seconds + _COMPILING
+        limit = 3.0 * self.without_fault(tests).seconds + _COMPILING
         try:
             path.write_text(text)
             caches = self._cache_names()
