@@ -31,9 +31,10 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
 
   install    set up only (default)
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
-  test       the tests; arguments go to pytest
+  test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
   lint       ruff, mypy, import-linter
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
+  mutants    small faults in the physics, and the share that the tests notice; arguments: N SEED MINUTES, or "chosen"
   validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
   docs       the documentation, into build/docs; arguments go to mkdocs build
@@ -308,10 +309,26 @@ prepare_running() {
     fi
 }
 
+# count_workers ARGUMENT...: processes for the tests, four at most since each takes up to 2 GB; 1 where pytest's arguments
+# say how many, or name what one process is done with soon.
+count_workers() {
+    for argument in "$@"; do
+        case $argument in
+            -n* | --numprocesses* | --dist* | --pdb | --collect-only | --co | -h | --help | *::*)
+                echo 1
+                return
+                ;;
+        esac
+    done
+    cores=$(nproc 2>/dev/null || echo 1)
+    if [ "$cores" -gt 4 ]; then cores=4; fi
+    echo "$cores"
+}
+
 act=${1:-install}
 [ $# -eq 0 ] || shift
 case $act in
-    install | demo | test | lint | attack | validate | bench | docs) ;;
+    install | demo | test | lint | attack | mutants | validate | bench | docs) ;;
     help | -h | --help) usage && exit 0 ;;
     *)
         printf 'setup: unknown act "%s".\n\n' "$act" >&2
@@ -335,8 +352,16 @@ case $act in
         "$bin/python" -m validation paper_3_1 --run runs/demo
         say "the report is runs/demo/report.html, the pictures are in runs/demo/figures"
         ;;
-    # A missing dolfinx or mpirun must fail here, not be skipped.
-    test) FRAGFIELD_REQUIRE_ALL=1 exec "$bin/python" -m pytest "$@" ;;
+    test)
+        workers=$(count_workers "$@")
+        if [ "$workers" -gt 1 ]; then
+            say "kernels are compiled first, then $workers processes test side by side"
+            "$bin/python" -m tests.warm_up "$workers"
+            set -- -n "$workers" --dist loadgroup "$@"
+        fi
+        # A missing dolfinx or mpirun must fail here, not be skipped.
+        FRAGFIELD_REQUIRE_ALL=1 exec "$bin/python" -m pytest "$@"
+        ;;
     lint)
         status=0
         for check in "ruff check" "ruff format --check" mypy lint-imports; do
@@ -350,6 +375,7 @@ case $act in
         exit "$status"
         ;;
     attack) exec "$bin/python" -m tests.attack "$@" ;;
+    mutants) exec "$bin/python" -m tests.mutants "$@" ;;
     validate)
         "$bin/python" -m pytest -m slow
         exec "$bin/python" -m validation "$@"

@@ -90,10 +90,6 @@ class Tally:
         empty = ((0, 0), (0, 0), (0, len(edges) - here))
         return replace(self, edges=edges, landings=np.pad(self.landings, empty), tracks=np.pad(self.tracks, empty))
 
-    def scaled(self, number: float) -> Tally:
-        """The densities of `number` such fields on each other; numbers of fragments and throws stay those of one."""
-        return replace(self, landings=number * self.landings, tracks=number * self.tracks)
-
     @classmethod
     def join(cls, parts: Sequence[Tally]) -> Tally:
         """All realisations of several tallies with the same sectors and distance cells.

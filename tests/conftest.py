@@ -12,21 +12,45 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from fragfield_base.kernel_cache import cache_root
+from tests.warm_up import folder_of
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 ROOT = Path(__file__).resolve().parent.parent
+WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
+"""Name of this process among those of pytest-xdist; empty where there are none."""
 
 
 def pytest_configure() -> None:
-    """Let mpirun work as root, wherever a test starts it."""
+    """Let mpirun work as root, wherever a test starts it; give a worker beside others its own cache and one thread."""
     if os.geteuid() == 0:
         os.environ.setdefault("OMPI_ALLOW_RUN_AS_ROOT", "1")
         os.environ.setdefault("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+    if WORKER:
+        root = cache_root()
+        if root is not None:
+            folder = folder_of(root, WORKER)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            os.environ["NUMBA_CACHE_DIR"] = str(folder)
+            cache_root.cache_clear()
+        import numba
+
+        # The others stay at hand for tests that ask for them.
+        numba.set_num_threads(1)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out what this machine cannot run, unless `setup.sh test` asks for everything."""
+    """Group for `--dist loadgroup`, and leave out what this machine cannot run, unless `setup.sh test` asks for it.
+
+    A file stays with one worker, so that its fixtures are made once. Tests that want several cores are one group: no
+    two of them run at a time.
+    """
+    for item in items if WORKER else ():
+        shared = item.get_closest_marker("mpi") or item.get_closest_marker("cores")
+        item.add_marker(pytest.mark.xdist_group("cores" if shared else item.nodeid.split("::", maxsplit=1)[0]))
     if os.environ.get("FRAGFIELD_REQUIRE_ALL"):
         return
     missing = {
@@ -54,7 +78,7 @@ def mpirun() -> Callable[..., subprocess.CompletedProcess[str]]:
         options = ["-n", str(ranks)]
         if _is_open_mpi():
             # A bound rank has one core, and then no second thread.
-            bound = threads == 1 and ranks <= len(os.sched_getaffinity(0))
+            bound = threads == 1 and ranks <= len(os.sched_getaffinity(0)) and not WORKER  # others are on these cores
             options += ["--oversubscribe", "--bind-to", "core" if bound else "none"]
         # The ranks share the cores: one thread each, unless a test wants both.
         environment = {**os.environ, "NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import re
@@ -19,6 +20,7 @@ from typer.main import get_command
 from fragfield.case import load_case
 from fragfield.case.schema import Case
 from fragfield.cli import app
+from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -96,7 +98,19 @@ def test_every_case_file_is_read(page, tmp_path):
         named = re.match(r"# (\w+\.toml)\n", block.text)
         path = tmp_path / (named[1] if named else f"part_{number}.toml")
         path.write_text(block.text if named else TUBE + block.text, encoding="utf-8")
-        load_case(path, burst="[burst]" in path.read_text(encoding="utf-8"))
+        case = load_case(path, burst="[burst]" in path.read_text(encoding="utf-8"))
+        # Every table that the page writes has come into the case.
+        tables = set(tomllib.loads(block.text))
+        assert tables
+        assert tables <= case.model_fields_set
+
+
+def test_the_guide_has_case_files():
+    """So that the test above reads something: of the pages some have whole cases, and some parts of one."""
+    texts = [block.text for page in GUIDE for block in blocks(page) if block.language == "toml"]
+    whole = [text for text in texts if re.match(r"# (\w+\.toml)\n", text)]
+    assert len(whole) >= 1
+    assert len(texts) - len(whole) >= 3
 
 
 def run_page(page: str, folder: Path, *, slow: bool) -> int:
@@ -117,6 +131,13 @@ def run_page(page: str, folder: Path, *, slow: bool) -> int:
             commands = [[sys.executable, "-c", "\n".join(python)]]
         elif block.language == "sh" and (block.mark == "run" or (slow and block.mark == "run slow")):
             commands = [[sys.executable, "-m", "fragfield", *arguments] for arguments in command_lines(block.text)]
+            if not slow:  # by the same program in this process, which need not load it for every line
+                for _, _, _, *arguments in commands:
+                    with contextlib.chdir(folder):
+                        result = invoke(*arguments)
+                    assert result.exit_code == 0, f"{page}: {' '.join(arguments)}\n{result.output}"
+                    ran += 1
+                continue
         else:
             continue
         for command in commands:

@@ -96,7 +96,7 @@ def test_unknown_act_is_told_the_known_ones(machine: Machine) -> None:
     done = machine.run("instal")
     assert done.returncode == 2
     assert 'unknown act "instal"' in done.stderr
-    for act in ("install", "demo", "test", "lint", "validate", "bench", "docs"):
+    for act in ("install", "demo", "test", "lint", "attack", "mutants", "validate", "bench", "docs"):
         assert f"\n  {act} " in done.stderr
 
 
@@ -206,3 +206,23 @@ def test_active_environment_comes_before_debian(machine: Machine, variable: str)
     done = machine.run()
     assert f"dolfinx 0.11.0.post0 of {environment / 'python'}" in done.stdout
     assert not machine.apt_calls
+
+
+@pytest.mark.parametrize(
+    ("cores", "arguments", "workers"),
+    [
+        ("1", "", 1), ("2", "", 2), ("3", "-m slow", 3), ("16", "", 4), ("16", "-k mott -x", 4), ("4", "-n 0", 1),
+        ("4", "-n2", 1), ("4", "--pdb", 1), ("4", "--collect-only", 1), ("4", "tests/test_docs.py::test_x", 1),
+    ],
+)  # fmt: skip
+def test_tests_run_side_by_side_on_up_to_four_cores(machine: Machine, cores: str, arguments: str, workers: int) -> None:
+    """One process where pytest's arguments say how many, or ask for a single test or the debugger."""
+    machine.tool("nproc", f"echo {cores}")
+    text = (machine.project / "setup.sh").read_text()
+    begin = text.index("count_workers() {")
+    function = text[begin : text.index("\n}\n", begin) + 3]
+    done = subprocess.run(
+        ["/bin/sh", "-eu", "-c", f"{function}\ncount_workers {arguments}"],
+        env={"PATH": str(machine.tools)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert int(done.stdout) == workers

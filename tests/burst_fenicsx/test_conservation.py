@@ -73,6 +73,7 @@ def test_an_open_ledger_stops_the_run_and_keeps_its_outputs(tmp_path):
     assert pyvista.get_reader(str(tmp_path / "burst.xdmf")).time_values == [0.0]
 
 
+@pytest.mark.cores
 def test_threads_do_not_change_a_bit(tmp_path):
     if numba.config.NUMBA_NUM_THREADS < 2:
         pytest.skip("one thread only")

@@ -104,9 +104,9 @@ def test_a_block_slides_on_a_plane_until_friction_stops_it():
     while solver.time < 5.0 / deceleration * 1.3:
         solver.step()
     travelled = (solver.fields.nodes.position - solver.fields.start)[:, 0]
-    assert solver.fields.mass @ travelled / weight == pytest.approx(25.0 / (2.0 * deceleration), rel=0.02)
+    assert solver.fields.mass @ travelled / weight == pytest.approx(25.0 / (2.0 * deceleration), rel=0.01)
     assert abs(mean_velocity(solver, 0)[0]) < 0.1
-    assert solver.contact.friction == pytest.approx(0.5 * weight * 25.0, rel=0.03)
+    assert solver.contact.friction == pytest.approx(0.5 * weight * 25.0, rel=0.025)
 
 
 def test_a_block_slides_on_a_slab_until_friction_stops_it():
@@ -123,7 +123,9 @@ def test_a_block_slides_on_a_slab_until_friction_stops_it():
         solver.step()
     moved_by = (solver.fields.nodes.position - solver.fields.start)[block_nodes, 0]
     mass = solver.fields.mass[block_nodes]
-    assert mass @ moved_by / mass.sum() == pytest.approx(64.0 / (2.0 * deceleration), rel=0.05)
+    assert mass @ moved_by / mass.sum() == pytest.approx(64.0 / (2.0 * deceleration), rel=0.015)
+    # The rest of its energy is in the block's and the slab's vibrations.
+    assert solver.contact.friction == pytest.approx(0.5 * mass.sum() * 64.0, rel=0.025)
     assert abs(mean_velocity(solver, 1)[0]) < 0.3
 
 

@@ -237,13 +237,21 @@ def test_hourglass_control_takes_energy_from_warped_cells_and_gives_none(warp, p
     velocity = solver.fields.nodes.velocity
     velocity[:] = np.random.default_rng(1).normal(0.0, 30.0, velocity.shape)
     mass = solver.fields.mass[:, None]
-    start = before = 0.5 * float(np.sum(mass * velocity**2))
+    before = 0.5 * float(np.sum(mass * velocity**2))
+    for _ in range(10):  # the start is sudden: it counts as if the forces had acted before
+        solver.step()
+    start = balance(solver)
+    assert start == pytest.approx(before, rel=0.12)
     for _ in range(6):
         for _ in range(50):
             solver.step()
         kinetic = 0.5 * float(np.sum(mass * velocity**2))
         assert kinetic < 1.02 * before  # a little comes back from the stored strain
         before = kinetic
+    assert balance(solver) == pytest.approx(start, rel=5e-3)
+
+
+def balance(solver):
+    """Kinetic energy and all that is stored or lost, less what the charge gave (J): a constant."""
     entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0)
-    stored = entry.kinetic + entry.strain + entry.plastic + entry.viscous + entry.hourglass - entry.products_work
-    assert stored == pytest.approx(start, rel=0.25)  # the start is sudden: its first step counts whole, not half
+    return entry.kinetic + entry.strain + entry.plastic + entry.viscous + entry.hourglass - entry.products_work

@@ -291,3 +291,31 @@ def test_ranks_light_the_neighbour_alike(tmp_path, mpirun, lit_by_neighbour, ran
     mpirun(ranks, "-m", "tests.burst_fenicsx.rank_states", path, "random", *SHOCK)
     found = {name: values for name, values in np.load(path).items() if name != "ranks"}
     assert differences(state(lit_by_neighbour), found) == []
+
+
+@pytest.mark.parametrize("step", [0.3e-6, 0.07e-6])
+def test_the_source_is_timed_by_the_duration_and_not_by_the_steps(step):
+    """Pressure that stays up from a time on initiates the charge one duration later, whatever the steps."""
+    begin, duration = 1.0e-6, 1.0e-6
+    solver = burst(box((1, 1, 4), (CELL, CELL, 4 * CELL), Part.CHARGE), initiation=ShockInitiation(5e9, duration))
+    charge, watch = solver.fields.charge, solver.initiation
+    for number in range(round(begin / step) + 1):
+        assert not watch.update(begin - (round(begin / step) - number) * step - 0.5 * step, step)
+    charge.pressure[0] = 5e9  # at the threshold: that counts
+    time = begin
+    while not watch.update(time, step):
+        assert time < begin + duration
+        time += step
+    assert duration <= time - begin < duration + step
+    assert watch.sources[0].time == pytest.approx(begin + duration, rel=1e-12)
+
+
+def test_pressure_that_falls_in_between_starts_again():
+    """Two pulses of 0.7 of the duration initiate nothing."""
+    duration, step = 1.0e-6, 0.1e-6
+    solver = burst(box((1, 1, 4), (CELL, CELL, 4 * CELL), Part.CHARGE), initiation=ShockInitiation(5e9, duration))
+    charge = solver.fields.charge
+    for number in range(20):
+        charge.pressure[0] = 0.0 if number == 8 else 6e9
+        found = solver.initiation.update(number * step, step)
+        assert found == (number == 9 + 10)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -269,3 +270,19 @@ def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
 
     with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; name a folder"):
         write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})
+
+
+def test_acceleration_is_not_complete_while_a_round_waits_for_its_delay():
+    """Casings of one speed for a whole window end the run, but not before the last charge has been ignited."""
+    entries = [SimpleNamespace(time=time, kinetic_casing=3.0) for time in (10e-6, 40e-6, 70e-6)]
+    for delay, complete in ((90e-6, None), (60e-6, 70e-6)):
+        run = SimpleNamespace(
+            ledger=SimpleNamespace(entries=entries),
+            settings=replace(SETTINGS, end_time=None, acceleration_window=20e-6, acceleration_tolerance=0.01),
+            fields=SimpleNamespace(charge=SimpleNamespace(ignition_time=np.array([1e-6, np.inf, delay]))),
+            solver=SimpleNamespace(time=70e-6), comm=MPI.COMM_SELF, acceleration_complete=None,
+            _ended_by_acceleration=None,
+        )  # fmt: skip
+        run._burnt_out = lambda run=run: Simulation._burnt_out(run)
+        Simulation._acceleration_is_complete(run)
+        assert run.acceleration_complete == complete

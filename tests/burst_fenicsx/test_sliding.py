@@ -287,3 +287,26 @@ def test_a_tube_with_open_ends_is_a_little_slower_than_with_shared_nodes(tmp_pat
     assert 0.97 < sliding["mean_initial_speed"] / shared["mean_initial_speed"] < 1.0
     assert sliding["momentum_error"] < 1e-12
     assert sliding["energy_error"] < 0.01
+
+
+def test_a_bond_that_breaks_turns_its_stored_slip_into_heat():
+    """Sheared and pulled at once: what a tangential spring held at the break is the heat of that step."""
+    solver = pulled((0.6, 0.0, 0.8), 60e6, 2e-4, Contact(tensile_strength=10e6, cohesion=1e12), damping=0.0)
+    contacts = solver.contact.interface.contacts
+    own, found = contacts.contact, 0
+    while solver.time < 2e-4:
+        whole, stiffness = contacts.bonded[own] != 0, contacts.stiffness[own].copy()
+        held = 0.5 * stiffness * (contacts.slip[own] ** 2).sum(axis=1)
+        solver.step()
+        broken = whole & (contacts.bonded[own] == 0) & (contacts.stiffness[own] == 0.0)
+        assert contacts.tally[own][broken, 1] == pytest.approx(held[broken], rel=1e-12)
+        found += int((broken & (held > 0.0)).sum())
+    assert found > 5
+
+
+@pytest.mark.parametrize(("factor", "broken"), [(0.85, False), (1.1, True)])
+def test_the_bond_gives_way_by_the_law_of_mohr_and_coulomb(factor, broken):
+    """A little below c + p tan(phi) it holds, a little above it does not; friction is three quarters of the limit."""
+    pressure, cohesion = 40e6, 5e6
+    limit = cohesion + pressure * np.tan(np.radians(20.0))
+    assert offset_under(pressure, factor * limit, Contact(cohesion=cohesion))[1] == broken

@@ -76,6 +76,10 @@ def test_oblique_bounces_then_slide() -> None:
     way, time = way + u * u / (2.0 * friction * GRAVITY), time + u / (friction * GRAVITY)
     assert row["rest_position"] == pytest.approx([0.6 * way, 0.8 * way, 0.0], rel=1e-6)
     assert row["rest_time"] == pytest.approx(time, rel=1e-6)
+    for origin in ((0.0, 0.0), (10.0, -20.0)):
+        ground = Bounce(normal, tangential, friction, rest_speed=0.05)
+        found = fly(shot, air="vacuum", bounce=ground, origin=origin).summary["max_rest_distance"]
+        assert found == pytest.approx(math.hypot(0.6 * way - origin[0], 0.8 * way - origin[1]), rel=1e-6)
 
 
 def test_sliding_distance_without_a_bounce() -> None:

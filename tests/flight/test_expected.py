@@ -123,6 +123,16 @@ def test_a_power_law_is_found_exactly() -> None:
     assert expected_distance(groups, LIMIT).distance == pytest.approx(1e4 ** (1 / 2.5), rel=3e-4)
 
 
+@pytest.mark.parametrize("power", [8.0, 20.0])
+def test_a_steep_power_law_is_found_as_well(power: float) -> None:
+    """The kernel alone would raise the density by exp((0.04 (power - 2))^2 / 2), the distance by 1.3 % at 20."""
+    grid = PolarGrid.of(36, KERNEL, 1.0, 600.0)
+    numbers = expected_numbers(grid, lambda r: LIMIT * (300.0 / np.maximum(r, 60.0)) ** power, even)
+    groups = DensityGroups(Directions(grid))
+    groups.add(numbers, numbers)
+    assert expected_distance(groups, LIMIT).distance == pytest.approx(300.0, rel=1e-3)
+
+
 def test_the_worst_direction_is_that_of_the_smoothed_field() -> None:
     found = exact(directions("worst_direction"), lobes)
     assert found.direction in (90.0, 270.0)
@@ -131,6 +141,39 @@ def test_the_worst_direction_is_that_of_the_smoothed_field() -> None:
     assert found.by_direction[np.argmin(np.abs(found.azimuth - 180.0))] < 0.8 * found.distance
     assert found.by_direction.max() == pytest.approx(found.distance)
     assert found.upper_by_direction.max() == pytest.approx(found.upper)
+
+
+def test_the_worst_of_equal_directions_is_corrected_for_its_choice() -> None:
+    """Where no direction is worse than another the largest of their estimates is too large, the middle by half of that.
+
+    The distance lies below the plain largest one by just the bound of its bias.
+    """
+    truth = true_distance(1.0)
+    found = estimates(directions("worst_direction"), even, 2.0, 12, seed=5)
+    plain = np.array([max(one.ground, one.normal) for one in found])
+    distance, bound = np.array([one.distance for one in found]), np.array([one.max_bias for one in found])
+    np.testing.assert_allclose(plain - distance, bound, rtol=1e-9)
+    assert bound.mean() > 0.01 * truth
+    assert plain.mean() / truth - 1.0 > 0.02
+    assert abs(distance.mean() / truth - 1.0) < 0.7 * (plain.mean() / truth - 1.0)
+    assert (np.abs(distance - truth) < bound + 3.0 * np.array([one.standard_error for one in found])).all()
+
+
+@pytest.mark.parametrize("number", [3, 4, 8])
+def test_few_realisations_know_their_standard_error(number: int) -> None:
+    """Of densities c_i r^-p with slightly different c_i: r / p times the deviation of the c_i over root n."""
+    grid, power = PolarGrid.of(36, KERNEL, 1.0, 400.0), 5.0
+    field = expected_numbers(grid, lambda r: LIMIT * (200.0 / np.maximum(r, 20.0)) ** power, even)
+    share = 0.03 * np.random.default_rng(number).permutation(np.linspace(-1.0, 1.0, number))
+    groups = DensityGroups(Directions(grid))
+    for one in share:
+        groups.add((1.0 + one) * field, np.zeros_like(field))
+    found = expected_distance(groups, LIMIT, draws=4000)
+    error = 200.0 / power * share.std(ddof=1) / math.sqrt(number)
+    assert found.standard_error == pytest.approx(error, rel=0.05)
+    # Student's 95 % quantile for so many: 2.92, 2.35, 1.89.
+    student = {3: 2.920, 4: 2.353, 8: 1.895}[number]
+    assert found.upper / found.distance - 1.0 == pytest.approx(student * error / 200.0, rel=0.07)
 
 
 def test_folding_changes_no_expected_density() -> None:

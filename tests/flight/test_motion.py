@@ -276,3 +276,18 @@ def test_progress_is_told_to_the_end() -> None:
     fly(cloud(5000), on_progress=seen.append)
     assert seen[-1].done == seen[-1].total == 5000
     assert all(one.done <= other.done for one, other in pairwise(seen))
+
+
+@pytest.mark.parametrize(
+    ("altitude", "density"),
+    [(10e3, 4.1351e-1), (20e3, 8.8910e-2), (30e3, 1.8410e-2)],
+)
+def test_flight_feels_the_standard_density_of_its_geometric_altitude(altitude, density):
+    """Table I of the US Standard Atmosphere 1976 lists density by geometric altitude: V = v0 exp(-s / L)."""
+    fragments = Fragments.from_arrays(1e-3, (0.0, 0.0, 0.0), (900.0, 0.0, 0.0))
+    length = 2.0 * 1e-3 / (1.2 * density * fragments.presented_area[0])
+    result = fly(
+        fragments, air=StandardAtmosphere(altitude), drag=1.2, gravity=0.0, ground=None, time_limit=60.0,
+        witnesses=[Cylinder(0.1 * length)],
+    )  # fmt: skip
+    assert result.hits["speed"][0] == pytest.approx(900.0 * math.exp(-0.1), rel=1e-5)

@@ -187,8 +187,20 @@ def test_ricochet_off_a_wall() -> None:
     assert (row["status"], row["obstacle"]) == (Status.TIME_OUT, -1)
     left = 1.0 - time
     assert row["position"] == pytest.approx([9.5 - 40.0 * left, 20.0 * time + 18.0 * left, 1.0], abs=1e-6)
+    assert (row["bounces"], result.summary["bounces"]) == (0, 0)  # on the ground, and it has not come there
     assert result.trajectories.time[0] == 0.0
     assert (np.diff(result.trajectories.time) >= 0.0).all()
+
+
+def test_only_bounces_on_the_ground_are_counted() -> None:
+    """Off a wall and then on ground that takes a quarter of the speed, until 0.3 m/s are left: by the drop's series."""
+    wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet=Bounce(0.4, 0.9, 0.5))
+    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
+    ground = Bounce(0.25, 0.9, 0.5, rest_speed=0.3)
+    row = fly(shot, air="vacuum", obstacles=[wall], bounce=ground).landing[0]
+    climb = -9.80665 * 9.5 / 100.0  # at the wall, of which it keeps 0.9
+    speed = math.sqrt((0.9 * climb) ** 2 + 2.0 * 9.80665 * (1.0 - 0.5 * 9.80665 * 0.095**2))
+    assert row["bounces"] == math.floor(math.log(0.3 / speed) / math.log(0.25)) == 1
 
 
 def test_ricochet_off_a_roof_comes_to_rest_on_it() -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import doctest
 import json
+import math
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 import flight
 
@@ -32,6 +35,7 @@ def test_import_is_alone() -> None:
         env={"PYTHONPATH": str(ROOT)},
     )
     modules = json.loads(done.stdout)
+    assert "flight" in modules  # the probe has seen the import
     for name in ("dolfinx", "mpi4py", "petsc4py", "burst_fenicsx", "transition", "fragfield", "numba", "scipy",
     "pyvista",
                  "vtk", "matplotlib", "pandas", "h5py"):  # fmt: skip
@@ -39,10 +43,17 @@ def test_import_is_alone() -> None:
 
 
 def test_flying_needs_no_other_of_ours() -> None:
-    code = "import sys, flight; flight.fly(flight.Fragments.from_arrays(0.1, (0, 0, 1), (1, 0, 0)))\n"
+    code = "import sys, flight; one = flight.fly(flight.Fragments.from_arrays(0.1, (0, 0, 1), (1, 0, 0)))\n"
     code += "assert not {'dolfinx', 'mpi4py', 'burst_fenicsx', 'transition', 'fragfield', 'pyvista'} & set(sys.modules)"
     kept = {name: os.environ[name] for name in ("NUMBA_CACHE_DIR",) if name in os.environ}  # else it compiles anew
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT), **kept})
+    code += "\nprint(one.summary['landed'], float(one.landing['time'][0]))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=True, cwd=ROOT, env={"PYTHONPATH": str(ROOT), **kept}, capture_output=True,
+        text=True,
+    )  # fmt: skip
+    landed, time = done.stdout.split()
+    assert landed == "1"
+    assert float(time) == pytest.approx(math.sqrt(2.0 / 9.80665), rel=5e-3)  # a slow drop from 1 m, hardly braked
 
 
 def test_example_of_the_package() -> None:
@@ -52,5 +63,6 @@ def test_example_of_the_package() -> None:
 
 
 def test_everything_named_is_there() -> None:
+    assert len(set(flight.__all__)) == len(flight.__all__) > 20
     for name in flight.__all__:
         assert getattr(flight, name) is not None

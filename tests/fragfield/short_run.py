@@ -35,8 +35,9 @@ def command(*arguments: object) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    """Variables with which another process finds these packages."""
-    return {**os.environ, "PYTHONPATH": str(ROOT)}
+    """Variables with which another process finds these packages; beside other tests it takes one thread."""
+    threads = {"NUMBA_NUM_THREADS": "1"} if "PYTEST_XDIST_WORKER" in os.environ else {}
+    return {**os.environ, **threads, "PYTHONPATH": str(ROOT)}
 
 
 def same_data(ours: Path, theirs: Path) -> int:

@@ -8,10 +8,16 @@ import pytest
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.meshing import mesh_profile
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.convert import break_up_settings, burst_rounds, burst_settings, flight_arguments
+from fragfield.case.convert import (
+    break_up_settings,
+    burst_rounds,
+    burst_settings,
+    flight_arguments,
+    hazard_criteria,
+)
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError
-from tests.fragfield.case_documents import CASE, FULL, changed, write_case
+from tests.fragfield.case_documents import CASE, FULL, a_round, changed, write_case
 
 
 def test_the_case_reaches_every_setting_of_the_burst(tmp_path):
@@ -62,9 +68,9 @@ def test_shape_and_collisions_reach_the_flight(tmp_path):
     assert arguments["shape"] == flight.shape.Box((5.0, 2.0, 1.0), "fixed")
     assert arguments["contact"] == flight.Contact(distance=5.0)
     assert read_resolved(write_case(tmp_path, to_toml(case))) == case
-    drawn = changed(flight={"shape_factor": "2370 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})
+    drawn = changed(flight={"shape_factor": "2600 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})
     arguments = flight_arguments(case_from_document(drawn, source="my.toml", folder=tmp_path))
-    assert arguments["shape"] == flight.shape.Lognormal(0.2, 2370.0)
+    assert arguments["shape"] == flight.shape.Lognormal(0.2, 2600.0)
     arguments = flight_arguments(case_from_document(CASE, source="my.toml", folder=tmp_path))
     assert (arguments["shape"], arguments["contact"]) == (None, None)
 
@@ -92,3 +98,58 @@ def test_a_round_from_a_mesh_file_is_lit_within_its_charge(tmp_path):
     (tmp_path / "tube.msh").write_text("nonsense")
     with pytest.raises(InputError, match=r"my.toml: round\[1\].mesh: .*tube.msh"):
         case_from_document(changed(round=[entry]), source="my.toml", folder=tmp_path)
+
+
+@pytest.fixture
+def reached(tmp_path):
+    """The case of the shortest file with other tables."""
+    return lambda **tables: case_from_document(changed(**tables), source="my.toml", folder=tmp_path)
+
+
+def test_what_a_person_is_reaches_the_hazard(reached):
+    given = {"energy": "120 J", "density": "0.02 1/m2", "person_area": "0.5 m2", "person_height": "1.7 m"}
+    found = hazard_criteria(reached(hazard=given))
+    assert (found.energy, found.density) == (pytest.approx(120.0), pytest.approx(0.02))
+    assert (found.person_area, found.person_height) == (pytest.approx(0.5), pytest.approx(1.7))
+
+
+def test_a_power_law_of_wind_counts_from_the_ground(reached):
+    """At the reference height above ground that lies 50 m up the given speed blows, and none on the ground itself."""
+    wind = {"model": "power_law", "speed": "8 m/s", "towards": "90 deg", "reference_height": "10 m", "exponent": 0.25}
+    for height in (0.0, 50.0):
+        flight = {"wind": wind, "ground": {"height": f"{height} m"}}
+        case = reached(flight=flight, round=[a_round(position=["0 m", "0 m", f"{height + 1.0} m"])])
+        found = flight_arguments(case)["wind"]
+        assert found.at(height + 10.0) == pytest.approx([0.0, 8.0], abs=1e-6)
+        assert found.at(height + 1.6) == pytest.approx([0.0, 8.0 * 0.16**0.25], rel=0.01, abs=1e-6)
+        assert np.hypot(*found.at(height)) < 0.5 * 8.0
+
+
+def test_the_altitude_of_the_site_reaches_the_air(reached):
+    """US Standard Atmosphere 1976, table I: 1.2250, 1.1117 and 0.90925 kg/m3 at 0, 1 and 3 km."""
+    for altitude, density in ((0.0, 1.2250), (1000.0, 1.1117), (3000.0, 0.90925)):
+        air = {"model": "standard", "altitude": f"{altitude} m"}
+        assert flight_arguments(reached(flight={"air": air}))["air"].density(0.0) == pytest.approx(density, rel=1e-4)
+
+
+def test_damping_and_tolerance_reach_the_burst(tmp_path):
+    text = FULL.replace('cell_size = "9 mm"', 'cell_size = "9 mm"\ndamping = "250 1/s"\nenergy_tolerance = 0.031')
+    settings = burst_settings(load_case(write_case(tmp_path, text)))
+    assert (settings.damping, settings.energy_tolerance) == (250.0, 0.031)
+
+
+@pytest.mark.parametrize("stations", [["10 cm", "10 cm"], ["10 cm", "20 cm", "20 cm"], ["20 cm", "10 cm"]])
+def test_stations_that_do_not_rise_are_refused(reached, stations):
+    with pytest.raises(InputError, match=r"break_up.segments: found .*allowed: values that rise"):
+        reached(break_up={"segments": stations})
+
+
+def test_heights_of_wind_that_do_not_rise_are_refused(reached):
+    wind = {
+        "model": "profile",
+        "heights": ["0 m", "50 m", "50 m"],
+        "speeds": ["1 m/s"] * 3,
+        "directions": ["0 deg"] * 3,
+    }
+    with pytest.raises(InputError, match=r"flight.wind.heights: found .*allowed: values that rise"):
+        reached(flight={"wind": wind})

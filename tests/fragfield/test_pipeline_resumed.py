@@ -101,6 +101,7 @@ def test_a_run_with_settings_is_resumed_with_the_same_ones_or_from_its_directory
 
 
 @pytest.mark.dolfinx
+@pytest.mark.cores
 def test_an_interrupted_burst_goes_on_from_its_checkpoint(short_case, whole_run, tmp_path):
     long = tmp_path / "long.toml"
     long.write_text(SHORT.replace('"12 us"', '"60 us"'))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.report.findings import findings
+from fragfield.report.landings import landings
 from fragfield.report.laws import number_above, segment_laws
 from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.report.quantities import UNKNOWN, from_case, number, row, si_value
@@ -194,3 +195,29 @@ def test_directions_that_follow_the_cells_are_told_from_chance():
     assert not any("may follow the cells" in text for _, text in told("flight", witness=ring(chance)))
     assert not any("may follow the cells" in text for _, text in told("flight", witness=ring(focus)))
     assert any("may follow the cells" in text for _, text in told("flight", witness=ring(striped)))
+
+
+@pytest.mark.parametrize(("contrast", "warned"), [(0.15, False), (0.4, True), (0.8, True)])
+def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
+    """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3, 6 of 40 at 0.237."""
+    hits = 40.0 * (1.0 + contrast * (-1.0) ** np.arange(72))
+    rows = [{"name": "ring", "by_azimuth": [{"hits": float(value)} for value in hits]}]
+    found = [text for _, text in told("flight", witness=rows) if "may follow the cells" in text]
+    assert bool(found) == warned
+    if warned:
+        assert f"{math.sqrt(8.0 * 40.0 * contrast**2 / 3.0):.1f} times" in found[0]
+
+
+def test_the_map_of_landings_has_north_of_the_site_where_y_is():
+    """Azimuth counts from +x counter-clockwise; distance from the origin; what did not land is left out."""
+    from flight.result import LANDING, Status
+
+    rows = np.zeros(4, dtype=LANDING)
+    rows["azimuth"], rows["distance"] = [0.0, 90.0, 210.0, 45.0], [100.0, 50.0, 20.0, 10.0]
+    rows["status"], rows["energy"] = Status.LANDED, [100.0, 10.0, 79.0, 200.0]
+    rows["status"][3] = Status.TIME_OUT
+    run = RunFiles(Path("x"), case={"hazard": {"energy": "79.0 J"}}, summary={}, landing=rows)
+    found = landings(run)
+    assert found.x == pytest.approx([100.0, 0.0, -20.0 * math.sqrt(0.75)], abs=1e-9)
+    assert found.y == pytest.approx([0.0, 50.0, -10.0], abs=1e-9)
+    assert found.hazardous.tolist() == [True, False, True]

@@ -14,6 +14,8 @@ from fragfield.report.run_files import read_run
 from fragfield.report.side_by_side import FigureQueue
 from tests.fragfield.synthetic_run import write_run
 
+pytestmark = pytest.mark.cores
+
 DRAWINGS = {
     "speed_along_round": burst_figures.speed_along_round,
     "casing_over_time": burst_figures.casing_over_time,
@@ -43,6 +45,7 @@ def alone(run):
     return found
 
 
+@pytest.mark.cores
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper wants a core of its own")
 def test_a_helper_draws_the_same_bytes(run, alone):
     figures = FigureQueue(run, helped=True)

@@ -149,6 +149,10 @@ def test_default_is_flat_without_bounce(folder) -> None:
         ),
         (OBSTACLES + COLLISIONS, "flight.collisions: found together with obstacle; allowed: over flat ground"),
         (GROUND + SITE.replace("90 deg", "0 deg"), "site.bearing: found 0 deg together with .*map; allowed: 90 deg"),
+        (
+            GROUND + SITE.replace("90 deg", "89.99 deg"),
+            "site.bearing: found 89.99 deg together with .*; allowed: 90 deg",
+        ),
     ],
 )
 def test_messages(folder, text: str, message: str) -> None:

@@ -275,6 +275,7 @@ def test_what_a_library_prints_is_no_answer(monkeypatch, tmp_path):
     worker.close()
 
 
+@pytest.mark.cores
 @pytest.mark.parametrize(("jobs", "most"), [(1, 1), (3, 3), (8, 5)])
 def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
     plain, at_work, seen = work.Worker.call, [], []
@@ -298,6 +299,7 @@ def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
     assert max(seen) == most
 
 
+@pytest.mark.cores
 def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
     """The workers end in their own time, as bursts that write a checkpoint; no further run is begun."""
     child = (

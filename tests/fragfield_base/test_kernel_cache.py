@@ -121,3 +121,11 @@ def test_kernels_work_where_no_folder_is_safe(places, monkeypatch):
 
     twice = kernel_cache.compiled_with(numba, lambda x: 2.0 * x, "none")
     assert twice(3.0) == 6.0
+
+
+def test_every_kernel_that_is_kept_is_kept_by_this_module():
+    """Numba's own cache lies beside the sources, where others may be able to write."""
+    packages = ("burst_fenicsx", "transition", "flight", "fragfield", "fragfield_base")
+    sources = [path for package in packages for path in (ROOT / package).rglob("*.py")]
+    found = [str(path.relative_to(ROOT)) for path in sources if "cache=True" in path.read_text(encoding="utf-8")]
+    assert found == ["fragfield_base/kernel_cache.py"]

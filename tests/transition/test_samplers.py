@@ -162,3 +162,14 @@ def test_grades_finer_than_the_fragments_are_refused():
     law = MottLaw.from_mean(MEAN, 2)
     with pytest.raises(InputError, match=r"first grade \(m_0 \+ dm = 0.1 g\) holds less than one of the 9.0 fragments"):
         Graded(0.0, 1e-4).draw(law, 9 * MEAN, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("step", [1e-4, 1e-3])
+def test_every_grade_holds_one_fragment_and_the_next_would_not(dimension, step):
+    """The rule at which the paper's grades stop."""
+    law, total = MottLaw.from_mean(MEAN, dimension), 1760 * MEAN
+    masses, counts = Graded(0.0, step).grades(law, 1760.0, total)
+    assert counts.min() >= 1
+    after = masses[-1] + step
+    assert 1760.0 * (law.survival(after - 0.5 * step) - law.survival(after + 0.5 * step)) < 1.0

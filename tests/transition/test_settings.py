@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import pytest
 
 from transition import BreakUpSettings, InputError
@@ -40,4 +42,11 @@ def test_refused(given, message):
 
 
 def test_accepted():
-    BreakUpSettings(dimension="mixed", mean_mass=0.01, prefactor="paper", segments={"a": (0.1, 0.2)}, sampler="graded")
+    """What is given is kept as it is, the rest is the default."""
+    given = {"dimension": "mixed", "mean_mass": 0.01, "prefactor": "paper", "sampler": "graded"}
+    given["segments"] = {"a": (0.1, 0.2)}
+    settings, usual = BreakUpSettings(**given), BreakUpSettings()
+    for field in fields(BreakUpSettings):
+        expected = given.get(field.name, getattr(usual, field.name))
+        assert getattr(settings, field.name) == expected, field.name
+        assert field.name not in given or expected != getattr(usual, field.name)

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from transition.kernels.compiling import kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,7 +19,7 @@ _FUNCTIONS = 4
 _ITERATIONS = 60  # bisection alone needs 53; Newton's steps mostly need 5
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _quantile(a: float, b: float, c: float, share: float) -> float:
     """Where in [-1, 1] the integral of a + b x + c x2 from -1 reaches `share` of its whole; the density is >= 0."""
     wanted = share * (2.0 * a + 2.0 / 3.0 * c)
@@ -40,7 +41,7 @@ def _quantile(a: float, b: float, c: float, share: float) -> float:
     return x
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def sample_rings(
     modes: NDArray[np.float64],
     mean: NDArray[np.float64],

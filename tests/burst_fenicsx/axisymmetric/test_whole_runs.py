@@ -120,6 +120,7 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     assert_same(whole, parts, "burst_snapshot.h5", "burst.h5", "burst_revolved.h5")
 
 
+@pytest.mark.cores
 def test_it_takes_one_thread_whatever_is_given_and_leaves_the_number_as_it_was(tmp_path):
     if numba.config.NUMBA_NUM_THREADS < 2:
         pytest.skip("one thread only")

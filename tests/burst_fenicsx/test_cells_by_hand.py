@@ -1,0 +1,146 @@
+"""One cell against closed forms: energies, stable step, product pressure, the unreacted charge, softening."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep, Viscosity
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, box, burst
+from tests.burst_fenicsx.test_elements import QUADRATURES, moved
+
+pytestmark = pytest.mark.dolfinx
+
+EDGE = 4e-3
+SHEAR = 0.5 * ELASTIC.elastic_modulus / (1.0 + ELASTIC.poisson_ratio)
+BULK = ELASTIC.elastic_modulus / (3.0 * (1.0 - 2.0 * ELASTIC.poisson_ratio))
+
+
+def cube(part=Part.CASING, settings=BARE, **options):
+    """One cell of edge `EDGE`."""
+    return burst(box((1, 1, 1), (EDGE,) * 3, part), settings, **options)
+
+
+def burnt(settings, stretch):
+    """A cube of burnt charge, its edges stretched by a factor with nothing else changed."""
+    solver = cube(Part.CHARGE, settings)
+    solver.fields.charge.burn_fraction[:] = 1.0
+    solver.fields.nodes.position[:] *= stretch
+    solver.add_forces(0.0)
+    return solver
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_elastic_energy_in_shear_tension_and_pressure(quadrature):
+    """tau^2 / (2 G), sigma^2 / (2 E) and p^2 / (2 K) a volume."""
+    solver = cube(settings=replace(BARE, quadrature=quadrature))
+    stress, size = solver.fields.solid.stress, 3e8
+    for row, modulus in ((3, SHEAR), (4, SHEAR), (5, SHEAR), (1, ELASTIC.elastic_modulus), (slice(0, 3), BULK)):
+        stress[:] = 0.0
+        stress[..., row] = size
+        assert solver.fields.solid_sums()[0] == pytest.approx(EDGE**3 * size**2 / (2.0 * modulus), rel=1e-12)
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_viscous_heat_is_the_mean_pressure_of_the_step_times_its_compression(quadrature):
+    """Two steps of uniaxial compression, the second four times as fast: q = rho h D (q1 c + q2 h D) at their ends."""
+    q1, q2, step = 0.1, 1.5, 1e-8
+    settings = replace(BARE, quadrature=quadrature, viscosity=Viscosity(linear=q1, quadratic=q2))
+    solver = cube(settings=settings)
+    modulus, mass = BULK + 4.0 / 3.0 * SHEAR, ELASTIC.density * EDGE**3
+    height, viscous, heat = EDGE, 0.0, 0.0
+    for strain in (0.002, 0.010):
+        moved(solver, lambda start, s=strain: start * [1.0, 1.0, 1.0 - s], step)
+        before, height = height, (1.0 - strain) * EDGE
+        volume = EDGE**2 * height
+        closing = height * (before - height) / (0.5 * (before + height) * step)
+        old, density = viscous, mass / volume
+        viscous = density * closing * (q1 * np.sqrt(modulus / density) + q2 * closing)
+        heat += 0.5 * (old + viscous) * EDGE**2 * (before - height)
+    assert solver.ledger.sums[1] == pytest.approx(heat, rel=1e-9)
+
+
+@pytest.mark.parametrize(("stretch", "gamma"), [(0.95, 3.0), (1.05, 3.0), (2.0, 4.0 / 3.0)])
+def test_the_stable_step_of_products_is_that_of_their_sound(stretch, gamma):
+    """Edge over c with c^2 = gamma P / rho on the isentrope, P ~ v^-3 when dense and v^-4/3 when thin."""
+    solver = burnt(replace(BARE, products="landau"), stretch)
+    pressure, density = solver.fields.charge.pressure[0], TNT.density / stretch**3
+    assert solver.stable_step == pytest.approx(stretch * EDGE / np.sqrt(gamma * pressure / density), rel=1e-9)
+
+
+@pytest.mark.parametrize("stretch", [1.0, 1.1, 1.4])
+def test_products_press_by_the_jwl_equation(stretch):
+    """P = A (1 - w/(R1 v)) exp(-R1 v) + B (1 - w/(R2 v)) exp(-R2 v) + w E / v, and E falls by the work done."""
+    solver = burnt(replace(BARE, products="jwl"), stretch)
+    jwl, v = TNT.jwl, stretch**3
+    pressure, energy = solver.fields.charge.pressure[0], solver.fields.charge.energy[0]
+    cold = sum(a * (1.0 - jwl.omega / (r * v)) * np.exp(-r * v) for a, r in ((jwl.A, jwl.R1), (jwl.B, jwl.R2)))
+    assert pressure == pytest.approx(cold + jwl.omega * energy / v, rel=1e-9)
+    assert pressure > 0.0
+    fresh = cube(Part.CHARGE, replace(BARE, products="jwl"))
+    fresh.fields.charge.burn_fraction[:] = 1.0
+    fresh.add_forces(0.0)
+    # From the same state at rest in one step: E0 less the mean pressure times the change of volume.
+    start = fresh.fields.charge.pressure[0]
+    fresh.fields.nodes.position[:] *= stretch
+    fresh.add_forces(0.0)
+    mean = 0.5 * (start + fresh.fields.charge.pressure[0])
+    assert fresh.fields.charge.energy[0] == pytest.approx(jwl.E0 - mean * (v - 1.0), rel=1e-9)
+
+
+def test_an_unreacted_charge_parts_in_tension_at_its_strength():
+    """K (rho/rho0 - 1) down to the strength, not below it however far it is stretched."""
+    bulk, strength = TNT.density * TNT.sound_speed**2, TNT.shear_strength
+    for stretch in (1.0 + 0.2 * strength / bulk, 1.02):
+        solver = cube(Part.CHARGE)
+        solver.fields.nodes.position[:] *= stretch
+        solver.add_forces(0.0)
+        expected = max(bulk * (stretch**-3 - 1.0), -strength)
+        assert solver.fields.charge.pressure[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_cell_may_burn_by_compression_from_three_cells_ahead_of_the_front():
+    """Two burning times of 3/2 h / D each, before which a neighbour's shock burns nothing."""
+    cells, size = 12, 2e-3
+    mesh = box((1, 1, cells), (size, size, cells * size), Part.CHARGE)
+    solver = burst(mesh, replace(BARE, products="landau_cj"), ignition=(IgnitionPoint(0.0, (0.5 * size, 0.5 * size)),))
+    charge = solver.fields.charge
+    early = charge.ignition_time - charge.compression_from
+    np.testing.assert_allclose(early, 3.0 * size / TNT.detonation_velocity, rtol=1e-9)
+
+
+def test_softening_counts_by_the_edge_of_a_cube_of_equal_volume():
+    """Limit strains are reached over `softening_length`: in cells of half that size at twice the strain."""
+    limit, length = 0.4, 8e-3
+    weak = replace(STEEL, shear_softening_strain=limit, tensile_softening_strain=None, softening_length=length)
+    for size in ((4e-3, 4e-3, 4e-3), (2e-3, 4e-3, 8e-3)):
+        solver = burst(box((1, 1, 1), size), BARE, casing=weak)
+        solid = solver.fields.solid
+        assert solid.softening_scale[0] == pytest.approx(0.5, rel=1e-12)
+        # At the limit of these cells no shear strength is left.
+        solid.shear_strain[:] = 0.999 * limit / 0.5
+        moved(solver, lambda start: start @ np.array([[1.0, 0.0, 0.05], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), 1e-8)
+        half = 0.5 * weak.shear_strength
+        assert 0.0 <= np.abs(solid.stress[0, 0, 3:]).max() < 0.02 * half
+        fresh = burst(box((1, 1, 1), size), BARE, casing=weak)
+        fresh.fields.solid.shear_strain[:] = 0.5 * limit / 0.5
+        moved(fresh, lambda start: start @ np.array([[1.0, 0.0, 0.05], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), 1e-8)
+        assert np.abs(fresh.fields.solid.stress[0, 0, 3:]).max() == pytest.approx(half, rel=0.05)
+
+
+def test_the_step_grows_by_a_twentieth_at_most():
+    """After a short step the next ones grow slowly, however long the cells would bear them."""
+    solver = cube(settings=replace(BARE, time_step=TimeStep(subcycling=False)))
+    solver.free_step = 1e-10
+    steps = []
+    for _ in range(40):
+        solver.step()
+        steps.append(solver.time_step)
+    growth = np.array(steps[1:]) / steps[:-1]
+    assert growth.max() <= 1.05 * (1.0 + 1e-12)
+    assert steps[-1] > 5.0 * steps[0]
+    assert steps[0] <= 1.05e-10 * (1.0 + 1e-12)

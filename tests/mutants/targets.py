@@ -1,0 +1,176 @@
+"""Which modules get faults, and which tests can notice one there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["AREAS", "Area", "modules_of", "files_of"]
+
+_BURST = "tests/burst_fenicsx"
+_RINGS = f"{_BURST}/axisymmetric"
+_CELLS = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "tresca", "elements", "solids", "subcycling")]
+_CHARGE = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "products", "detonation", "elements", "initiation")]
+_TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "contact", "sliding")]
+_STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
+_FLIGHT = [f"tests/flight/test_{name}.py" for name in (
+    "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce", "contact",
+    "surroundings", "walls",
+)]  # fmt: skip
+_HAZARD = [f"tests/flight/test_{name}.py" for name in (
+    "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls",
+)]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of the program: its modules, those left out, and tests by pattern of module; all patterns that fit count.
+
+    Patterns are those of fnmatch, on paths from the root, whose `*` takes in folders too.
+    """
+
+    name: str
+    modules: tuple[str, ...]
+    tests: tuple[tuple[str, list[str]], ...]
+    left_out: tuple[str, ...] = ()
+
+
+AREAS = (
+    Area(
+        "kernels of the burst",
+        ("burst_fenicsx/kernels/*.py", "burst_fenicsx/materials/[tp]*.py"),
+        (
+            ("*/charge.py", _CHARGE),
+            ("*/materials/products.py", _CHARGE),
+            ("*/kernels/[bcps]*.py", _TOUCH),
+            ("*/kernels/[fi]*.py", [*_TOUCH, *_CELLS]),
+            ("*", [*_CELLS, f"{_BURST}/test_transposition.py"]),
+        ),
+        left_out=("*/__init__.py", "*/lanes.py", "*/transposition.py", "*/axisymmetric/*", "*/state.py"),
+    ),
+    Area(
+        "axisymmetric burst",
+        ("burst_fenicsx/kernels/axisymmetric/*.py", "burst_fenicsx/axisymmetric/*.py"),
+        (("*", [_RINGS, f"{_BURST}/test_revolve.py"]),),
+        left_out=("*/__init__.py",),
+    ),
+    Area(
+        "step, contact and detonation",
+        tuple(
+            f"burst_fenicsx/{name}.py"
+            for name in (
+                "contact/*",
+                "solver",
+                "subcycling",
+                "ledger",
+                "detonation",
+                "initiation",
+                "measures",
+                "fields",
+                "exposure",
+            )
+        ),
+        (
+            ("*/contact/*", _TOUCH),
+            ("*/exposure.py", [f"{_BURST}/test_exposure.py"]),
+            ("*/measures.py", [f"{_BURST}/test_simulation.py", f"{_BURST}/test_output.py"]),
+            ("*/detonation.py", [f"{_BURST}/test_detonation.py"]),
+            ("*/initiation.py", [f"{_BURST}/test_initiation.py"]),
+            ("*/ledger.py", [f"{_BURST}/test_simulation.py", *_CHARGE]),
+            ("burst_fenicsx/[sf]*.py", [*_STEP, f"{_BURST}/test_solids.py"]),
+        ),
+        left_out=("*/__init__.py", "*/halo.py", "*/restart.py"),
+    ),
+    Area(
+        "break-up",
+        ("transition/*.py",),
+        (("*", ["tests/transition"]),),
+        left_out=(
+            "*/__init__.py",
+            "*/compiling.py",
+            "*/errors.py",
+            "*_data.py",
+            "*/results.py",
+            "*/summary.py",
+            "*/snapshot.py",
+        ),
+    ),
+    Area(
+        "flight and hazard",
+        ("flight/*.py",),
+        (
+            ("*/kernels/*", [*_FLIGHT, "tests/flight/test_ensemble.py", "tests/flight/test_exposed.py"]),
+            *(
+                (f"flight/{name}.py", _HAZARD)
+                for name in (
+                    "hazard",
+                    "expected",
+                    "ensemble",
+                    "exposed",
+                    "contours",
+                    "ring_counts",
+                    "arena",
+                    "tally",
+                    "distances",
+                    "witness_hazard",
+                    "polar_grid",
+                    "stack_rules",
+                    "fragments",
+                    "tables",
+                )
+            ),
+            *(
+                (f"flight/{name}.py", [*_FLIGHT, *_HAZARD])
+                for name in (
+                    "air",
+                    "drag",
+                    "shape",
+                    "wind",
+                    "walls",
+                    "bounce",
+                    "contact",
+                    "targets",
+                    "obstacles",
+                    "height_map",
+                    "integrat*",
+                    "near_ground",
+                    "after_landing",
+                    "balance",
+                    "legs",
+                    "scene",
+                    "result",
+                    "job",
+                )
+            ),
+        ),
+        left_out=("*/__init__.py", "*/compiling.py", "*/errors.py", "*files.py", "*/hdf5.py", "*/text_tables.py"),
+    ),
+)
+"""The parts that compute."""
+
+
+def modules_of(area: Area, root: Path) -> list[str]:
+    """The area's modules as paths from the root, in order."""
+    names = {str(path.relative_to(root)) for path in root.glob("*/**/*.py")}
+    return sorted(
+        name
+        for name in names
+        if any(fnmatch(name, pattern) for pattern in area.modules)
+        and not any(fnmatch(name, pattern) for pattern in area.left_out)
+    )
+
+
+def files_of(module: str) -> list[str]:
+    """The tests that can notice a fault in a module (its path from the root), quick ones first, each once."""
+    for area in AREAS:
+        if any(fnmatch(module, pattern) for pattern in area.modules) and not any(
+            fnmatch(module, pattern) for pattern in area.left_out
+        ):
+            return list(
+                dict.fromkeys(test for pattern, tests in area.tests if fnmatch(module, pattern) for test in tests)
+            )
+    return []

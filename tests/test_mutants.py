@@ -1,0 +1,226 @@
+"""The faults that `setup.sh mutants` seeds: what they change, what they leave alone, which tests they are given to."""
+
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.mutants import __main__ as mutants
+from tests.mutants.faults import KINDS, faults_of
+from tests.mutants.targets import AREAS, files_of, modules_of
+from tests.mutants.workshop import Outcome, Workshop, importers
+from tests.warm_up import gather, link
+
+ROOT = Path(__file__).parents[1]
+
+SOURCE = '''"""A module of 2.0 words."""
+from math import pi
+
+__all__ = ["area"]
+_SHARE: float = 0.5
+
+def area(r: float, n: int = 3) -> float:
+    """The area: 4.0 pi."""
+    total = 0.0
+    for k in range(n):
+        total += _SHARE * pi * r ** 2 - r
+    if r < 1.0 and n > 2:
+        raise ValueError(f"{r + 1.0} is small")
+    return min(total, -r) + "é".count("e") * [r, total][0]
+'''
+
+
+def test_every_kind_of_fault_is_found_and_its_text_is_a_module():
+    found = faults_of(SOURCE)
+    assert {fault.kind for fault in found} == set(KINDS)
+    plain = ast.dump(ast.parse(SOURCE))
+    for fault in found:
+        text = fault.applied(SOURCE)
+        assert ast.dump(ast.parse(text)) != plain, fault
+        assert len(text.splitlines()) == len(SOURCE.splitlines())
+    told = {str(fault) for fault in found}
+    assert "line 5: 0.5 -> 0.4" in told
+    assert "line 10: range(n) -> range(n - 1)" in told
+    assert "line 11: total += _SHARE * pi * r ** 2 - r -> total -= _SHARE * pi * r ** 2 - r" in told
+    assert "line 11: total += _SHARE * pi * r ** 2 - r -> pass" in told
+    assert "line 11: _SHARE * pi * r ** 2 - r -> (_SHARE * pi * r ** 2)" in told
+    assert "line 12: r < 1.0 -> (r >= 1.0)" in told
+    assert "line 12: r < 1.0 and n > 2 -> (r < 1.0 or n > 2)" in told
+    assert "line 14: min(total, -r) -> max(total, -r)" in told
+    assert "line 14: [r, total][0] -> [r, total][1]" in told
+    assert "line 14: -r -> r" in told
+
+
+def test_what_computes_nothing_is_left_alone():
+    """Docstrings, annotations, imports, names for export and messages, also where letters take several bytes."""
+    for fault in faults_of(SOURCE):
+        text = fault.applied(SOURCE)
+        for kept in ('"""A module of 2.0 words."""', "from math import pi", '["area"]', '"""The area: 4.0 pi."""'):
+            assert kept in text
+        assert 'raise ValueError(f"{r + 1.0} is small")' in text
+        assert '"é".count("e")' in text or fault.before.startswith(("min", '"é"'))
+
+
+@pytest.mark.parametrize("area", AREAS, ids=lambda area: area.name)
+def test_every_module_that_gets_faults_has_tests(area):
+    modules = modules_of(area, ROOT)
+    assert len(modules) > 5
+    for module in modules:
+        tests = files_of(module)
+        assert tests, module
+        assert all((ROOT / test).exists() for test in tests), (module, tests)
+
+
+def test_modules_with_physics_are_in_one_area_each():
+    of_area = [modules_of(area, ROOT) for area in AREAS]
+    together = [module for modules in of_area for module in modules]
+    assert len(set(together)) == len(together)
+    for module in (
+        "burst_fenicsx/kernels/solid.py",
+        "burst_fenicsx/solver.py",
+        "transition/mott.py",
+        "flight/expected.py",
+    ):
+        assert module in together
+
+
+def test_the_same_seed_gives_the_same_faults_from_all_areas_and_kinds():
+    first, again = ([next(one) for _ in range(50)] for one in (mutants.chosen_faults(ROOT, 5) for _ in range(2)))
+    assert first == again
+    assert {area for area, _, _ in first} == {area.name for area in AREAS}
+    assert {fault.kind for _, _, fault in first} == set(KINDS)
+    other = [item for item, _ in zip(mutants.chosen_faults(ROOT, 6), range(50), strict=False)]
+    assert other != first
+
+
+def test_faults_chosen_by_hand_stand_in_the_sources():
+    """Each text once, its fault another one that can be compiled, and its tests in a file that is there."""
+    rows = mutants.chosen_by_hand(ROOT)
+    assert len(rows) > 50
+    for row in rows:
+        changed = (ROOT / row["module"]).read_text().replace(row["before"], row["after"])
+        compile(changed, row["module"], "exec")
+        for test in row["tests"].split():
+            path, _, name = test.partition("::")
+            assert f"def {name}" in (ROOT / path).read_text(), test
+
+
+def test_faults_that_change_nothing_are_known_by_text_and_reason():
+    known = mutants.equivalents()
+    for module, before, after in known:
+        told = {
+            (" ".join(one.before.split()), " ".join(one.after.split()))
+            for one in faults_of((ROOT / module).read_text())
+        }
+        assert (before, after) in told, (module, before)
+    lines = (ROOT / "tests/mutants/equivalent.tsv").read_text().splitlines()[1:]
+    assert all(len(line.split("\t")[3]) > 10 for line in lines)
+
+
+def test_importers_are_found_through_others():
+    found = importers(ROOT / "burst_fenicsx", "burst_fenicsx/kernels/tensors.py")
+    assert "burst_fenicsx/kernels/solid.py" in found
+    assert "burst_fenicsx/kernels/assembly.py" in found
+    assert "burst_fenicsx/kernels/springs.py" not in found
+    assert importers(ROOT / "flight", "flight/expected.py") >= {"flight/expected.py", "flight/stack_rules.py"}
+
+
+class Trial(Workshop):
+    """A workshop of one module and one test, without kernels."""
+
+    def _cache_names(self):
+        return []
+
+
+@pytest.fixture
+def trial(tmp_path, monkeypatch):
+    for module in ("flight/one.py", "tests/test_one.py"):
+        (tmp_path / "project" / module).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "project/flight/one.py").write_text("def twice(x):\n    return x + x\n")
+    (tmp_path / "project/tests/test_one.py").write_text(
+        "import sys\nsys.path.insert(0, '.')\nfrom flight.one import twice\n\n\n"
+        "def test_twice():\n    assert twice(3) == 6\n"
+    )
+    (tmp_path / "project/pyproject.toml").write_text('[tool.pytest.ini_options]\nmarkers = ["slow: x", "mpi: x"]\n')
+    monkeypatch.delenv("PYTEST_XDIST_WORKER", raising=False)
+    return Trial(tmp_path / "project", tmp_path / "work", "state")
+
+
+def test_a_fault_is_tried_in_a_copy_and_taken_back(trial):
+    module, tests = trial.tree / "flight/one.py", ["tests/test_one.py"]
+    before = module.read_text(), module.stat().st_mtime_ns
+    assert trial.without_fault(tests).state == "passed"
+    caught = trial.with_fault("flight/one.py", "def twice(x):\n    return x - x\n", tests)
+    assert (caught.state, caught.test.split(" - ")[0]) == ("failed", "tests/test_one.py::test_twice")
+    missed = trial.with_fault("flight/one.py", "def twice(x):\n    return 2 * x\n", tests)
+    assert missed.state == "passed"
+    assert (module.read_text(), module.stat().st_mtime_ns) == before
+    known = json.loads((trial.tree.parent / "seconds_state.json").read_text())
+    assert set(known) == set(tests)
+    with pytest.raises(SystemExit, match="another process tries faults"):
+        Trial(trial.tree.parent.parent / "project", trial.tree.parent, "state")
+
+
+def test_a_fault_that_never_ends_is_caught_by_its_time(trial, monkeypatch):
+    monkeypatch.setattr("tests.mutants.workshop._COMPILING", 3.0)
+    trial._usual["tests/test_one.py"] = Outcome("passed", 0.0)
+    found = trial.with_fault("flight/one.py", "def twice(x):\n    while True:\n        pass\n", ["tests/test_one.py"])
+    assert found.state == "time"
+    assert found.seconds < 30.0
+
+
+def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
+    """A second call goes on where the first one stopped; survivors are named, and too many of them end with 1."""
+    tried = []
+
+    class Fake:
+        def __init__(self, root, folder, digest):
+            self.tree = root
+            folder.mkdir(parents=True, exist_ok=True)
+
+        def without_fault(self, tests):
+            return Outcome("passed", 1.0)
+
+        def with_fault(self, module, text, tests):
+            tried.append(module)
+            return Outcome("passed" if len(tried) == 2 else "failed", 1.0, "test_x")
+
+    fault = faults_of("x = 1.0 - 2.0\n")[0]
+    faults = [(AREAS[number % 2].name, "flight/expected.py", fault) for number in range(10)]
+    monkeypatch.setattr(mutants, "Workshop", Fake)
+    monkeypatch.setattr(mutants, "_ROOT", ROOT)
+    monkeypatch.setattr(mutants, "chosen_faults", lambda root, seed: iter(faults))
+    monkeypatch.setattr(mutants, "_FOLDER", tmp_path)
+    for number, status in ((4, 1), (6, 1), (6, 1)):
+        monkeypatch.setattr("sys.argv", ["mutants", str(number), "3"])
+        assert mutants.main() == status
+    assert len(tried) == 6
+    told = capsys.readouterr().out
+    assert "5 of 6 caught: 83.3 %" in told.replace("\u202f", " ").replace("%", " %").replace("  ", " ")
+    assert "SURVIVED flight/expected.py line 1: " in told
+
+
+def test_caches_of_workers_are_linked_and_taken_over(tmp_path):
+    """What a worker has compiled besides comes into the common cache; what both have stays the common one's."""
+    root, worker = tmp_path / "cache", tmp_path / "cache" / "workers" / "gw0"
+    (root / "burst-1" / "kernels_x").mkdir(parents=True)
+    (root / "burst-1" / "kernels_x" / "solid.f-1.py311.nbi").write_text("common")
+    (root / "burst-1" / "kernels_x" / "solid.f-1.py311.1.nbc").write_text("code")
+    link(root, worker, ["burst-1"])
+    shared = worker / "burst-1" / "kernels_x"
+    assert shared.joinpath("solid.f-1.py311.nbi").stat().st_nlink == 2
+    # numba replaces files, it never writes into one.
+    for name, text in (
+        ("solid.f-1.py311.nbi", "own"),
+        ("charge.g-7.py311.nbi", "new"),
+        ("charge.g-7.py311.1.nbc", "c"),
+    ):
+        (shared / "new").write_text(text)
+        (shared / "new").replace(shared / name)
+    assert gather(root, worker, ["burst-1"]) == 1
+    assert (root / "burst-1" / "kernels_x" / "solid.f-1.py311.nbi").read_text() == "common"
+    assert (root / "burst-1" / "kernels_x" / "charge.g-7.py311.1.nbc").read_text() == "c"
+    assert gather(root, worker, ["burst-1"]) == 0
