@@ -69,7 +69,7 @@ def _some_blocks(run: Simulation, number: int, *, charge: bool) -> np.ndarray:
 
 
 def _excerpt(run: Simulation, blocks: np.ndarray, *, charge: bool) -> tuple[Any, ...]:
-    """The arguments of the kernels for these blocks alone, cells and nodes numbered anew."""
+    """The arguments of the kernels for these blocks alone, cells and nodes numbered again."""
     fields = run.fields
     cells, filled = np.unique(fields.grid.cells[blocks], return_inverse=True)
     nodes, corners = np.unique(fields.grid.dofmap[cells], return_inverse=True)

@@ -47,7 +47,7 @@ def read_options(
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="which; left out: all but the long ones")
     parser.add_argument("--json", action="store_true", help="one object on stdout, in SI units")
-    parser.add_argument("--readme", action="store_true", help="write the tables of benchmarks/README.md anew")
+    parser.add_argument("--readme", action="store_true", help="write the tables of benchmarks/README.md again")
     parser.add_argument("--quick", action="store_true", help="growth: up to 350 thousand cells")
     parser.add_argument("--lulesh", type=Path, metavar="PATH", help="binary of LULESH 2.0 to compare the step with")
     size = "cells of {} in mm, {:g} by default"

@@ -161,7 +161,7 @@ class BurstFields:
         """Take over what `element_arrays` gave."""
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
-        """Arrange the blocks anew by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
+        """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
 
         Those of the nodes, `Nodes.finest`, are known by then.
         """

@@ -73,7 +73,7 @@ class Blocks:
 
 
 class Chunks:
-    """Cells in chunks and colours, which stay; their blocks are arranged anew when the cells' steps change.
+    """Cells in chunks and colours, which stay; their blocks are arranged again when the cells' steps change.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ _BURN_PER_STEP = 0.25
 _REFLECTION = 10e-6
 # The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
 _STEP_GROWTH = 1.05
-# Steps of the cells' own are chosen anew after so many of the longest, or when cells have got so thin that the longest
+# Steps of the cells' own are chosen again after so many of the longest, or when cells have got so thin that the longest
 # step has to be cut below this share of what was chosen, but not sooner than after a few.
 _STEPS_PER_CHOICE = 16
 _FEWEST_STEPS = 4
@@ -122,7 +122,7 @@ class BurstSolver:
             np.zeros(chunks),
             np.zeros(chunks, dtype=np.int32),
         )
-        # For every thread that there may be: how many step is settled anew at every call.
+        # For every thread that there may be: how many step is settled again at every call.
         self._scratch = make_scratch(numba.config.NUMBA_NUM_THREADS)
         self._external_force = np.zeros_like(fields.nodes.force) if external else None
         self._damping_force = np.zeros_like(fields.nodes.force) if settings.damping > 0.0 else None
@@ -227,7 +227,7 @@ class BurstSolver:
         return settings.time_step.subcycling and settings.time_step.fixed is None and not self._whole_steps
 
     def choose_levels(self) -> None:
-        """Choose the steps of the cells anew.
+        """Choose the steps of the cells again.
 
         Where they change, the velocities are brought to the time of the places, and the forces are made again with the
         cells' new shares.

@@ -41,7 +41,7 @@ class Subcycling:
 
     Parameters
     ----------
-    fields : the state; its blocks are arranged anew when levels change.
+    fields : the state; its blocks are arranged again when levels change.
     touched : (nodes,) whether contact may give the node a force.
 
     Attributes

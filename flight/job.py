@@ -172,7 +172,7 @@ class Job:
         return (self.near or NearGround(PolarGrid(1, 2, 1.0, 1), Criteria())).table()
 
     def _arrays(self, fragments: Fragments) -> list[NDArray[np.float64]]:
-        """Arrays for the kernel in one layout: numba would compile anew for read-only or strided ones."""
+        """Arrays for the kernel in one layout: numba would compile again for read-only or strided ones."""
         start = self.scene.lifted(fragments.position)
         arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
         return [np.require(array, requirements=["C", "W"]) for array in arrays]

@@ -81,7 +81,7 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     path : Path
         The log file.
     fresh : bool
-        Start the file anew; otherwise go on at its end.
+        Start the file again; otherwise go on at its end.
     """
     descriptor = append_text_file(path, InputError, fresh=fresh)
     stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")

@@ -243,7 +243,7 @@ def _prepared(
 
 
 def _done(directory: RunDirectory, stages: list[Stage]) -> int:
-    """Number of stages that are complete; the report is always made anew."""
+    """Number of stages that are complete; the report is always made again."""
     count = 0
     while count < len(stages) - 1 and directory.complete(stages[count]):
         count += 1

@@ -40,7 +40,7 @@ def folder_of(root: Path, worker: str) -> Path:
 
 
 def link(root: Path, folder: Path, names: Iterable[str]) -> None:
-    """Begin a worker's cache anew, with links to the files of the folders `names` of the common one."""
+    """Begin a worker's cache again, with links to the files of the folders `names` of the common one."""
     shutil.rmtree(folder, ignore_errors=True)
     for name in names:
         for path in (root / name).rglob("*.nb?"):

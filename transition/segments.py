@@ -1,7 +1,7 @@
 """Cutting the casings into axial segments, each of which breaks by its own law.
 
 By default the segments are those of the burst stage, where contour, wall or charge change. Given stations cut every
-round anew: its casing cells go by the station of their centre, and radius, wall and charge of the new segments are
+round once more: its casing cells go by the station of their centre, and radius, wall and charge of the new segments are
 measured on the cells.
 """
 

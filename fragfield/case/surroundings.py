@@ -105,7 +105,7 @@ def _read_map(
     site: tuple[float, float],
     datum: float | Literal["site"],
     holes: Literal["refuse", "neighbours"],
-    changed: int,  # noqa: ARG001 - the file's time, so that a new file is read anew
+    changed: int,  # noqa: ARG001 - the file's time, so that a new file is read again
 ) -> HeightMap:
     from flight import HeightMap, InputError
 

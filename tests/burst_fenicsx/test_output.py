@@ -135,7 +135,7 @@ def test_arrays_that_do_not_change_are_stored_once(tmp_path: Path) -> None:
 
 
 def test_caller_may_go_on_in_the_same_arrays(tmp_path: Path) -> None:
-    """A whole-number array changed in place is written anew."""
+    """A whole-number array changed in place is written again."""
     points, cells = box()
     segment = np.zeros(len(cells), np.int32)
     with TimeSeries(tmp_path / "burst", cells) as series:

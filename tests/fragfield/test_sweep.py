@@ -195,7 +195,7 @@ def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls):
     assert made[-1]["resume"]
     more = _invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", "--out", tmp_path / "out", "--json", "--resume")
     assert [row["state"] for row in json.loads(more.stdout)["runs"]] == ["kept", "done"]
-    _invoke(*arguments)  # without it all is made anew
+    _invoke(*arguments)  # without it all is made again
     assert len(made) == 6
 
 

@@ -97,7 +97,7 @@ def test_runs_are_made_anew_or_gone_on_with(tmp_path, calls):
     folder.mkdir()
     resumed.run("pair", REFERENCE["pair"], "8 mm")
     assert made[-1][-3:] == ["--threads", "2", "--resume"]
-    codes += [2, 0]  # of another case: made anew
+    codes += [2, 0]  # of another case: made again
     resumed.run("pair", REFERENCE["pair"], "8 mm")
     assert [command[-1] for command in made[-2:]] == ["--resume", "--overwrite"]
     codes += [3]
