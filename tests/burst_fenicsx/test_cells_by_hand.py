@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep, Viscosity
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, box, burst
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, boundary_nodes, box, burst, distorted_box
 from tests.burst_fenicsx.test_elements import QUADRATURES, moved
 
 pytestmark = pytest.mark.dolfinx
@@ -144,3 +144,20 @@ def test_the_step_grows_by_a_twentieth_at_most():
     assert growth.max() <= 1.05 * (1.0 + 1e-12)
     assert steps[-1] > 5.0 * steps[0]
     assert steps[0] <= 1.05e-10 * (1.0 + 1e-12)
+
+
+def test_a_cell_moves_with_the_mean_of_its_nodes():
+    """Of a linear velocity field that of the centre. The sum of volumes does not depend on inner nodes."""
+    solver = burst(distorted_box(3, EDGE))
+    state = solver.fields
+    slope = np.random.default_rng(8).normal(size=(3, 3)) * 1e4
+    state.nodes.velocity[:] = state.start @ slope.T + [10.0, -20.0, 30.0]
+    centres = state.start[state.mesh.dofmap].mean(axis=1)
+    np.testing.assert_allclose(state.cell_velocities(), centres @ slope.T + [10.0, -20.0, 30.0], rtol=1e-11, atol=1e-9)
+    inner = ~boundary_nodes(box((3, 3, 3), (3 * EDGE,) * 3))[state.mesh.node]
+    before = state.volumes()
+    state.nodes.position[inner] += 0.1 * EDGE
+    assert state.volumes().sum() == pytest.approx(before.sum(), rel=1e-12)
+    assert np.abs(state.volumes() / before - 1.0).max() > 0.05
+    cube_of = cube().fields
+    assert cube_of.volumes() == pytest.approx([EDGE**3], rel=1e-14)

@@ -48,6 +48,10 @@ def wall(distance):
             "round 'shell' is initiated off its axis",
         ),
         (lambda **burst: case(burst, initiation=SHOCK), "round 'shell' may be initiated by shock"),
+        (
+            lambda **burst: case(burst, initiation=SHOCK, ignition=[{"station": "nose"}]),
+            "round 'shell' may be initiated by shock",
+        ),
         (lambda **burst: case({"quadrature": "full", **burst}), "full quadrature belongs to hexahedra"),
     ],
 )

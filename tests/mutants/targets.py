@@ -55,7 +55,10 @@ AREAS = (
     Area(
         "axisymmetric burst",
         ("burst_fenicsx/kernels/axisymmetric/*.py", "burst_fenicsx/axisymmetric/*.py"),
-        (("*", [_RINGS, f"{_BURST}/test_revolve.py"]),),
+        (
+            ("*/applicability.py", ["tests/fragfield/test_burst_geometry.py"]),
+            ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
+        ),
         left_out=("*/__init__.py",),
     ),
     Area(

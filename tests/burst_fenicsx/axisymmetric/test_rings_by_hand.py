@@ -32,6 +32,14 @@ def ring(inner, part=Part.CASING, settings=BARE, **options):
     return ring_burst(rectangle((1, 1), (inner, inner + EDGE), EDGE, part), settings, **options)
 
 
+def slanted(inner, part):
+    """The mesh of one such ring whose corners are moved at random by up to a fifth of its edge; the axis stays."""
+    mesh = rectangle((1, 1), (inner, inner + EDGE), EDGE, part)
+    shift = 0.2 * EDGE * np.random.default_rng(9).uniform(-1, 1, mesh.nodes.shape) * [1, 0, 1]
+    shift[mesh.nodes[:, 0] == 0.0, 0] = 0.0
+    return replace(mesh, nodes=mesh.nodes + shift)
+
+
 def volume_of(nodes):
     """Volume of the ring of a quadrilateral (4, 2) in (r, z): 2 pi times the integral of r, by Green's theorem."""
     (r, z), (s, y) = nodes.T, np.roll(nodes, -1, axis=0).T
@@ -57,7 +65,8 @@ def length_of(nodes, masses):
 @pytest.mark.parametrize("inner", [0.0, 5e-3, 0.2])
 def test_the_stable_step_is_that_of_a_pressure_in_the_ring(inner):
     """Of a ring anywhere, and of products in it at c^2 = 3 P / rho: 2 / omega of its own stiffness against volume."""
-    casing, gas = ring(inner), ring(inner, Part.CHARGE, replace(BARE, products="landau"))
+    casing = ring_burst(slanted(inner, Part.CASING), BARE)
+    gas = ring_burst(slanted(inner, Part.CHARGE), replace(BARE, products="landau"))
     gas.fields.charge.burn_fraction[:] = 1.0
     gas.add_forces(0.0)
     for solver, sound in ((casing, SOUND), (gas, np.sqrt(3.0 * gas.fields.charge.pressure[0] / TNT.density))):
@@ -65,7 +74,7 @@ def test_the_stable_step_is_that_of_a_pressure_in_the_ring(inner):
         length = length_of(solver.fields.start[own][:, [0, 2]], solver.fields.mass[own])
         assert solver.stable_step == pytest.approx(length / sound, rel=1e-6)
     # Far from the axis it is a square: the edge over c.
-    assert inner < 0.1 or casing.stable_step == pytest.approx(EDGE / SOUND, rel=0.01)
+    assert ring(0.2).stable_step == pytest.approx(EDGE / SOUND, rel=0.01)
 
 
 @pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
@@ -95,7 +104,7 @@ def test_viscous_heat_is_the_mean_pressure_of_the_step_times_its_compression(par
 
 def test_hourglass_control_is_that_of_a_cube_of_the_same_size():
     """Far from the axis a hourglass velocity u meets -(16 k_v c / h + 16 k_s c^2 dt / (9 h^2)) u, as in a cube."""
-    step = 1e-9
+    step = 1e-7
     for axis in (0, 2):
         solver = ring(2.0, settings=CONTROLLED)
         nodes = solver.fields.nodes
@@ -131,11 +140,7 @@ def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(inner):
     """However large its coefficient: of a distorted ring by itself nothing is left of the rate after one step."""
     step, random = 1e-12, np.random.default_rng(9)
     settings = replace(BARE, hourglass=Hourglass(charge_viscous=1e9), burn="time")
-    mesh = rectangle((1, 1), (inner, inner + EDGE), EDGE, Part.CHARGE)
-    shift = 0.2 * EDGE * random.uniform(-1, 1, mesh.nodes.shape) * [1, 0, 1]
-    shift[mesh.nodes[:, 0] == 0.0, 0] = 0.0
-    mesh = replace(mesh, nodes=mesh.nodes + shift)
-    solver = ring_burst(mesh, settings, explosive=replace(TNT, shear_strength=0.0))
+    solver = ring_burst(slanted(inner, Part.CHARGE), settings, explosive=replace(TNT, shear_strength=0.0))
     state, own = solver.fields, solver.fields.mesh.dofmap[0]
     velocity = random.normal(0.0, 10.0, (4, 2))
     velocity[state.start[own, 0] == 0.0, 0] = 0.0
