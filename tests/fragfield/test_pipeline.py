@@ -30,7 +30,7 @@ SUMMARY = {
 @pytest.mark.dolfinx
 def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, short_case):
     out, printed = whole_run
-    # of a run that was interrupted, has obstacles, contact between fragments, a place on Earth, a distance to draw
+    # of a run that was interrupted, has obstacles, contact between fragments, a place, a distance to draw, a study
     absent = {
         "burst_revolved.h5",
         "burst_revolved.xdmf",
@@ -38,6 +38,7 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
         "contours.geojson",
         "contours.kml",
         "map.html",
+        "uncertainty.json",
     }
     absent |= {f"{name}.{kind}" for name in ("obstacle_hits", "contacts") for kind in ("h5", "csv")}
     for stage in STAGES.values():
