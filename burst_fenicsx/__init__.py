@@ -6,21 +6,21 @@ problem's data types need neither.
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from burst_fenicsx.errors import InputError, NumericalStop
 
 if TYPE_CHECKING:
-    from burst_fenicsx.simulation import BurstProgress, BurstResult, simulate
+    from burst_fenicsx.run_burst import simulate
+    from burst_fenicsx.simulation import BurstProgress, BurstResult
 
 __all__ = ["BurstProgress", "BurstResult", "InputError", "NumericalStop", "simulate"]
 
-_LAZY = ("BurstProgress", "BurstResult", "simulate")
+_LAZY = {"BurstProgress": "simulation", "BurstResult": "simulation", "simulate": "run_burst"}
 
 
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
-        from burst_fenicsx import simulation
-
-        return getattr(simulation, name)
+        return getattr(import_module(f"burst_fenicsx.{_LAZY[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,11 +1,11 @@
-"""From rounds and settings to a finished burst: mesh, distribution, steps, outputs, snapshot."""
+"""A burst under way: mesh, distribution, steps, outputs, checkpoints, snapshot."""
 
 from __future__ import annotations
 
 import hashlib
 import logging
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +13,9 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.checks import check_planes, check_problem
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.errors import InputError
 from burst_fenicsx.exposure import ShockExposures
 from burst_fenicsx.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.gathered import output_fields, snapshot_fields
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.surfaces import RadialSurfaces
 
-__all__ = ["BurstProgress", "BurstResult", "Simulation", "simulate"]
+__all__ = ["BurstProgress", "BurstResult", "Simulation"]
 
 _log = logging.getLogger(__name__)
 
@@ -52,7 +52,6 @@ _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
 # Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
-_PLANE_SLACK = 0.02  # of the cell size: the outline of the cells bulges a little over the circle
 _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
 
 
@@ -85,63 +84,6 @@ class BurstResult:
     history: dict[str, np.ndarray]
 
 
-def simulate(
-    rounds: Sequence[Round],
-    settings: BurstSettings,
-    out_dir: Path,
-    *,
-    comm: MPI.Comm | None = None,
-    provenance: Mapping[str, str] | None = None,
-    on_progress: Callable[[BurstProgress], None] | None = None,
-    resume: bool = False,
-    series: bool = True,
-) -> BurstResult:
-    """Compute the burst and write burst.xdmf, burst.h5, burst_snapshot.h5 and, while it runs, checkpoint.h5.
-
-    Parameters
-    ----------
-    rounds : the cased charges.
-    settings : how it is computed.
-    out_dir : an existing folder.
-    comm : communicator, by default MPI's world; the call is collective.
-    provenance : written into every file.
-    on_progress : called on rank 0 about five times a second.
-    resume : go on from checkpoint.h5 in `out_dir` where there is one.
-    series : write burst.xdmf and what else is for visualisation alone; the snapshot is written in any case.
-
-    Raises
-    ------
-    InputError
-        The problem cannot be computed.
-    NumericalStop
-        A cell was lost, the ledger opened, or casings passed through a plane or each other; all outputs written so
-        far are whole.
-    """
-    comm = comm or MPI.COMM_WORLD
-    given = dict(provenance or {})
-    if settings.geometry != "axisymmetric":
-        return _driven(Simulation(rounds, settings, out_dir, comm, given, on_progress), resume=resume, series=series)
-    from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
-
-    if comm.size > 1:
-        raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
-    with one_thread():
-        simulation = AxisymmetricSimulation(rounds, settings, out_dir, given, on_progress)
-        return _driven(simulation, resume=resume, series=series)
-
-
-def _driven(simulation: Simulation, *, resume: bool, series: bool) -> BurstResult:
-    """Run a burst from its checkpoint or from the start to its snapshot."""
-    simulation.writes_series = series
-    if resume and simulation.checkpoint_path.exists():
-        simulation.resume()
-    simulation.run()
-    result = simulation.finish()
-    if simulation.comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
-        simulation.checkpoint_path.unlink(missing_ok=True)
-    return result
-
-
 class Simulation:
     """A burst under way; `simulate` drives it.
 
@@ -163,7 +105,7 @@ class Simulation:
         provenance: dict[str, str],
         on_progress: Callable[[BurstProgress], None] | None = None,
     ) -> None:
-        _check(rounds, settings)
+        check_problem(rounds, settings)
         self.part = smallest_part(rounds, settings)
         self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
         self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
@@ -237,7 +179,7 @@ class Simulation:
     def _make_state(self) -> None:
         """Distribute the mesh and make the fields, what acts on them and the solver."""
         mesh, settings, comm = self.mesh, self.settings, self.comm
-        _check_planes(self.rounds, settings, mesh)
+        check_planes(self.rounds, settings, mesh)
         distributed = distribute(comm, mesh if comm.rank == 0 else None)
         self.leakage = self._make_leakage(distributed)
         self.fields: BurstFields = make_fields(
@@ -476,36 +418,3 @@ class Simulation:
 def _fuze_density(item: Round) -> float:
     density = item.profile.fuze_density if item.profile is not None else 0.0
     return density if density > 0.0 else FUZE.density
-
-
-def _check(rounds: Sequence[Round], settings: BurstSettings) -> None:
-    """Refuse what cannot be computed, before any work."""
-    if not rounds:
-        raise InputError("there is no round to burst")
-    if not settings.cell_size > 0.0:
-        raise InputError(f"cell_size = {settings.cell_size} m; it must be positive")
-    for item in rounds:
-        if not item.ignition and item.initiation is None:
-            raise InputError(
-                f"round '{item.name}' has no ignition point; give at least one, or let it be initiated by shock"
-            )
-    if not any(item.ignition for item in rounds):
-        raise InputError("no round has an ignition point: nothing would burst")
-    for plane in settings.planes:
-        if not np.linalg.norm(plane.normal) > 0.0:
-            raise InputError(f"plane '{plane.name}' has the normal {plane.normal}; it must not be zero")
-
-
-def _check_planes(rounds: Sequence[Round], settings: BurstSettings, mesh: HexahedralMesh) -> None:
-    """Refuse rounds that a plane cuts or that stand behind it."""
-    slack = _PLANE_SLACK * settings.cell_size
-    for plane in settings.planes:
-        normal = np.asarray(plane.normal) / np.linalg.norm(plane.normal)
-        height = (mesh.nodes - np.asarray(plane.point)) @ normal
-        for index, item in enumerate(rounds):
-            deepest = -float(height[mesh.cells[mesh.round == index]].min())
-            if deepest > slack:
-                raise InputError(
-                    f"round '{item.name}' lies {1e3 * deepest:.3g} mm behind the plane '{plane.name}'; "
-                    "every round must stand wholly on the side to which the plane's normal points"
-                )

@@ -18,7 +18,7 @@ from mpi4py import MPI
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.problem import Leakage
-from burst_fenicsx.simulation import simulate
+from burst_fenicsx.run_burst import simulate
 from fragfield_base.interruption import Interruption
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 

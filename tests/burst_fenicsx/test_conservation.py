@@ -18,7 +18,8 @@ from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.charge import _inverse_cube_root
 from burst_fenicsx.meshing.placement import place, to_local
 from burst_fenicsx.problem import Contact, Leakage
-from burst_fenicsx.simulation import Simulation, simulate
+from burst_fenicsx.run_burst import simulate
+from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 pytestmark = pytest.mark.dolfinx

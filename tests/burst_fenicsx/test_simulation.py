@@ -17,7 +17,8 @@ from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.problem import IgnitionPoint, Leakage, Part
-from burst_fenicsx.simulation import Simulation, simulate
+from burst_fenicsx.run_burst import simulate
+from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.boxes import STEEL, TNT
 from tests.burst_fenicsx.tubes import SETTINGS, profile, tube
 

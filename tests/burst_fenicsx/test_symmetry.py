@@ -276,7 +276,7 @@ def test_a_pair_is_computed_as_a_quarter_with_all_rounds_in_the_files(tmp_path):
     pytest.importorskip("dolfinx")
     import h5py
 
-    from burst_fenicsx.simulation import simulate
+    from burst_fenicsx.run_burst import simulate
 
     half = 0.5 * (0.155 + 5e-3)
     settings = replace(SETTINGS, cell_size=12e-3, end_time=50e-6)

@@ -20,7 +20,7 @@ from burst_fenicsx import simulation
 from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.problem import Leakage, RigidPlane
-from burst_fenicsx.simulation import simulate
+from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube

@@ -1,0 +1,76 @@
+"""From rounds and settings to a finished burst, in three dimensions or in the meridian."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mpi4py import MPI
+
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.simulation import Simulation
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from burst_fenicsx.problem import BurstSettings, Round
+    from burst_fenicsx.simulation import BurstProgress, BurstResult
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    rounds: Sequence[Round],
+    settings: BurstSettings,
+    out_dir: Path,
+    *,
+    comm: MPI.Comm | None = None,
+    provenance: Mapping[str, str] | None = None,
+    on_progress: Callable[[BurstProgress], None] | None = None,
+    resume: bool = False,
+    series: bool = True,
+) -> BurstResult:
+    """Compute the burst and write burst.xdmf, burst.h5, burst_snapshot.h5 and, while it runs, checkpoint.h5.
+
+    Parameters
+    ----------
+    rounds : the cased charges.
+    settings : how it is computed.
+    out_dir : an existing folder.
+    comm : communicator, by default MPI's world; the call is collective.
+    provenance : written into every file.
+    on_progress : called on rank 0 about five times a second.
+    resume : go on from checkpoint.h5 in `out_dir` where there is one.
+    series : write burst.xdmf and what else is for visualisation alone; the snapshot is written in any case.
+
+    Raises
+    ------
+    InputError
+        The problem cannot be computed.
+    NumericalStop
+        A cell was lost, the ledger opened, or casings passed through a plane or each other; all outputs written so
+        far are whole.
+    """
+    comm = comm or MPI.COMM_WORLD
+    given = dict(provenance or {})
+    if settings.geometry != "axisymmetric":
+        return _driven(Simulation(rounds, settings, out_dir, comm, given, on_progress), resume=resume, series=series)
+    from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
+
+    if comm.size > 1:
+        raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
+    with one_thread():
+        simulation = AxisymmetricSimulation(rounds, settings, out_dir, given, on_progress)
+        return _driven(simulation, resume=resume, series=series)
+
+
+def _driven(simulation: Simulation, *, resume: bool, series: bool) -> BurstResult:
+    """Run a burst from its checkpoint or from the start to its snapshot."""
+    simulation.writes_series = series
+    if resume and simulation.checkpoint_path.exists():
+        simulation.resume()
+    simulation.run()
+    result = simulation.finish()
+    if simulation.comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
+        simulation.checkpoint_path.unlink(missing_ok=True)
+    return result
