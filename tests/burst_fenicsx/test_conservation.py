@@ -140,11 +140,12 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, mpirun):
             from mpi4py import MPI
             from burst_fenicsx import compat, simulation
             from burst_fenicsx.meshing.distributed import _TO_TENSOR
+            from burst_fenicsx.run_burst import simulate
             from tests.burst_fenicsx.tubes import SETTINGS, tube
 
             comm, out = MPI.COMM_WORLD, Path(sys.argv[1])
             assert comm.size == 2
-            result = simulation.simulate([tube()], SETTINGS, out)
+            result = simulate([tube()], SETTINGS, out)
             usual = simulation.merge
 
             def torn(meshes):
