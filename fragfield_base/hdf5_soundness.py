@@ -1,0 +1,79 @@
+"""Whether an HDF5 file is sound, found out before the HDF5 library of this process sees it.
+
+A file of this program is checked against its seal. One without a seal is looked at by another process first, which may
+fail as it likes (`fragfield_base.probe`).
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from fragfield_base.hdf5_journal import recover
+from fragfield_base.seal import SealError, read_seal
+
+__all__ = ["check_sound"]
+
+_LAUNCHERS = ("OMPI_", "PMI_", "PMIX_", "SLURM_", "PRTE_", "MPI_")
+_sound: dict[str, tuple[int, int, int]] = {}  # files whose seal this process has checked, as they were then
+
+
+def check_sound(path: Path, error: type[Exception], advice: str = "") -> None:
+    """Refuse a file that is missing, no regular file, or not as it was sealed; `error` with one message."""
+    end = f"; {advice}" if advice else ""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise error(f"{path}: not a file")
+        recover(path, error)
+        before = _state(path)
+        if _sound.get(str(path)) == before:
+            return
+        fault = _fault_of(path)
+        if fault is not None and _state(path) != before:  # it has just been written
+            time.sleep(0.5)
+            fault = _fault_of(path)
+    except FileNotFoundError:
+        raise error(f"{path}: no such file{end}") from None
+    except OSError as found:
+        raise error(f"{path}: cannot be read ({found.strerror or found}){end}") from None
+    if fault is not None:
+        raise error(f"{path}: {fault}{end}")
+    _sound[str(path)] = before
+
+
+def _state(path: Path) -> tuple[int, int, int]:
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _fault_of(path: Path) -> str | None:
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        seal = read_seal(descriptor)
+        if seal is None:
+            return _probed(path)
+        seal.check(descriptor)
+    except SealError as found:
+        return f"damaged, cut off or changed since it was written: {found}"
+    finally:
+        os.close(descriptor)
+    return None
+
+
+def _probed(path: Path) -> str | None:
+    """Have a process of its own look through a file that is not sealed; what is wrong with it."""
+    # A launcher's variables would make MPI start in the child.
+    environment = {key: value for key, value in os.environ.items() if not key.startswith(_LAUNCHERS)}
+    command = [sys.executable, "-s", "-P", str(Path(__file__).with_name("probe.py")), str(path)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+    except subprocess.TimeoutExpired:
+        return "cut off, or not an HDF5 file that can be read in a minute"
+    if done.returncode == 0:
+        return None
+    words = done.stdout.strip().splitlines()
+    return words[-1] if done.returncode == 1 and words else "cut off, or not an HDF5 file (reading it crashed)"
