@@ -1,7 +1,7 @@
 """The body of an HDF5 file: what the HDF5 library writes to in place of the disk.
 
 HDF5 does not recover from a failed write: a full disk ends it by signal 11, now or when the process exits. It can
-always write to a `Body`, which passes the bytes on and keeps the first OSError to itself, to be raised afterwards, once.
+always write to a `Body`, which passes the bytes on and keeps the first OSError to itself, to be raised once, later.
 """
 
 from __future__ import annotations
@@ -37,29 +37,36 @@ class Body(io.RawIOBase):
         self.fault: OSError | None = None
 
     def readable(self) -> bool:
+        """As `io.RawIOBase`: always."""
         return True
 
     def writable(self) -> bool:
+        """As `io.RawIOBase`: always."""
         return True
 
     def seekable(self) -> bool:
+        """As `io.RawIOBase`: always."""
         return True
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Move to a place of the body (as `io.RawIOBase`) and return it."""
         start = {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         self._at = start + offset
         return self._at
 
     def tell(self) -> int:
+        """Return the place in the body."""
         return self._at
 
     def readinto(self, buffer: Any) -> int:  # noqa: ANN401 - any buffer
+        """Fill `buffer` from here on; zeros where nothing has been written."""
         view = memoryview(buffer).cast("B")
         view[:] = self._bytes(self._at, len(view))
         self._at += len(view)
         return len(view)
 
     def write(self, data: Any) -> int:  # noqa: ANN401 - any buffer
+        """Keep or pass on `data`; never raises."""
         view = memoryview(data).cast("B")
         start, end = self._at, self._at + len(view)
         below = min(max(self._base - start, 0), len(view))
@@ -76,6 +83,7 @@ class Body(io.RawIOBase):
         return len(view)
 
     def truncate(self, size: int | None = None) -> int:
+        """Set the size of the body; never raises."""
         size = self._at if size is None else size
         if size < self.size:
             self.changed.add(max(size - 1, 0) // BLOCK)
