@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transition.attitude import Attitude, draw_attitude
 from transition.casing import casing_of
 from transition.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
 from transition.directions import Directions, Shares, compare_directions
@@ -87,6 +88,7 @@ class BreakUp:
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
         self._turned = self.settings.random_turn and len(self.rounds) == 1
+        self._foot = np.mean([self._base(broken) for broken in self.rounds], axis=0)
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
 
@@ -94,7 +96,7 @@ class BreakUp:
         """Break the casing up once.
 
         Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
-        on which others are computed, in which order, or on which rank; so has every image, and the turn.
+        on which others are computed, in which order, or on which rank; so has every image, and the attitude.
 
         Parameters
         ----------
@@ -104,10 +106,10 @@ class BreakUp:
             Which realisation of the ensemble.
         """
         parts = list(self._parts(seed, number))
-        angle = self._angle(seed, number)
+        attitude = self._attitude(seed, number)
         placed = [self._placed(part) for part in parts]
-        fragments = self._fragments([part.result for part in parts], placed, angle)
-        return self._result(parts, fragments, angle)
+        fragments = self._fragments([part.result for part in parts], placed, attitude)
+        return self._result(parts, fragments, attitude)
 
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
@@ -115,7 +117,7 @@ class BreakUp:
         for part in self._parts(seed, number):
             results.append(part.result)
             placed.append(self._placed(part))
-        return self._fragments(results, placed, self._angle(seed, number))
+        return self._fragments(results, placed, self._attitude(seed, number))
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
         """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
@@ -124,19 +126,27 @@ class BreakUp:
         with ThreadPoolExecutor(workers) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
-    def _angle(self, seed: int, number: int) -> float | None:
-        """By how much this realisation is turned (rad)."""
-        if not self._turned:
-            return None
-        stream = np.random.SeedSequence(_whole("seed", seed), spawn_key=(_whole("realisation", number),))
-        return float(2.0 * np.pi * np.random.default_rng(stream).random())
+    def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
+        """Centre of the base plane of a round (3,) in m."""
+        position = np.asarray(self.snapshot.rounds[broken.computed].position)
+        return position if broken.image is None else broken.image.place(position)
 
-    def _motion(self, number: int, angle: float | None) -> Isometry | None:
+    def _attitude(self, seed: int, number: int) -> Attitude:
+        """How this realisation is turned and tilted."""
+        stream = np.random.SeedSequence(_whole("seed", seed), spawn_key=(_whole("realisation", number),))
+        return draw_attitude(stream, turned=self._turned, tilt=self.settings.tilt)
+
+    def _motion(self, number: int, attitude: Attitude) -> Isometry | None:
         """How the fragments of round `number` of `rounds` are moved from where the casing has them."""
+        motion, tilting = self._upright_motion(number, attitude), attitude.tilting
+        return motion if tilting is None else tilting.about(self._foot).after(motion)
+
+    def _upright_motion(self, number: int, attitude: Attitude) -> Isometry | None:
+        """The same without the tilt."""
         broken = self.rounds[number]
-        if angle is None:
+        if attitude.turn is None:
             return broken.image
-        return rotation(broken.axis, self.snapshot.rounds[broken.computed].position, angle)
+        return rotation(broken.axis, self.snapshot.rounds[broken.computed].position, attitude.turn)
 
     def _check_number(self) -> None:
         """Refuse a law that would make dust of the casings: it would fill the memory before it says so."""
@@ -183,9 +193,9 @@ class BreakUp:
         return clusters.mass, *self._casing.interpolated(points, clusters.chosen)
 
     def _fragments(
-        self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], angle: float | None
+        self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], attitude: Attitude
     ) -> Fragments:
-        """All fragments, mirrored and turned."""
+        """All fragments, mirrored, turned and tilted."""
         from flight.fragments import Fragments
 
         mass, position, velocity = (np.concatenate(arrays) for arrays in zip(*placed, strict=True))
@@ -193,7 +203,7 @@ class BreakUp:
         of_round = np.repeat([r.round for r in results], counts).astype(np.int32)
         of_segment = np.repeat([r.segment.index for r in results], counts).astype(np.int32)
         for number in range(len(self.rounds)):
-            motion = self._motion(number, angle)
+            motion = self._motion(number, attitude)
             if motion is not None:
                 mine = of_round == number
                 position[mine], velocity[mine] = motion.place(position[mine]), motion.vector(velocity[mine])
@@ -201,31 +211,33 @@ class BreakUp:
         names = tuple(broken.name for broken in self.rounds)
         return Fragments(mass, position, velocity, shape, of_round, of_segment, names)
 
-    def _result(self, parts: Sequence[_Part], fragments: Fragments, angle: float | None) -> BreakUpResult:
+    def _result(self, parts: Sequence[_Part], fragments: Fragments, attitude: Attitude) -> BreakUpResult:
         results = tuple(part.result for part in parts)
         spin = np.concatenate([part.clusters.spin(part.points) for part in parts])
         found = sorted({result.round for result in results})
         sums, ledgers = {}, {}
         for number in found:
-            motion, casing = self._motion(number, angle), self._casing_sums(self.rounds[number].computed)
+            motion, casing = self._motion(number, attitude), self._casing_sums(self.rounds[number].computed)
             mine = fragments.round == number
             if motion is not None:
                 casing, spin[mine] = casing.moved(motion), motion.axial_vector(spin[mine])
             sums[number] = casing
             ledgers[number] = ledger(fragments.select(mine), spin[mine], casing)
         whole = ledger(fragments, spin, sum((sums[number] for number in found[1:]), sums[found[0]]))
-        directions = {number: self._directions(number, fragments, angle) for number in found}
+        directions = {number: self._directions(number, fragments, attitude) for number in found}
         clusters = Clusters.concatenate([(part.clusters, len(part.points)) for part in parts])
         return BreakUpResult(
             fragments=fragments,
             segments=results,
             points=MaterialPoints.concatenate([part.points for part in parts]),
             clusters=clusters,
-            turn=angle,
+            attitude=attitude,
             directions=tuple(directions.items()),
             ledger=whole,
             ledgers=tuple(ledgers.items()),
-            summary=summarised(self.rounds, results, ledgers, directions, whole, self.settings, self._outside, angle),
+            summary=summarised(
+                self.rounds, results, ledgers, directions, whole, self.settings, self._outside, attitude
+            ),
         )
 
     def _casing_sums(self, computed: int) -> CasingSums:
@@ -234,15 +246,19 @@ class BreakUp:
             self._sums[computed] = self._casing.sums(computed)
         return self._sums[computed]
 
-    def _directions(self, number: int, fragments: Fragments, angle: float | None) -> Directions:
-        broken, motion = self.rounds[number], self._motion(number, angle)
+    def _directions(self, number: int, fragments: Fragments, attitude: Attitude) -> Directions:
+        """Directions about the round's own axis, the tilt taken back."""
+        broken, motion = self.rounds[number], self._upright_motion(number, attitude)
         shares = self._cell_shares.get(number)
         if shares is None:
             shares = self._casing.shares(broken.computed, broken.axis, motion)
-            if angle is None:
+            if attitude.turn is None:
                 self._cell_shares[number] = shares
         mine = fragments.round == number
-        return compare_directions(fragments.mass[mine], fragments.velocity[mine], shares, broken.axis)
+        velocity, tilting = fragments.velocity[mine], attitude.tilting
+        if tilting is not None:
+            velocity = velocity @ tilting.matrix
+        return compare_directions(fragments.mass[mine], velocity, shares, broken.axis)
 
 
 def _rounds(snapshot: Snapshot, mirrored: tuple[Image, ...]) -> Iterator[BrokenRound]:

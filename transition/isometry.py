@@ -1,4 +1,4 @@
-"""Rigid motions of a whole round: rotations about its axis, and reflections (`transition.mirroring`)."""
+"""Rigid motions: rotations, and reflections (`transition.mirroring`)."""
 
 from __future__ import annotations
 
@@ -40,6 +40,16 @@ class Isometry:
     def axial_vector(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Spins (..., 3) after the motion: a cross product of two vectors changes sign where they are mirrored."""
         return np.linalg.det(self.matrix) * self.vector(vectors)
+
+    def after(self, first: Isometry | None) -> Isometry:
+        """The motion `first`, then this one."""
+        if first is None:
+            return self
+        return Isometry(self.matrix @ first.matrix, self.matrix @ first.shift + self.shift)
+
+    def about(self, point: NDArray[np.float64]) -> Isometry:
+        """The same rotation about `point` (m)."""
+        return Isometry(self.matrix, point - self.matrix @ point)
 
 
 def rotation(axis: tuple[float, float, float], point: tuple[float, float, float], angle: float) -> Isometry:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from flight.fragments import Fragments
+    from transition.attitude import Attitude
     from transition.directions import Directions
     from transition.laws import SegmentLaw
     from transition.ledger import Ledger
@@ -80,11 +81,11 @@ class BreakUpResult:
     segments : tuple of SegmentResult
         Law and draw of every segment, of computed rounds and images.
     points : MaterialPoints
-        Of every segment and every image, where the computed casing has them: neither mirrored nor turned.
+        Of every segment and every image, where the computed casing has them: neither mirrored nor moved.
     clusters : Clusters
         Which of them each fragment has.
-    turn : float or None
-        Angle by which all fragments were turned about the round's axis (rad); None where they were not.
+    attitude : Attitude
+        How all fragments were turned about the round's axis, and tilted.
     directions : tuple of (int, Directions)
         Directions by mass of each round that has fragments.
     ledger : Ledger
@@ -99,7 +100,7 @@ class BreakUpResult:
     segments: tuple[SegmentResult, ...]
     points: MaterialPoints
     clusters: Clusters
-    turn: float | None
+    attitude: Attitude
     directions: tuple[tuple[int, Directions], ...]
     ledger: Ledger
     ledgers: tuple[tuple[int, Ledger], ...]

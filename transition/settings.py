@@ -76,6 +76,9 @@ class BreakUpSettings:
         Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
         that is axisymmetric until it breaks up: on average over the realisations no azimuth then differs from another,
         whatever the mesh. Several rounds, and rounds with images, are never turned.
+    tilt : float
+        Standard deviation (rad) of the tilt of all fragments of a realisation together, about each of the two
+        horizontal axes: how far from plumb the round or the stack may stand.
     shape_factor : float
         k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
     explosive_constant : float or None
@@ -106,6 +109,7 @@ class BreakUpSettings:
     graded_dm: float = 1.0e-4
     velocity: Literal["mean", "interpolation"] = "mean"
     random_turn: bool = False
+    tilt: float = 0.0
     shape_factor: float = 2600.0
     explosive_constant: float | None = None
     segments: Stations | Mapping[str, Stations] | None = None
@@ -146,6 +150,7 @@ class BreakUpSettings:
             ("mixed_fraction", 0.0, 1.0),
             ("critical_strain", 0.0, 5.0),
             ("graded_m0", 0.0, math.inf),
+            ("tilt", 0.0, 0.5),
         ):
             value = _number(name, getattr(self, name))
             if not low <= value <= high or math.isinf(value):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from transition.attitude import Attitude
     from transition.directions import Directions
     from transition.ledger import Ledger
     from transition.results import BrokenRound, SegmentResult
@@ -23,7 +24,7 @@ def summarised(
     handed_over: Ledger,
     settings: BreakUpSettings,
     outside: Mapping[str, Sequence[str]],
-    turn: float | None,
+    attitude: Attitude,
 ) -> dict[str, Any]:
     """Numbers of one realisation.
 
@@ -41,8 +42,8 @@ def summarised(
         Choices of the break-up.
     outside : mapping from a round's name
         In which respects no published data on mean masses are near it.
-    turn : float or None
-        Angle by which all fragments were turned about the round's axis (rad).
+    attitude : Attitude
+        How all fragments were turned about the round's axis, and tilted.
     """
     factor, source = settings.factor
     return {
@@ -65,7 +66,9 @@ def summarised(
             "factor_source": source,
             "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
         },
-        "turn": turn,
+        "turn": attitude.turn,
+        "tilt": list(attitude.tilt),
+        "tilt_deviation": settings.tilt,
         "rounds": [
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
             for number, found in directions.items()

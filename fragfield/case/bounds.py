@@ -93,6 +93,7 @@ KEYS: dict[str, Bounds] = {
     "break_up.fracture_gamma": Bounds(1e-2, 1e5, "Mott found 67 for steel", (10.0, 300.0)),
     "break_up.graded_m0": Bounds(0.0, 100.0, "a grade of mass, not a round's"),
     "break_up.graded_dm": Bounds(1e-7, 100.0, "narrower grades would be more than there are fragments", (1e-6, 0.1)),
+    "break_up.tilt": Bounds(0.0, 0.5, "what leans farther falls over", (0.0, 0.1)),
     "break_up.explosive_constant": Bounds(1e-4, 1e4, "published constants lie near 1"),
     "flight.air.altitude": Bounds(-500.0, 80e3, "the atmosphere is tabulated up to 84.9 km", (-500.0, 6000.0)),
     "flight.air.density": Bounds(0.0, 1e3, "denser than water", (0.0, 2.0)),

@@ -139,12 +139,12 @@ def test_a_turn_moves_all_fragments_together_about_the_rounds_axis(tmp_path):
     assert np.unique(np.round(angles, 6)).size == 40
     assert abs(np.exp(1j * np.array(angles)).mean()) < 0.34
     whole = turned.realisation(4, 3)
-    assert whole.turn == pytest.approx(angles[3] % (2.0 * np.pi), abs=1e-9)
-    assert whole.summary["turn"] == whole.turn
+    assert whole.attitude.turn == pytest.approx(angles[3] % (2.0 * np.pi), abs=1e-9)
+    assert whole.summary["turn"] == whole.attitude.turn
     assert whole.ledger.momentum_error < 1e-12
     assert whole.ledger.angular_momentum_error < 1e-12
     still = prepared.realisation(4, 3)
-    assert still.turn is None
+    assert still.attitude.turn is None
     # held against the casing turned as well: sectors of 5 degrees are cut elsewhere, no more
     before, after = (dict(found.directions)[0] for found in (still, whole))
     assert abs(after.azimuth_difference - before.azimuth_difference) < 0.02
@@ -153,7 +153,7 @@ def test_a_turn_moves_all_fragments_together_about_the_rounds_axis(tmp_path):
 
 def test_several_rounds_are_never_turned(pair):
     asked, plain = BreakUp(pair, BreakUpSettings(random_turn=True)).realisation(2), BreakUp(pair).realisation(2)
-    assert asked.turn is None
+    assert asked.attitude.turn is None
     np.testing.assert_array_equal(asked.fragments.velocity, plain.fragments.velocity)
 
 
@@ -363,3 +363,53 @@ def test_interpolation_without_dolfinx_names_the_cure(snapshot, monkeypatch):
     monkeypatch.setitem(sys.modules, "dolfinx", None)
     with pytest.raises(InputError, match=r"'interpolation' needs dolfinx .*; 'mean' works without it"):
         break_up(snapshot, BreakUpSettings(velocity="interpolation"))
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_a_tilt_is_a_rotation_of_everything_about_the_centre_of_the_base(tmp_path, turned):
+    made = Tube(around=24, axial=20).read(tmp_path / "s.h5")
+    deviation = np.radians(2.0)
+    plain = BreakUp(made, BreakUpSettings(random_turn=turned))
+    tilted = BreakUp(made, BreakUpSettings(random_turn=turned, tilt=deviation))
+    base = np.array(made.rounds[0].position)
+    tilts = []
+    for number in range(200):
+        before, after = plain.fragments(4, number), tilted.fragments(4, number)
+        np.testing.assert_array_equal(after.mass, before.mass)
+        matrix, *_ = np.linalg.lstsq(before.velocity, after.velocity, rcond=None)
+        np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-9)
+        np.testing.assert_allclose(after.position - base, (before.position - base) @ matrix, atol=1e-12)
+        # a rotation about a horizontal axis: its antisymmetric part has no component along z
+        assert abs(matrix[0, 1] - matrix[1, 0]) < 1e-9
+        size = np.arccos(np.clip(matrix[2, 2], -1.0, 1.0))
+        axis = np.array([matrix[1, 2] - matrix[2, 1], matrix[2, 0] - matrix[0, 2]])
+        tilts.append(size * axis / np.linalg.norm(axis))
+    # normal about each horizontal axis: bounds that one in a thousand ensembles of 200 passes
+    assert np.abs(np.mean(tilts, axis=0)).max() < 3.3 * deviation / np.sqrt(200)
+    np.testing.assert_allclose(np.std(tilts, axis=0), deviation, rtol=3.3 / np.sqrt(400))
+
+
+def test_a_tilt_loses_nothing_and_is_reported(tmp_path):
+    made = Tube(around=24, axial=20).read(tmp_path / "s.h5")
+    result = BreakUp(made, BreakUpSettings(random_turn=True, tilt=0.1)).realisation(4, 3)
+    upright = BreakUp(made, BreakUpSettings(random_turn=True)).realisation(4, 3)
+    assert result.ledger.momentum_error < 1e-12
+    assert result.ledger.angular_momentum_error < 1e-12
+    assert result.attitude.turn == upright.attitude.turn
+    assert upright.attitude.tilt == (0.0, 0.0)
+    assert result.summary["tilt"] == list(result.attitude.tilt)
+    assert np.hypot(*result.attitude.tilt) > 0.0
+    assert result.summary["tilt_deviation"] == 0.1
+    # directions are those about the round's own axis
+    one, other = (dict(found.directions)[0] for found in (result, upright))
+    np.testing.assert_allclose(one.polar_fragments, other.polar_fragments, atol=1e-9)
+    assert one.polar_difference == pytest.approx(other.polar_difference, abs=1e-9)
+
+
+def test_images_are_tilted_with_the_rounds_they_mirror(pair):
+    plain, tilted = (BreakUp(pair, BreakUpSettings(tilt=tilt)).fragments(2) for tilt in (0.0, 0.05))
+    matrix, *_ = np.linalg.lstsq(plain.velocity, tilted.velocity, rcond=None)
+    np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(tilted.velocity, plain.velocity @ matrix, atol=1e-8)
+    apart = plain.position - plain.position[0]
+    np.testing.assert_allclose(tilted.position - tilted.position[0], apart @ matrix, atol=1e-10)
