@@ -40,11 +40,12 @@ def default_inputs(case: Case) -> Iterator[UncertainInputTable]:
     """Entries of the default set that apply to a resolved case; rounds that are alike share one draw."""
     if case.burst is not None and case.round:
         yield from _burst(case)
-        yield _entry("tilt", ["break_up.tilt"])
     yield from _mean_mass(case)
     yield _entry("drag", ["flight.drag_factor"])
     if case.flight.shape.model != "box":
         yield _entry("presented_area", ["flight.shape_factor"])
+    if case.round:
+        yield _entry("tilt", ["break_up.tilt"])
 
 
 def _burst(case: Case) -> Iterator[UncertainInputTable]:
