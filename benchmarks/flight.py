@@ -12,11 +12,11 @@ from benchmarks.flight_growth import grown
 from benchmarks.flight_plain import PlainFlight, plain_seconds
 from benchmarks.goal import at_least, at_most
 from flight import Contact, Cylinder, Fragments, Panel, StandardAtmosphere, fly
-from flight.contact import Encounters
 from flight.drag import Drag
-from flight.integrator import Adaptive, Domain
-from flight.job import Job
-from flight.scene import Scene
+from flight.integrate.contact import Encounters
+from flight.integrate.integrator import Adaptive, Domain
+from flight.integrate.job import Job
+from flight.scene.scene import Scene
 
 if TYPE_CHECKING:
     from benchmarks.options import Options

@@ -19,8 +19,8 @@ from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.contact.collisions import CollidingSurfaces
+from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.simulation import Simulation
-from burst_fenicsx.subcycling import Subcycling
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
 

@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case

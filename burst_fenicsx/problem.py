@@ -199,7 +199,7 @@ class RigidPlane:
 class TimeStep:
     """`fixed` (s) overrides the CFL step, which is `cfl` times the stable limit.
 
-    With `subcycling` cells take steps of their own, powers of two apart (see `burst_fenicsx.subcycling`).
+    With `subcycling` cells take steps of their own, powers of two apart (see `burst_fenicsx.mechanics.subcycling`).
     """
 
     cfl: float = 0.8

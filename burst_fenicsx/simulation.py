@@ -12,27 +12,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.checks import check_planes, check_problem
 from burst_fenicsx.contact import ContactForces
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.exposure import ShockExposures
-from burst_fenicsx.fields import FUZE, BurstFields, make_fields
-from burst_fenicsx.gathered import output_fields, snapshot_fields
-from burst_fenicsx.initiation import ShockInitiations
-from burst_fenicsx.ledger import LEAST_WORK, Ledger
-from burst_fenicsx.measures import Measures, RoundMeasures
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.files.snapshot import write_snapshot
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.fields import FUZE, BurstFields, make_fields
+from burst_fenicsx.mechanics.initiation import ShockInitiations
+from burst_fenicsx.mechanics.ledger import LEAST_WORK, Ledger
+from burst_fenicsx.mechanics.solver import BurstSolver, Hold
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.output import TimeSeries
-from burst_fenicsx.passage import Passage
 from burst_fenicsx.problem import BurstSettings, Part, Round
-from burst_fenicsx.records import round_records
-from burst_fenicsx.snapshot import write_snapshot
-from burst_fenicsx.solver import BurstSolver, Hold
-from burst_fenicsx.summary import Clocks, burst_summary
-from burst_fenicsx.surfaces import radial_surfaces
+from burst_fenicsx.records.exposure import ShockExposures
+from burst_fenicsx.records.gather import output_fields, snapshot_fields
+from burst_fenicsx.records.measures import Measures, RoundMeasures
+from burst_fenicsx.records.passage import Passage
+from burst_fenicsx.records.rounds import round_records
+from burst_fenicsx.records.summary import Clocks, burst_summary
+from burst_fenicsx.records.surfaces import radial_surfaces
 from burst_fenicsx.symmetry import smallest_part
 from burst_fenicsx.symmetry.completion import Completion
 from burst_fenicsx.symmetry.words import symmetry_words
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.meshing.distributed import DistributedMesh
-    from burst_fenicsx.surfaces import RadialSurfaces
+    from burst_fenicsx.records.surfaces import RadialSurfaces
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
 

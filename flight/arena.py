@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
+from flight.files.text_tables import read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
-from flight.text_tables import read_columns, write_columns
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

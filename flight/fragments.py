@@ -143,7 +143,7 @@ class Fragments:
 
     def write(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
         """Write fragments.h5 (or .csv, by the ending); `provenance` entries become attributes or head lines."""
-        from flight import fragment_files
+        from flight.files import fragments as fragment_files
 
         return fragment_files.write(self, Path(path), provenance or {})
 
@@ -156,7 +156,7 @@ class Fragments:
         InputError
             The file is missing, foreign, cut off, of a newer version, or holds what cannot be flown.
         """
-        from flight import fragment_files
+        from flight.files import fragments as fragment_files
 
         return fragment_files.read(Path(path))
 

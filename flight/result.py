@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.near_ground import PathLengths
-    from flight.obstacles import Obstacle
-    from flight.targets import Witness
+    from flight.hazard.near_ground import PathLengths
+    from flight.scene.obstacles import Obstacle
+    from flight.scene.targets import Witness
 
 __all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "FlightResult", "Status", "Trajectories", "to_pandas"]
 
@@ -145,7 +145,7 @@ class FlightResult:
         Walls, barricades and buildings, in the order `obstacle` counts.
     obstacle_hits : (o,) structured array of dtype `OBSTACLE_HITS`
         Every impact on an obstacle, by fragment and then time.
-    near_ground : flight.near_ground.PathLengths, optional
+    near_ground : flight.hazard.near_ground.PathLengths, optional
         Lengths of paths below a person's height, where `fly` was asked to count them.
     """
 
@@ -179,8 +179,8 @@ class FlightResult:
         return self.hits if here.all() else self.hits[here]
 
     def by_face(self, energy: float = 79.0) -> list[dict[str, Any]]:
-        """Hits on every obstacle by face; see `flight.obstacles.count_by_face`."""
-        from flight.obstacles import count_by_face
+        """Hits on every obstacle by face; see `flight.scene.obstacles.count_by_face`."""
+        from flight.scene.obstacles import count_by_face
 
         return count_by_face(self.obstacles, self.obstacle_hits, energy)
 
@@ -193,7 +193,7 @@ class FlightResult:
 
         With obstacles also obstacle_hits.h5, with contact between fragments contacts.h5.
         """
-        from flight import files
+        from flight.files import results as files
 
         return files.write_result(self, folder, provenance or {}, csv=csv)
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightResult, Fragments
-    from flight.ensemble import EnsembleHazard
-    from flight.targets import Witness
+    from flight.hazard.ensemble import EnsembleHazard
+    from flight.scene.targets import Witness
     from fragfield.case import Case
 
 __all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
@@ -84,13 +84,13 @@ class ExposedPlaces:
     @property
     def surfaces(self) -> list[Witness]:
         """Witness surfaces of all places."""
-        from flight.exposed import surfaces_of
+        from flight.hazard.exposed import surfaces_of
 
         return surfaces_of([prism for place in self.places for prism in place.prisms])
 
     def count(self, result: FlightResult, fragments: Fragments, first: int) -> NDArray[Any]:
         """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`."""
-        from flight.exposed import count_exposed
+        from flight.hazard.exposed import count_exposed
 
         prisms = [prism for place in self.places for prism in place.prisms]
         if not prisms:
@@ -234,7 +234,7 @@ def _all_round(case: Case, place: Place, found: EnsembleHazard) -> dict[str, dic
     They are not where directions differ, where the place has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.expected import KINDS
+    from flight.hazard.expected import KINDS
 
     expected, prism = found.expected, place.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height

@@ -32,8 +32,8 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
     InputError
         The single round's run cannot be read, or counted other fragments as hazardous.
     """
-    from flight.ensemble_files import read_ensemble
-    from flight.stack_rules import effective_number, stack_rule
+    from flight.files.ensemble import read_ensemble
+    from flight.hazard.stack_rules import effective_number, stack_rule
     from fragfield.case.convert import hazard_criteria
 
     rule = case.hazard.stack_rule

@@ -134,7 +134,7 @@ def burst(job: Job, stage: Stage) -> None:
 
 def break_up(job: Job, stage: Stage) -> None:
     """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
-    from flight.ensemble_files import write_fragment_ensemble
+    from flight.files.ensemble import write_fragment_ensemble
     from fragfield.ensemble import break_up_all
 
     broken = break_up_all(job, job.needed(stage))
@@ -153,7 +153,7 @@ def break_up(job: Job, stage: Stage) -> None:
 def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
-    from flight.ensemble_files import write_ensemble
+    from flight.files.ensemble import write_ensemble
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
     from fragfield.convergence import convergence_of
@@ -204,7 +204,7 @@ def fly(job: Job, stage: Stage) -> None:
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     """The fragments of all realisations; of fragments from elsewhere there is one."""
     import flight
-    from flight.ensemble_files import read_fragment_ensemble, write_fragment_ensemble
+    from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
 
     arena = read_arena(job.fragments)
     if arena is not None:

@@ -8,13 +8,13 @@ import numpy as np
 
 from burst_fenicsx.kernels.assembly import make_scratch
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
-from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.mechanics.solver import BurstSolver
 
 if TYPE_CHECKING:
     from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.axisymmetric.slide_line import MeridianContact
-    from burst_fenicsx.detonation import LeakageParts
-    from burst_fenicsx.ledger import Ledger
+    from burst_fenicsx.mechanics.detonation import LeakageParts
+    from burst_fenicsx.mechanics.ledger import Ledger
     from burst_fenicsx.problem import BurstSettings
 
 __all__ = ["RingSolver"]

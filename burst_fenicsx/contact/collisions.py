@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.booking import NodeContact
+from burst_fenicsx.contact.accounting import NodeContact
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
@@ -17,7 +17,7 @@ from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reaction
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["CollidingSurfaces"]
 

@@ -18,7 +18,7 @@ from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 

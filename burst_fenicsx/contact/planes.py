@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.contact.booking import NodeContact
+from burst_fenicsx.contact.accounting import NodeContact
 from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import RigidPlane
 

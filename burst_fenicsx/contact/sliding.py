@@ -25,7 +25,7 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import Contact
 

@@ -52,7 +52,7 @@ class Schedule(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """How the nodes move between the steps of their cells (see `burst_fenicsx.subcycling`)."""
+    """How the nodes move between the steps of their cells (see `burst_fenicsx.mechanics.subcycling`)."""
 
     order: np.ndarray  # (nodes,) int32, those of short steps first; in this order ...
     level: np.ndarray  # (nodes,) int8, `Nodes.finest`

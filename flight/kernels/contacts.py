@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit
 
 from flight.kernels.cells import bucket_of, cells_of, home
+from flight.kernels.collision import SCRATCH_ROWS, first_meeting, path_state, strike
 from flight.kernels.compiling import kernel
-from flight.kernels.meeting import SCRATCH_ROWS, first_meeting, path_state, strike
 from flight.kernels.motion import (
     AREA,
     HEIGHT,

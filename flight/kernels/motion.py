@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["LANES", "ROWS", "Surroundings", "accelerate", "place_points", "take_step", "velocity_points"]
 
 LANES = 32
-EARTH_RADIUS = 6_356_766.0  # m, as in flight.air
+EARTH_RADIUS = 6_356_766.0  # m, as in flight.scene.air
 
 # rows of the scratch array; place and velocity at the start and at the end of the step, accelerations of the stages
 STATE, NEW, SLOPE = 0, 6, 12
@@ -42,7 +42,7 @@ ROWS = 61
 
 
 class Surroundings(NamedTuple):
-    """Air, wind, drag and gravity as tables; see `table` of flight.air, flight.wind and flight.drag."""
+    """Air, wind, drag and gravity as tables; see `table` of flight.scene.air, flight.scene.wind and flight.drag."""
 
     air_bottom: float
     air_step: float

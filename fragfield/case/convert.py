@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, Geometry, RigidPlane, Round
     from flight import Contact as FragmentContact
     from flight import Wind
-    from flight.hazard import Criteria
+    from flight.hazard.assessment import Criteria
+    from flight.scene.targets import Witness
     from flight.shape import Shape
-    from flight.targets import Witness
     from fragfield.case.burst_table import ContactTable
     from fragfield.case.flight_table import CollisionsTable, FlightTable, PolygonTable, WindTable
     from fragfield.case.plane_table import PlaneTable
@@ -156,7 +156,7 @@ def _shape(table: FlightTable) -> Shape | None:
 
 def hazard_criteria(case: Case) -> Criteria:
     """What counts as a hazard."""
-    from flight.hazard import Criteria
+    from flight.hazard.assessment import Criteria
 
     return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
 

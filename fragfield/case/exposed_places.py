@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.contours import Site
-    from flight.exposed import Prism
-    from flight.walls import Wall
+    from flight.hazard.contours import Site
+    from flight.hazard.exposed import Prism
+    from flight.scene.walls import Wall
     from fragfield.case.exposed_table import BarrierTable, ExposedTable
     from fragfield.case.ground_table import ObstacleTable
     from fragfield.case.schema import Case
@@ -79,7 +79,7 @@ class Place:
 
 def site_of(case: Case) -> Site | None:
     """The case's site in degrees, free of what the way over radians adds in the last digits."""
-    from flight.contours import Site
+    from flight.hazard.contours import Site
 
     if case.site is None:
         return None
@@ -209,7 +209,7 @@ def outline_of(obstacle: ObstacleTable) -> Array:
 
 
 def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
-    from flight.exposed import Prism
+    from flight.hazard.exposed import Prism
 
     if entry.obstacle is not None:
         standing = next(one for one in case.obstacle if one.name == entry.obstacle)
@@ -231,7 +231,7 @@ def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[A
 
 
 def _wall(table: BarrierTable | None) -> Wall | None:
-    from flight.walls import Wall
+    from flight.scene.walls import Wall
 
     return None if table is None else Wall(**table.model_dump())
 
@@ -313,7 +313,7 @@ def _clipped(corners: Array, axis: int, bound: float, sign: float) -> Array:
 
 
 def _prism(case: Case, piece: Array, height: float, energy: float) -> Prism:
-    from flight.exposed import Prism
+    from flight.hazard.exposed import Prism
 
     x, y = piece.mean(axis=0).tolist()
     ground = [ground_height(case, *corner) for corner in [(x, y), *piece.tolist()]]

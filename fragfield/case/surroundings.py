@@ -12,7 +12,7 @@ from fragfield.case.ground_table import BarricadeTable, BuildingTable, WallTable
 
 if TYPE_CHECKING:
     from flight import Bounce, HeightMap
-    from flight.obstacles import Obstacle
+    from flight.scene.obstacles import Obstacle
     from fragfield.case.ground_table import GroundTable
     from fragfield.case.schema import Case
 
@@ -49,7 +49,7 @@ def check_surroundings(case: Case) -> None:
     """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
     import numpy as np
 
-    from flight.scene import Scene
+    from flight.scene.scene import Scene
 
     found = surroundings(case)
     scene = Scene(found["ground"], found["bounce"], tuple(found["obstacles"]))
@@ -117,7 +117,7 @@ def _read_map(
 
 def _bounce(table: GroundTable) -> Bounce | None:
     from flight import Bounce
-    from flight.bounce import SURFACES
+    from flight.scene.bounce import SURFACES
 
     if not table.bounce:
         return None

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-    from burst_fenicsx.revolve import Revolution
-    from flight.ensemble import EnsembleHazard
+    from burst_fenicsx.files.revolve import Revolution
+    from flight.hazard.ensemble import EnsembleHazard
     from transition.mirroring import SymmetryPlane
 
 __all__ = ["STAGE_FILES", "RoundData", "RunFiles", "read_run"]
@@ -210,13 +210,13 @@ def _read_landing(run: RunFiles) -> None:
     path = run.folder / STAGE_FILES["flight"]
     if not path.is_file():
         return
-    from flight.files import read_landing
+    from flight.files.results import read_landing
 
     run.landing = read_landing(path)
     with _open(path) as file:
         _note_provenance(run, file.attrs)
     if (path := run.folder / "ensemble.h5").is_file():
-        from flight.ensemble_files import read_ensemble
+        from flight.files.ensemble import read_ensemble
 
         run.ensemble, run.witness_ensemble = read_ensemble(path)
 

@@ -45,25 +45,25 @@ def _fragments(path: Path) -> Any:
 
 
 def _ensemble_fragments(path: Path) -> Any:
-    from flight.ensemble_files import read_fragment_ensemble
+    from flight.files.ensemble import read_fragment_ensemble
 
     return [[one.mass, one.velocity] for one in read_fragment_ensemble(path)]
 
 
 def _landing(path: Path) -> Any:
-    from flight.files import read_landing
+    from flight.files.results import read_landing
 
     return read_landing(path)
 
 
 def _hits(path: Path) -> Any:
-    from flight.files import read_hits
+    from flight.files.results import read_hits
 
     return read_hits(path)
 
 
 def _ensemble(path: Path) -> Any:
-    from flight.ensemble_files import read_ensemble
+    from flight.files.ensemble import read_ensemble
 
     found, witnesses = read_ensemble(path)
     return [found.counts.landings, repr(found.headline), witnesses]

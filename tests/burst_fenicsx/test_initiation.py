@@ -12,9 +12,9 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.problem import BurstSettings, Leakage, Part, ShockInitiation, Viscosity
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, burst, run_until
 from tests.burst_fenicsx.rank_states import END_BY_SHOCK, GAP, differences, state, tubes
 from tests.burst_fenicsx.rank_states import burst as burst_of_tubes

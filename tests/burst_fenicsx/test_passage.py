@@ -18,8 +18,8 @@ from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.passage import LARGEST_SHARE, Passage
 from burst_fenicsx.problem import Contact, Part, RigidPlane, Round
+from burst_fenicsx.records.passage import LARGEST_SHARE, Passage
 from burst_fenicsx.simulation import Simulation
 from fragfield.errors import exit_code_of
 from tests.burst_fenicsx.bodies import QUIET, bodies, moved

@@ -38,7 +38,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path.cwd()))
 import numpy as np
 from mpi4py import MPI
-from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.mechanics.solver import BurstSolver
 from fragfield.cli import main
 
 what, where = sys.argv[1], int(sys.argv[2])

@@ -267,7 +267,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
 
 
 def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
-    from burst_fenicsx.snapshot import write_snapshot
+    from burst_fenicsx.files.snapshot import write_snapshot
 
     with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; name a folder"):
         write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})

@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.problem import Hourglass, TimeStep, Viscosity
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, ring_sector, run_until, with_fixed_step
 
 pytestmark = pytest.mark.dolfinx

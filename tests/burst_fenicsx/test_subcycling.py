@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.problem import TimeStep
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, burst, grid, run_until
 
 pytestmark = pytest.mark.dolfinx

@@ -21,7 +21,7 @@ from flight import (
     Wall,
     fly,
 )
-from flight.bounce import SURFACES
+from flight.scene.bounce import SURFACES
 
 sys.path.insert(0, str(Path(__file__).parent))
 from clouds import cloud

@@ -22,11 +22,11 @@ from flight import (
     Wall,
     fly,
 )
-from flight.contact import Encounters
-from flight.files import read_contacts
-from flight.job import Job
-from flight.scene import Scene
-from flight.text_tables import read_columns
+from flight.files.results import read_contacts
+from flight.files.text_tables import read_columns
+from flight.integrate.contact import Encounters
+from flight.integrate.job import Job
+from flight.scene.scene import Scene
 
 STILL = {"air": "vacuum", "gravity": 0.0, "ground": None, "time_limit": 0.05}
 

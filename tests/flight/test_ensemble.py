@@ -10,23 +10,23 @@ import numpy as np
 import pytest
 
 from flight import Fragments, InputError
-from flight.distances import DISTANCES, FEWEST
-from flight.ensemble import Band, EnsembleHazard, assess_ensemble, band_of
-from flight.ensemble_files import (
+from flight.files.ensemble import (
     CSV_FILES,
     read_ensemble,
     read_fragment_ensemble,
     write_ensemble,
     write_fragment_ensemble,
 )
-from flight.expected import Directions, ExpectedDistance, expected_distance
-from flight.hazard import assess, falling_through, hazard_of
-from flight.polar_grid import PolarGrid
+from flight.files.text_tables import read_columns
+from flight.hazard.assessment import assess, falling_through, hazard_of
+from flight.hazard.distances import DISTANCES, FEWEST
+from flight.hazard.ensemble import Band, EnsembleHazard, assess_ensemble, band_of
+from flight.hazard.expected import Directions, ExpectedDistance, expected_distance
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.stack_rules import effective_number, stack_rule
+from flight.hazard.tally import Criteria, Tally, tally
+from flight.hazard.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from flight.result import HITS, LANDING, Status
-from flight.stack_rules import effective_number, stack_rule
-from flight.tally import Criteria, Tally, tally
-from flight.text_tables import read_columns
-from flight.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from tests.flight.fields import groups_of_landings
 
 LIMIT = 1.0 / 55.7

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.expected import DensityGroups, Directions, ExpectedDistance, drawn_distances, expected_distance
-from flight.polar_grid import PolarGrid
+from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, drawn_distances, expected_distance
+from flight.hazard.polar_grid import PolarGrid
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exposed import Prism, count_exposed, surfaces_of
+from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from tests.flight.clouds import cloud
 
 

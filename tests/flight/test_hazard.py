@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flight import LANDING, ConstantAir, Cylinder, Fragments, InputError, Panel, Status, fly
-from flight.hazard import Criteria, assess, by_azimuth, density_on, falling_through, hit_probability
-from flight.text_tables import read_columns
+from flight.files.text_tables import read_columns
+from flight.hazard.assessment import Criteria, assess, by_azimuth, density_on, falling_through, hit_probability
 
 LIMIT = 1.0 / 55.7
 

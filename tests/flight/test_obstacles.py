@@ -24,7 +24,7 @@ from flight import (
     Wall,
     fly,
 )
-from flight.files import read_landing, read_obstacle_hits
+from flight.files.results import read_landing, read_obstacle_hits
 
 sys.path.insert(0, str(Path(__file__).parent))
 from clouds import cloud

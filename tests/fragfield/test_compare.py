@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight.witness_hazard import SECTOR_HITS
+from flight.hazard.witness_hazard import SECTOR_HITS
 from fragfield.cli import app
 from fragfield.compare import compare_runs
 from fragfield.compare.estimates import Estimates, estimate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exposed import Prism, count_exposed, surfaces_of
+from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from fragfield.exposed import share_bound, sum_bound
 
 REALISATIONS, BLOCK, NUMBER = 10_000, 100, 60

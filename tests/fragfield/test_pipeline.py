@@ -111,9 +111,9 @@ def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
 
 @pytest.mark.dolfinx
 def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(whole_run, short_case):
-    from flight.ensemble_files import read_ensemble
-    from flight.files import read_landing
-    from flight.tally import tally
+    from flight.files.ensemble import read_ensemble
+    from flight.files.results import read_landing
+    from flight.hazard.tally import tally
 
     out, _ = whole_run
     summary = json.loads((out / "summary.json").read_text())

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from flight.files import write_trajectories
+from flight.files.results import write_trajectories
 from flight.result import LANDING, Trajectories
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard import falling_through
-from flight.text_tables import read_columns
+from flight.files.text_tables import read_columns
+from flight.hazard.assessment import falling_through
 from transition.mott import MottLaw
 from transition.samplers import Quantile
 

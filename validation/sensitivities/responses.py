@@ -2,7 +2,7 @@
 
 The distance is the hazard stage's, over all azimuths: a round that stands upright is one of revolution, so that its
 sectors differ at random alone. It is that of the expected density, the mean over the realisations, as in
-`flight.expected`.
+`flight.hazard.expected`.
 
 All ensembles have one seed: a realisation draws the same chance whatever is varied, and a bootstrap draws the same
 realisations. Differences between two variations are therefore known better than the values are.
@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.expected import DensityGroups, Directions, drawn_distances
-from flight.near_ground import NearGround, fields_of
+from flight.hazard.expected import DensityGroups, Directions, drawn_distances
+from flight.hazard.near_ground import NearGround, fields_of
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case
 from validation.sensitivities.variations import REFERENCE

@@ -1,7 +1,7 @@
 """One longest step of the axisymmetric burst in one call.
 
-It has up to hundreds of parts (`burst_fenicsx.subcycling`), and a call from Python costs as much as a hundred cells.
-One thread does all of it: the result does not depend on the number of threads.
+It has up to hundreds of parts (`burst_fenicsx.mechanics.subcycling`), and a call from Python costs as much as a hundred
+cells. One thread does all of it: the result does not depend on the number of threads.
 """
 
 from __future__ import annotations

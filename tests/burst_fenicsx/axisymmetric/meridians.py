@@ -12,8 +12,8 @@ from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
 from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.axisymmetric.solver import RingSolver
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, Round
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
 
