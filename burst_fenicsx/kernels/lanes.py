@@ -79,7 +79,7 @@ def _sources_of(module: str) -> str:
 
 def _files(*folders: str) -> list[Path]:
     package = Path(__file__).resolve().parent.parent
-    return [package / "detonation.py", *(path for folder in folders for path in (package / folder).glob("*.py"))]
+    return [package / "mechanics" / "detonation.py", *(path for folder in folders for path in (package / folder).glob("*.py"))]
 
 
 _SOURCES = digest_of(_files("kernels", "materials"))
