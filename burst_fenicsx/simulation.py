@@ -20,7 +20,7 @@ from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.mechanics.detonation import LeakageParts
 from burst_fenicsx.mechanics.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.mechanics.initiation import ShockInitiations
-from burst_fenicsx.mechanics.ledger import LEAST_WORK, Ledger
+from burst_fenicsx.mechanics.ledger import MIN_WORK, Ledger
 from burst_fenicsx.mechanics.solver import BurstSolver, Hold
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
@@ -235,7 +235,7 @@ class Simulation:
         chemical = self.comm.allreduce(chemical)
         return Ledger(
             self.settings.energy_tolerance,
-            LEAST_WORK * float(chemical.sum()),
+            MIN_WORK * float(chemical.sum()),
             chemical,
             self.comm,
             balanced=self.part.held_directions,
@@ -328,9 +328,9 @@ class Simulation:
         return self.settings.end_time is None and self.acceleration_complete is not None
 
     def _burnt_out(self) -> bool:
-        """Whether no charge waits to be lit any more."""
-        light = self.fields.charge.ignition_time
-        latest = float(light[np.isfinite(light)].max(initial=0.0))
+        """Whether every charge has been initiated and has burnt out."""
+        ignition = self.fields.charge.ignition_time
+        latest = float(ignition[np.isfinite(ignition)].max(initial=0.0))
         return bool(self.comm.allreduce(latest, op=MPI.MAX) < self.solver.time)
 
     def _open_series(self) -> None:

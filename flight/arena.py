@@ -167,7 +167,7 @@ class ArenaTable:
         self, seed: int, number: int = 0, *, position: ArrayLike = (0.0, 0.0, 1.0), axis: ArrayLike = (0.0, 0.0, 1.0),
         shape_factor: float = DEFAULT_SHAPE_FACTOR, round_number: int = 0,
     ) -> Fragments:  # fmt: skip
-        """Fragments of one round: directions at random within their zones, fractions of a number by chance.
+        """Fragments of one round: directions at random within their zones, fractions of a number at random.
 
         Parameters
         ----------

@@ -27,7 +27,7 @@ ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 
 @dataclass(frozen=True, eq=False)
 class Fragments:
-    """Fragments at the moment they are let go.
+    """Fragments at launch.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ class Status(IntEnum):
     TIME_OUT = 2  # still in the air at the time limit
     LEFT_DOMAIN = 3
     STEP_LIMIT = 4  # gave up after too many steps
-    NOT_A_NUMBER = 5  # the equation of motion gave no number
+    NOT_A_NUMBER = 5  # the equation of motion gave NaN
     STOPPED = 6  # by a wall, a barricade or a building
 
 

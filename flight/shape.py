@@ -95,7 +95,7 @@ class Lognormal:
         from flight.kernels.orientation import standard_normals
 
         normal = np.empty(len(fragments))
-        standard_normals(_chance(seed, identity)[:, :2].copy(), normal)
+        standard_normals(_uniform(seed, identity)[:, :2].copy(), normal)
         return np.array([self.median * math.exp(self.spread * x) for x in normal.tolist()])
 
 
@@ -137,7 +137,7 @@ class Box:
         sides = np.asarray(self.ratios, dtype=np.float64)
         sides = sides / (self.density * sides.prod()) ** (1.0 / 3.0)
         area = np.empty(len(fragments))
-        projected_areas(_chance(seed, identity), fragments.velocity, sides, area)
+        projected_areas(_uniform(seed, identity), fragments.velocity, sides, area)
         return 1.0 / (area * np.sqrt(area))
 
 
@@ -183,7 +183,7 @@ def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _chance(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
+def _uniform(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
     """Four numbers in [0, 1) for each fragment, (n, 4): those at its place in one counter-based stream.
 
     Philox gives four words for each count (Salmon et al. 2011), so the fragment's number is the count.
@@ -196,7 +196,7 @@ def _chance(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(-1, 4)[identity - first]
 
 
-_STREAM = 0x5AFE  # tells this stream from others of the same seed
+_STREAM = 0x5AFE  # distinguishes this stream from others of the same seed
 
 
 def _above_zero(model: str, name: str, value: float, unit: str) -> None:

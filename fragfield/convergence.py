@@ -145,16 +145,16 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
     if "sizes" not in part:
         return [str(part["reason"])] if part.get("reason") else []
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
-    told = []
+    parts = []
     for name, words, factor, unit in _CONSOLE:
         entry = part["quantities"].get(name)
         if entry is None or entry["uncertainty"] is None:
             continue
         order = f", order {entry['order']:.2g}" if entry["order"] is not None else f", {_KINDS[entry['kind']]}"
-        told.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
-    if not told:
+        parts.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
+    if not parts:
         return [f"no grid convergence: {part['reason']}"] if part.get("reason") else []
-    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(told)}"]
+    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
 
 
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:

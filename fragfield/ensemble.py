@@ -83,7 +83,7 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     from fragfield.case.convert import break_up_settings
 
     team, seed = job.team, job.case.seed
-    snapshot = team.tell(transition.Snapshot.read(snapshot_file) if team.first else None)
+    snapshot = team.broadcast(transition.Snapshot.read(snapshot_file) if team.first else None)
     assert snapshot is not None
     prepared = transition.BreakUp(snapshot, break_up_settings(job.case))
     first = prepared.realisation(seed) if team.first else None
@@ -125,7 +125,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
         if found is not None:
             found.add(batch, parts)
         if done == target:
-            target = job.team.tell(found.wanted(done, more=source.more) if found is not None else None)
+            target = job.team.broadcast(found.wanted(done, more=source.more) if found is not None else None)
             flown.expected = target
     return None if found is None else found.result(flown.first, source)
 
@@ -242,7 +242,7 @@ class _Flights:
         from flight.hazard.witness_hazard import sector_hits
 
         ground = self.arguments["ground"]
-        fragments = above_ground(fragments, ground, tell=number == 0)
+        fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
         self.total = max(self.done + len(fragments), self._share_of(self.expected) * len(fragments))
         with warnings.catch_warnings():
@@ -287,14 +287,14 @@ def hazard_grid(case: Case) -> PolarGrid:
     return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
 
 
-def above_ground(fragments: Fragments, ground: float | HeightMap, *, tell: bool = True) -> Fragments:
+def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:
     """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
     x, y, z = fragments.position.T
     height = np.full(len(z), ground) if isinstance(ground, float) else ground.at(x, y)
     below = z < height
     if not below.any():
         return fragments
-    if tell:
+    if warn:
         _log.warning(
             "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
             int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),

@@ -213,7 +213,7 @@ class ExposedSums:
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
         passed = self._mean("through", index, 1.0, 1.0)
         return {
-            "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.least_seen),
+            "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.min_shadow),
             "density_ground": None,
             "counted": None,
             "expected_hits": self._mean("hits", index, 1.0, 1.0),
@@ -302,7 +302,7 @@ def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
 
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
-    """Least distance of the place's edge beyond the hazard distance in its direction (m), or beyond its bound."""
+    """Smallest distance of the place's edge beyond the hazard distance in its direction (m), or beyond its bound."""
     expected = found.expected
     if expected is None or found.undetermined:
         return None

@@ -76,7 +76,7 @@ def stack_counts(places: ArrayLike) -> tuple[int, int]:
     ----------
     places : (n, 3)
         Where the rounds stand (m), images behind planes of symmetry among them; their places are taken to
-        half of the least distance between two, so that rounds behind each other count once.
+        half of the smallest distance between two, so that rounds behind each other count once.
     """
     at = np.asarray(places, dtype=np.float64).reshape(-1, 3)
     if len(at) == 1:

@@ -129,7 +129,7 @@ def burst(job: Job, stage: Stage) -> None:
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
     if alone:
-        job.team.tell()
+        job.team.broadcast()
 
 
 def break_up(job: Job, stage: Stage) -> None:
@@ -165,7 +165,7 @@ def fly(job: Job, stage: Stage) -> None:
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     seconds = time.perf_counter() - began
     if flown is None:
-        job.team.tell()
+        job.team.broadcast()
         return
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
@@ -187,7 +187,7 @@ def fly(job: Job, stage: Stage) -> None:
     obstacles = flown.first.by_face(criteria.energy)
     rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
     convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
-    job.team.tell()
+    job.team.broadcast()
     job.note(
         {
             "flight": summary,

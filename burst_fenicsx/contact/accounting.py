@@ -1,4 +1,4 @@
-"""What contact of nodes has booked, the same for surfaces and for planes."""
+"""Energy accounting of nodal contact, the same for surfaces and for planes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class NodeContact:
     state: Collisions | PlaneState
 
     @property
-    def booked(self) -> np.ndarray:
+    def energies(self) -> np.ndarray:
         """Spring energy now, friction and work of the stiffness in the last step (J), on this rank's nodes."""
-        total: np.ndarray = np.einsum("kj->j", self.state.booked)  # a sum over an axis takes four times as long
+        total: np.ndarray = np.einsum("kj->j", self.state.energies)  # a sum over an axis takes four times as long
         return total

@@ -113,7 +113,7 @@ class CollidingSurfaces(NodeContact):
             face=np.zeros(0, dtype=np.int32),
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
-            booked=np.zeros((0, 3)),
+            energies=np.zeros((0, 3)),
         )
 
     def _owners(self, count: int) -> np.ndarray:
@@ -188,7 +188,7 @@ class CollidingSurfaces(NodeContact):
             face=np.full(count, -1, dtype=np.int32),
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
-            booked=np.zeros((count, 3)),
+            energies=np.zeros((count, 3)),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True

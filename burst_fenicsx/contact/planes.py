@@ -80,7 +80,7 @@ class PlaneContact(NodeContact):
             slip=np.zeros((count, 3)),
             depth=np.zeros(count),
             held=np.zeros(count),
-            booked=np.zeros((count, 3)),
+            energies=np.zeros((count, 3)),
         )
 
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:

@@ -40,10 +40,10 @@ def own_sums(rows: np.ndarray, comm: MPI.Comm, shape: tuple[int, ...]) -> np.nda
 def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     """Everything that contact remembers, by name; whole on rank 0, to be ignored elsewhere. Collective."""
     comm = contact.comm
-    booked = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
+    sums = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
     deepest = contact.penetrations.over(comm)
     arrays = {
-        "booked": sums_of_ranks(booked, comm),
+        "sums": sums_of_ranks(sums, comm),
         "penetrations": np.array(astuple(deepest)),
     }
     if contact.interface is not None:
@@ -57,9 +57,9 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
 
 def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
     """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
-    booked = own_sums(arrays["booked"], contact.comm, (5 + contact.plane_force.size,))
-    contact.friction, contact.stiffness_work = float(booked[0]), float(booked[1])
-    contact.plane_impulse, contact.plane_force = booked[2:5].copy(), booked[5:].copy()
+    sums = own_sums(arrays["sums"], contact.comm, (5 + contact.plane_force.size,))
+    contact.friction, contact.stiffness_work = float(sums[0]), float(sums[1])
+    contact.plane_impulse, contact.plane_force = sums[2:5].copy(), sums[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
     if contact.interface is not None:
         contact.interface.restore({name: arrays[f"interface/{name}"] for name in contact.interface.array_names})

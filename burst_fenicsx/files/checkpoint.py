@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 3"  # 3: when compression begins to burn
+FORMAT = "fragfield burst checkpoint 4"  # 4: sums of contact under another name
 
 _NUMBERS = (
     "time",

@@ -64,10 +64,10 @@ def _find_run(
     faces, face_body, edge, candidate = state.faces, state.face_body, state.edge, state.candidate
     ball, bound = state.ball, state.bound
     first, nodes, node_body, before = state.first, state.node, state.node_body, state.touching
-    booked, push, found, depths = state.booked, state.push, state.face, state.depth
+    energies, push, found, depths = state.energies, state.push, state.face, state.depth
     for k in range(start, stop):
         node = nodes[k]
-        booked[k, 0], booked[k, 1], booked[k, 2] = 0.0, 0.0, 0.0
+        energies[k, 0], energies[k, 1], energies[k, 2] = 0.0, 0.0, 0.0
         push[k, 0], push[k, 1], push[k, 2], push[k, 3] = 0.0, 0.0, 0.0, 0.0
         found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]
@@ -76,7 +76,7 @@ def _find_run(
         best, nearest, unloaded = -1, np.inf, 0.0
         for c in range(first[k], first[k + 1]):
             face = candidate[c]
-            # Most candidates are told off here, without a call: too far from the face's ball, in front, or too deep to
+            # Most candidates are rejected here, without a call: too far from the face's ball, in front, or too deep to
             # have come in by this face. A node above all corners along all four normals is in front of whatever lies
             # between them.
             dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
@@ -137,7 +137,7 @@ def _find_run(
 def _lies_beyond(
     distance: float, dx: float, dy: float, dz: float, square: float, corner: np.ndarray, ball: np.ndarray
 ) -> bool:
-    """Whether a node is farther than `distance` (m) from a face, as far as its corners (4, 3) tell.
+    """Whether a node is farther than `distance` (m) from a face, as far as its corners (4, 3) show.
 
     `dx`, `dy`, `dz` lead from the face's middle to the node, `square` is the square of their length: no point of the
     face lies farther along them than some corner.

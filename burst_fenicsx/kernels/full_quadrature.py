@@ -103,7 +103,7 @@ def solid_block_full(
         _store_point(cells, count, point, state, scratch)
     _finish(block, share, nodes.rounding, material, grid, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
-    _book(block, share, grid, scratch, energy, limits)
+    _accumulate(block, share, grid, scratch, energy, limits)
 
 
 @lane_function
@@ -328,7 +328,9 @@ def _finish(block: int, share: float, rounding: float, material: np.ndarray, gri
 
 
 @block_kernel
-def _book(block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray) -> None:
+def _accumulate(
+    block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray
+) -> None:
     """Add up the work of the step and find the limits."""
     slot = block * LANES
     plastic = viscous_work = 0.0

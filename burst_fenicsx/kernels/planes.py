@@ -31,7 +31,7 @@ class PlaneState(NamedTuple):
     slip: np.ndarray  # (nodes, 3) m
     depth: np.ndarray  # (nodes,) m
     held: np.ndarray  # (nodes,) N/m, stiffness of the last step
-    booked: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
+    energies: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
 
 
 @parallel_kernel
@@ -49,12 +49,12 @@ def push_from_plane(
             if depth > 0.0:
                 _push_node(k, depth, law, state, mass, velocity, force)
             elif held[k] > 0.0:
-                _let_go(k, state)
+                _release(k, state)
 
 
 @kernel
-def _let_go(k: int, state: PlaneState) -> None:
-    state.booked[k, :] = 0.0
+def _release(k: int, state: PlaneState) -> None:
+    state.energies[k, :] = 0.0
     state.slip[k, :] = 0.0
     state.depth[k] = 0.0
     state.held[k] = 0.0
@@ -72,7 +72,7 @@ def _push_node(
 ) -> None:
     node = state.node[k]
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    state.booked[k, :] = 0.0
+    state.energies[k, :] = 0.0
     stiffness = law.stiffness * mass[node]
     vx, vy, vz = velocity[node, 0], velocity[node, 1], velocity[node, 2]
     normal_speed = vx * nx + vy * ny + vz * nz
@@ -85,12 +85,12 @@ def _push_node(
     limit = law.friction * stiffness * depth
     if stiffness * length > limit:
         kept = limit / stiffness
-        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
         shrink = kept / length
         tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
     if old > 0.0:
-        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
-    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
+        state.energies[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
+    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
     state.slip[k, 0], state.slip[k, 1], state.slip[k, 2] = tx, ty, tz
     state.depth[k] = depth
     state.held[k] = stiffness

@@ -56,7 +56,7 @@ class Collisions(NamedTuple):
     face: np.ndarray  # (slaves,) int32, the face in contact or -1
     weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
     push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
-    booked: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
+    energies: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
 
 
 @kernel
@@ -87,7 +87,7 @@ def push_node(
     state: Collisions,
     mass: np.ndarray,
 ) -> None:
-    """Spring and friction of the k-th node against the face that it has entered, and what they book, into `state`.
+    """Spring and friction of the k-th node against the face that it has entered, and their energies, into `state`.
 
     `depth` (m) is what presses behind the face, `normal` the face's, `relative` (m/s) the node's velocity against it.
     """
@@ -95,15 +95,15 @@ def push_node(
     if state.touching[node] != 1 + state.face_body[face]:
         slacken(node, state)
     inverse = 1.0 / mass[node]
-    crowd = state.load[node]
+    sharing = state.load[node]
     for corner in range(4):
         other = state.faces[face, corner]
         inverse += state.weight[k, corner] ** 2 / mass[other]
-        crowd = max(crowd, state.load[other])
+        sharing = max(sharing, state.load[other])
     reduced = 1.0 / inverse
-    # Where nodes crowd on one face its springs are softened, so that the step stays stable. By Jensen's inequality the
-    # springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
-    stiffness = 0.5 * law.budget * reduced / max(crowd, 1.6)
+    # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
+    # the springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
+    stiffness = 0.5 * law.budget * reduced / max(sharing, 1.6)
     trial = np.empty(3)
     along = 0.0
     for i in range(3):
@@ -119,13 +119,13 @@ def push_node(
     limit = law.friction * stiffness * depth
     if stiffness * length > limit:
         kept = limit / stiffness
-        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
         for i in range(3):
             trial[i] *= kept / length
         length = kept
     if old > 0.0:
-        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
-    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
+        state.energies[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
+    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
     for i in range(3):
         state.push[k, i] = stiffness * (depth * normal[i] - trial[i])
         state.slip[node, i] = trial[i]

@@ -38,7 +38,7 @@ class Grid(NamedTuple):
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
     stable: np.ndarray  # (slots,) s, stable step of each cell
-    longest: float  # s, the longest step that is to come, where the state is computed anew without a step
+    longest: float  # s, the next macro step, where the state is computed again without a step
 
 
 class Schedule(NamedTuple):
@@ -75,7 +75,7 @@ class ChargeState(NamedTuple):
     """The explosive and its products."""
 
     parameters: np.ndarray  # (materials, columns of charge.PARAMETERS)
-    stress: np.ndarray  # (cells, points, 6) Pa; deviator of the unlit charge
+    stress: np.ndarray  # (cells, points, 6) Pa; deviator of the unreacted charge
     pressure: np.ndarray  # (cells,) Pa
     burn_fraction: np.ndarray  # (cells,)
     energy: np.ndarray  # (cells,) J/m3 of initial volume (Jones-Wilkins-Lee)

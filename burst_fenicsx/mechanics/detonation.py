@@ -36,7 +36,7 @@ def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ignition_times(centres: np.ndarray, places: np.ndarray, delays: np.ndarray, velocity: float) -> np.ndarray:
-    """Time at which each cell lights, min over the points of t0 + d/D (s).
+    """Time at which each cell ignites, min over the points of t0 + d/D (s).
 
     `centres` (cells, 3) and `places` (points, 3) in m, `delays` (points,) in s, `velocity` D in m/s.
     """

@@ -209,7 +209,7 @@ def make_fields(
     element: Element = HEXAHEDRON,
     chunk_size: int | None = None,
 ) -> BurstFields:
-    """Allocate the functions on a mesh at rest and unlit.
+    """Allocate the functions on a mesh at rest and unreacted.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def make_fields(
     own_length = element.lengths(position, mesh.dofmap, volume)
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
-    light, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
+    ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
     energy = functions["products_energy"].x.array
     for index, model in enumerate(products):
         if isinstance(model, JwlProducts):
@@ -311,7 +311,7 @@ def make_fields(
             pressure=functions["pressure"].x.array,
             burn_fraction=functions["burn_fraction"].x.array,
             energy=energy,
-            ignition_time=light,
+            ignition_time=ignition,
             burn_rate=burn,
             compression_from=compression,
             axial_part=axial_part.astype(np.int32),
@@ -361,19 +361,19 @@ def _ignition(
     volume: np.ndarray,
     element: Element,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times at which the cells light, burn rates, and times from which compression burns them; infinite where never."""
-    light, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
+    """Times at which the cells ignite, burn rates, times from which compression burns them; infinite where never."""
+    ignition, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
     burn = np.zeros(mesh.cells)
     for index, item in enumerate(rounds):
         own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
         corners = position[mesh.dofmap[own]]
         places, delays = place_ignition(item, lengths[index])
-        light[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
+        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
         burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
         # The products' own front may be faster than the timed one, and may burn what it comes to first.
         fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
         compression[own] = front_near(ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own])
-    return light, burn, compression
+    return ignition, burn, compression
 
 
 def _material_tables(
@@ -412,10 +412,10 @@ def _material_tables(
 def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:
     explosive = item.explosive
     by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
-    unlit = explosive.density * explosive.sound_speed**2
+    unreacted = explosive.density * explosive.sound_speed**2
     shared = (
         explosive.density,
-        unlit,
+        unreacted,
         explosive.shear_modulus,
         explosive.shear_strength,
         settings.viscosity.linear,

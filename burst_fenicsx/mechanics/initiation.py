@@ -1,10 +1,10 @@
 """Initiation of a charge by shock: a neighbour's, a plate's, or whatever else presses on it.
 
-An unlit cell lights where its pressure has stayed at or above a threshold for a given time. From there a detonation
-runs through the charge at D, as from an ignition point (Eqs. 4-5). A cell that no front is about to reach lights by
-itself, so that a wide shock makes several sources.
+An unreacted cell is ignited where its pressure has stayed at or above a threshold for a given time. From there a
+detonation runs through the charge at D, as from an ignition point (Eqs. 4-5). A cell that no front is about to reach
+ignites by itself, so that a wide shock makes several sources.
 
-The pressure is that of the state, K (rho/rho0 - 1) of the unlit explosive. The artificial viscous pressure does not
+The pressure is that of the state, K (rho/rho0 - 1) of the unreacted explosive. The artificial viscous pressure does not
 count: it exists only while a cell is being compressed, for as long as the cell is wide, and would tie the threshold to
 the cell size.
 """
@@ -33,7 +33,7 @@ _BELOW = -1.0  # held time of a cell whose pressure is below the threshold
 
 @dataclass(frozen=True, order=True)
 class Source:
-    """Where a charge was lit by shock: time (s), number of the cell in the mesh that was given, its place (m)."""
+    """Where a charge was initiated by shock: time (s), number of the cell in the mesh that was given, its place (m)."""
 
     time: float
     cell: int
@@ -41,7 +41,7 @@ class Source:
 
 
 class ShockInitiations:
-    """Watches the charges that a shock may light.
+    """Watches the charges that a shock may initiate.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ class ShockInitiations:
 
     Attributes
     ----------
-    waiting : whether any cell on any rank may still light by itself; the same on every rank.
-    sources : of each round, the first that lit it by shock; None before, and where nothing did.
+    waiting : whether any cell on any rank may still ignite by itself; the same on every rank.
+    sources : of each round, the first that initiated it by shock; None before, and where nothing did.
     held : (watched cells,) s for which each watched cell's pressure has been high; negative where it is not.
     """
 
@@ -68,7 +68,7 @@ class ShockInitiations:
         self._threshold = pressure[self._round]
         self._duration = duration[self._round]
         self._centre = fields.start[mesh.dofmap[self._cell]].mean(axis=1)
-        self._lit = np.zeros(len(self._cell), dtype=np.int32)
+        self._initiated = np.zeros(len(self._cell), dtype=np.int32)
         self._counts = np.zeros(2, dtype=np.int64)
         self.held = np.full(len(self._cell), _BELOW)
         self.sources: list[Source | None] = [None] * len(rounds)
@@ -80,7 +80,7 @@ class ShockInitiations:
         return cls(rounds, fields) if any(item.initiation is not None for item in rounds) else None
 
     def update(self, time: float, step: float) -> bool:
-        """Light what the shock has pressed long enough; collective while anything waits.
+        """Ignite what the shock has pressed long enough; collective while anything waits.
 
         Parameters
         ----------
@@ -88,7 +88,7 @@ class ShockInitiations:
 
         Returns
         -------
-        Whether anything was lit: the largest burn rate and the time by which all is burnt out have changed then.
+        Whether anything was initiated: the largest burn rate and the time by which all is burnt out have changed then.
         """
         if not self.waiting:
             return False
@@ -102,14 +102,14 @@ class ShockInitiations:
             self._threshold,
             self._duration,
             self.held,
-            self._lit,
+            self._initiated,
             self._counts,
         )
         counts = comm.allreduce(self._counts) if comm.size > 1 else self._counts
         self.waiting = bool(counts[1] > 0)
         if counts[0] == 0:
             return False
-        own = self._lit[: self._counts[0]]
+        own = self._initiated[: self._counts[0]]
         number = self._fields.mesh.cell[self._cell[own]]
         found = [
             (int(self._round[k]), Source(float(time - (self.held[k] - self._duration[k])), int(cell), _place(centre)))
@@ -121,10 +121,10 @@ class ShockInitiations:
         for index, source in sorted(found):
             self.sources[index] = self.sources[index] or source
         for index in {index for index, _ in found}:
-            self._light(index, [source for of_round, source in found if of_round == index])
+            self._ignite(index, [source for of_round, source in found if of_round == index])
         return True
 
-    def _light(self, index: int, sources: Sequence[Source]) -> None:
+    def _ignite(self, index: int, sources: Sequence[Source]) -> None:
         """Send fronts at D from the sources through the charge of a round."""
         charge = self._fields.charge
         own = np.flatnonzero(self._round == index)
@@ -145,7 +145,7 @@ class ShockInitiations:
         held[self._cell] = self.held
         gathered = {
             "held": mesh.gather_cells(held),
-            "light": mesh.gather_cells(self._fields.charge.ignition_time),
+            "ignition_time": mesh.gather_cells(self._fields.charge.ignition_time),
             "compression_from": mesh.gather_cells(self._fields.charge.compression_from),
         }
         if mesh.comm.rank != 0:
@@ -157,7 +157,7 @@ class ShockInitiations:
         """Go on from what `arrays` gave, on any number of ranks; whether anything waits shows at the next update."""
         mesh, charge = self._fields.mesh, self._fields.charge
         self.held[:] = arrays["held"][()][mesh.cell][self._cell]
-        charge.ignition_time[:] = arrays["light"][()][mesh.cell]
+        charge.ignition_time[:] = arrays["ignition_time"][()][mesh.cell]
         charge.compression_from[:] = arrays["compression_from"][()][mesh.cell]
         self.sources = [
             Source(float(row[0]), int(row[1]), _place(row[2:])) if np.isfinite(row[0]) else None
@@ -180,13 +180,13 @@ def _watch(
     threshold: np.ndarray,
     duration: np.ndarray,
     held: np.ndarray,
-    lit: np.ndarray,
+    initiated: np.ndarray,
     counts: np.ndarray,
 ) -> None:
-    """Count the time for which each watched cell has been pressed and find those that light.
+    """Count the time for which each watched cell has been pressed and find those that ignite.
 
     A cell near a front, `front` being the time (s) from which it is, is left to it. `counts` is set to the number of
-    cells that light, listed at the start of `lit`, and of cells that still wait.
+    cells that ignite, listed at the start of `initiated`, and of cells that still wait.
     """
     found = 0
     waiting = 0
@@ -200,7 +200,7 @@ def _watch(
             continue
         held[k] = held[k] + step if held[k] >= 0.0 else 0.0
         if held[k] >= duration[k]:
-            lit[found] = k
+            initiated[found] = k
             found += 1
     counts[0] = found
     counts[1] = waiting

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.mechanics.fields import BurstFields
 
-__all__ = ["LEAST_WORK", "Entry", "Ledger"]
+__all__ = ["MIN_WORK", "Entry", "Ledger"]
 
-LEAST_WORK = 1e-3
+MIN_WORK = 1e-3
 """Share of the chemical energy below which the ledger's error is taken relative to it: at first no work is done."""
 
 _PARTIAL_SUMS = 256
@@ -55,12 +55,12 @@ class Ledger:
     """Running sums of what the kernels report, and the entries taken from time to time.
 
     The balance is kinetic + strain + plastic + viscous + hourglass + contact + damping = work of the charge + work of
-    external forces. Its error is taken relative to that work, or to `least_work` while next to nothing has been done.
+    external forces. Its error is taken relative to that work, or to `min_work` while next to nothing has been done.
 
     Attributes
     ----------
     energy_tolerance : an error above this stops the run.
-    least_work : J, `LEAST_WORK` of the chemical energy.
+    min_work : J, `MIN_WORK` of the chemical energy.
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
     given : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
     chemical_energies : (rounds,) J, of each round's charge.
@@ -69,7 +69,7 @@ class Ledger:
     """
 
     energy_tolerance: float
-    least_work: float
+    min_work: float
     chemical_energies: np.ndarray
     comm: MPI.Comm
     sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
@@ -153,7 +153,7 @@ class Ledger:
             products_work=float(work),
             products_viscous=float(heat),
             products_energy_left=float(left),
-            energy_error=float(abs(stored - given) / max(abs(given), self.least_work)),
+            energy_error=float(abs(stored - given) / max(abs(given), self.min_work)),
             momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,
@@ -171,7 +171,7 @@ class Ledger:
     def products_balances(self, fields_now: BurstFields) -> np.ndarray:
         """Work given by each round's products and work left in its gas, over its chemical energy (rounds,); collective.
 
-        1 closes it; a charge that was never lit gives a little less, the work done on it.
+        1 closes it; a charge that was never initiated gives a little less, the work done on it.
 
         What their own artificial viscosity turns to heat is not given away: at the front it does the part of the
         compression that the pressure, which lies below the Rayleigh line there, does not.
@@ -186,7 +186,7 @@ class Ledger:
 
 
 def _energies_left(state: BurstFields) -> np.ndarray:
-    """Work that each round's gas could still do (rounds,) in J, on this rank; chemical energy of the unlit included."""
+    """Work that each round's gas can still do (rounds,) in J, on this rank, with the unreacted chemical energy."""
     mesh = state.mesh
     total = np.zeros(len(state.products))
     for index, products in enumerate(state.products):

@@ -13,7 +13,7 @@ from burst_fenicsx.kernels.state import Schedule
 
 __all__ = ["Blocks", "Chunks", "chunk_size"]
 
-_LEAST_CELLS, _MOST_CELLS, _CHUNKS = 256, 1024, 32
+_MIN_CELLS, _MOST_CELLS, _CHUNKS = 256, 1024, 32
 
 
 def chunk_size(cells: int) -> int:
@@ -21,7 +21,7 @@ def chunk_size(cells: int) -> int:
 
     It does not depend on the number of threads, so that the order of summation does not.
     """
-    return min(max(cells // _CHUNKS, _LEAST_CELLS), _MOST_CELLS)
+    return min(max(cells // _CHUNKS, _MIN_CELLS), _MOST_CELLS)
 
 
 @dataclass(frozen=True)
@@ -121,10 +121,10 @@ class Chunks:
         first_block = np.searchsorted(block_chunk, np.arange(self._chunks))
         solid = np.bincount(block_chunk[~block_charge], minlength=self._chunks)
         active = np.zeros((self._chunks, highest + 1, 2), dtype=np.int32)
-        for least in range(highest + 1):
-            taking_part = block_level >= least
+        for min_level in range(highest + 1):
+            taking_part = block_level >= min_level
             for kind, of_kind in enumerate((~block_charge, block_charge)):
-                active[:, least, kind] = np.bincount(block_chunk[taking_part & of_kind], minlength=self._chunks)
+                active[:, min_level, kind] = np.bincount(block_chunk[taking_part & of_kind], minlength=self._chunks)
         schedule = Schedule(
             colour_offset=self._colour_offset,
             chunk=self._chunk_order,

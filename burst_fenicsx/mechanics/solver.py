@@ -1,4 +1,4 @@
-"""The explicit step (Eqs. 1-3): updated Lagrangian, lumped mass, semi-implicit Euler, cells with steps of their own."""
+"""The explicit step (Eqs. 1-3): updated Lagrangian, lumped mass, semi-implicit Euler, local time stepping."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ __all__ = ["BurstSolver", "Hold"]
 
 # While a charge burns, a step lets no cell burn by more than this fraction, so that coarse cells are resolved too.
 _BURN_PER_STEP = 0.25
-# After the last cell has burnt out, the front is thrown back from the casing for about this long (s).
+# After the last cell has burnt out, the front is reflected from the casing for about this long (s).
 _REFLECTION = 10e-6
 # The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
 _STEP_GROWTH = 1.05
-# Steps of the cells' own are chosen again after so many of the longest, or when cells have got so thin that the longest
+# Levels are chosen again after so many macro steps, or when cells have got so thin that the longest
 # step has to be cut below this share of what was chosen, but not sooner than after a few.
 _STEPS_PER_CHOICE = 16
 _FEWEST_STEPS = 4
-_LEAST_SHARE = 0.9
+_MIN_SHARE = 0.9
 # Share of its stable step that a cell takes then. Below sin(pi/4) its fastest oscillation turns by less than a quarter
 # in its own step and by less than a half in a neighbour's, which is twice as long: no resonance with its impulses.
 _OWN_CFL = 0.68
@@ -132,7 +132,7 @@ class BurstSolver:
         self.choose_again = 0.0
         self.chosen_at = 0.0
         self.cell_steps = 0
-        # Forces that act at the ends of the longest steps alone want all cells to take it.
+        # Forces that act at the ends of the macro steps alone want all cells to take it.
         self._whole_steps = external is not None or settings.damping > 0.0
         self.set_burning_times()
         self.add_forces(0.0)
@@ -158,28 +158,28 @@ class BurstSolver:
         self.time_step = step
         self.steps += 1
         self.cell_steps += self.subcycling.cell_steps
-        self._book_work(0.5 * step)
+        self._accumulate_work(0.5 * step)
         self.check_cells()
         if self.initiation is not None and self.initiation.update(self.time, step):
             self.set_burning_times()
             self.choose_again = self.time
 
     def advance(self, step: float) -> None:
-        """All parts of a longest step (s): nodes move, venting is found at its end, forces follow."""
+        """All parts of a macro step (s): nodes move, venting is found at its end, forces follow."""
         begin, parts = self.time, 2**self.subcycling.highest
-        least, kick = 0, 0.5 * (self.time_step + step)
+        min_level, velocity_step = 0, 0.5 * (self.time_step + step)
         for part in range(parts):
-            self.move_nodes(kick, step, part, least)
+            self.move_nodes(velocity_step, step, part, min_level)
             if part == 0:
-                self._book_work(0.5 * step)
+                self._accumulate_work(0.5 * step)
             self.time = begin + step * ((part + 1) / parts)
             # Cells of the shortest steps end one with every part, those of twice the step with every second one, ...
-            least = self.subcycling.highest - _halvings(part + 1)
-            if least == 0:
+            min_level = self.subcycling.highest - _halvings(part + 1)
+            if min_level == 0:
                 self.leakage.update(self.fields.nodes.position, self.time)
-            self.add_forces(step, least)
+            self.add_forces(step, min_level)
             self.ledger.add(self._totals.energy, self._totals.given)
-            kick = step
+            velocity_step = step
 
     def choose_step(self, until: float) -> float:
         """Size of the next (longest) step (s): the CFL fraction of the stable one, or the fixed one."""
@@ -187,7 +187,7 @@ class BurstSolver:
         if self.subcycles:
             chosen = self.subcycling.step
             waited = self.time > self.chosen_at + _FEWEST_STEPS * chosen or wanted < 0.5 * chosen
-            early = wanted < _LEAST_SHARE * chosen and waited
+            early = wanted < _MIN_SHARE * chosen and waited
             if self.time >= self.choose_again or early:
                 self.choose_levels()
                 wanted, chosen = self.settings.time_step.cfl * self.stable_step, self.subcycling.step
@@ -202,14 +202,14 @@ class BurstSolver:
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
 
     def set_burning_times(self) -> None:
-        """Find the largest burn rate (1/s) and the time by which every lit cell has burnt out (s); collective.
+        """Find the largest burn rate (1/s) and the time by which every initiated cell has burnt out (s); collective.
 
         To be called again when ignition times have changed.
         """
         charge = self.fields.charge
-        lit = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
-        rate = float(charge.burn_rate[lit].max(initial=1e-300))
-        end = float((charge.ignition_time[lit] + 1.0 / charge.burn_rate[lit]).max(initial=0.0))
+        initiated = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
+        rate = float(charge.burn_rate[initiated].max(initial=1e-300))
+        end = float((charge.ignition_time[initiated] + 1.0 / charge.burn_rate[initiated]).max(initial=0.0))
         comm = self.fields.mesh.comm
         several = comm.size > 1
         self._fastest_burn = comm.allreduce(rate, op=MPI.MAX) if several else rate
@@ -217,12 +217,12 @@ class BurstSolver:
 
     @property
     def front_near(self) -> bool:
-        """Whether a detonation front runs or is being thrown back from the casing."""
+        """Whether a detonation front runs or is being reflected from the casing."""
         return self.time < self._burnt_out + _REFLECTION
 
     @property
     def subcycles(self) -> bool:
-        """Whether cells take steps of their own; not with forces that are taken at the longest step's ends only."""
+        """Whether time stepping is local; not with forces that are taken at the macro step's ends only."""
         settings = self.settings
         return settings.time_step.subcycling and settings.time_step.fixed is None and not self._whole_steps
 
@@ -250,7 +250,7 @@ class BurstSolver:
 
         contact = self.contact if self.contact is not None and self.contact.exists else None
         # Together, cells may take more of their stable steps than where steps differ.
-        together = self._least(allowed(cfl * self._least(stable), cfl))
+        together = self._minimum(allowed(cfl * self._minimum(stable), cfl))
         level = cycles.choose(allowed, together, self.contact_step if contact is not None else None)
         self.choose_again = self.time + _STEPS_PER_CHOICE * cycles.step
         self.chosen_at = self.time
@@ -269,28 +269,28 @@ class BurstSolver:
             self.free_step = 0.0
         self.add_forces(0.0)
 
-    def _least(self, values: np.ndarray) -> float:
-        """Least of all ranks' values; collective."""
-        least, comm = float(values.min(initial=np.inf)), self.fields.mesh.comm
-        return float(comm.allreduce(least, op=MPI.MIN)) if comm.size > 1 else least
+    def _minimum(self, values: np.ndarray) -> float:
+        """Minimum of all ranks' values; collective."""
+        minimum, comm = float(values.min(initial=np.inf)), self.fields.mesh.comm
+        return float(comm.allreduce(minimum, op=MPI.MIN)) if comm.size > 1 else minimum
 
     def _somewhere(self, holds: bool) -> bool:
         """Whether something holds on any rank; collective."""
         comm = self.fields.mesh.comm
         return bool(comm.allreduce(holds, op=MPI.LOR)) if comm.size > 1 else holds
 
-    def move_nodes(self, kick: float, step: float, part: int, least: int) -> None:
-        """Velocities, then places (Eq. 3), of the nodes of cells of level `least` and higher.
+    def move_nodes(self, velocity_step: float, step: float, part: int, min_level: int) -> None:
+        """Velocities, then places (Eq. 3), of the nodes of cells of level `min_level` and higher.
 
-        The velocities belong to the middles of the steps, so they advance by `kick` (s), half the last step and half
-        this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000, box 6.1).
-        `step` is the longest step (s), of which `part` of the shortest have gone by.
+        The velocities belong to the middles of the steps, so they advance by `velocity_step` (s), half the last step
+        and half this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000,
+        box 6.1). `step` is the macro step (s), of which `part` of the shortest have gone by.
         """
         nodes, cycles = self.fields.nodes, self.subcycling
         move_nodes(
-            cycles.moving[least],
+            cycles.moving[min_level],
             *cycles.motion,
-            kick,
+            velocity_step,
             step,
             part,
             cycles.highest,
@@ -300,8 +300,8 @@ class BurstSolver:
             nodes.mean,
         )
 
-    def add_forces(self, step: float, least: int = 0) -> None:
-        """Resultant at the new places (Eq. 2) of the nodes of cells of level `least` and higher.
+    def add_forces(self, step: float, min_level: int = 0) -> None:
+        """Resultant at the new places (Eq. 2) of the nodes of cells of level `min_level` and higher.
 
         Element forces (Eq. 1), contact, external ones and damping, each with the share that its own step has in the
         longest one, `step` (s).
@@ -311,11 +311,11 @@ class BurstSolver:
             numba.get_num_threads(),
             step,
             self.time,
-            least,
+            min_level,
             self.settings.quadrature == "full",
             state.nodes,
             cycles.motion,
-            cycles.moving[least],
+            cycles.moving[min_level],
             state.grid,
             state.blocks.schedule,
             state.solid,
@@ -327,7 +327,7 @@ class BurstSolver:
         if comm.size > 1:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
             compat.add_to_owners(state.force)
-        if self.contact is not None and cycles.contact_level >= least:
+        if self.contact is not None and cycles.contact_level >= min_level:
             share = 1.0 / 2**cycles.contact_level
             self.contact.add_forces(share * self.free_step, share * step, front_near=self.front_near)
         if comm.size > 1:
@@ -342,24 +342,24 @@ class BurstSolver:
             state.nodes.force[:] += self._damping_force
         for hold in self.holds:
             hold.apply(state.nodes.force)
-        if least == 0:
+        if min_level == 0:
             stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
             self.stable_step = comm.allreduce(stable, op=MPI.MIN) if comm.size > 1 else stable
 
-    def _book_work(self, half_step: float) -> None:
-        """Book what external forces and damping do over half a step (s), its first half with the old forces."""
+    def _accumulate_work(self, half_step: float) -> None:
+        """Accumulate the work of external forces and damping over half a step (s), the first half by the old forces."""
         self._add_external_work(half_step)
         self._add_damping_heat(half_step)
 
     def _add_external_work(self, half_step: float) -> None:
-        """Book the work of the external forces over half a step (s), its first half with the old forces."""
+        """Accumulate the work of the external forces over half a step (s), its first half with the old forces."""
         if self._external_force is not None:
             owned = self.fields.mesh.owned_nodes
             velocity = self.fields.nodes.velocity[:owned]
             self.ledger.external_work += half_step * float(np.sum(self._external_force[:owned] * velocity))
 
     def _add_damping_heat(self, half_step: float) -> None:
-        """Book what the damping takes over half a step (s), its first half with the old forces; over all ranks."""
+        """Accumulate the heat of damping over half a step (s), its first half with the old forces; over all ranks."""
         if self._damping_force is not None:
             mesh = self.fields.mesh
             velocity = self.fields.nodes.velocity[: mesh.owned_nodes]
@@ -374,7 +374,7 @@ class BurstSolver:
         if lost >= 0 and not smallest[lost] > 0.0:
             message = self.describe_cell(int(self._totals.smallest[lost]))
         if not self.stable_step > 0.0:
-            message = message or "the stable step is no number"
+            message = message or "the stable step is NaN"
         if self.fields.mesh.comm.size > 1:
             messages = [text for text in self.fields.mesh.comm.allgather(message) if text]
             message = messages[0] if messages else ""

@@ -1,4 +1,4 @@
-"""Steps of the cells' own: most cells take long steps, the few thin ones take short steps in between.
+"""Local time stepping: most cells take long steps, the few thin ones take short steps in between.
 
 An asynchronous variational integrator (Lew, Marsden, Ortiz and West 2003, Archive for Rational Mechanics and Analysis
 167) with steps in powers of two. Every cell acts on its nodes by impulses, its own step times its force, at the ends of
@@ -27,13 +27,14 @@ if TYPE_CHECKING:
 __all__ = ["Subcycling"]
 
 _HIGHEST = 10
-# Longest steps tried where there is contact: its own, twice and four times that. Thin products could take longer ones
-# still, but are then strained so far in one that they run away where rounds collide; and little time is saved.
+# Macro steps tried where there is contact: that of the contact, twice and four times that. Thin products could take
+# longer ones still, but are then strained so far in one that they run away where rounds collide; and little time is
+# saved.
 _CANDIDATES = 3
 # Levels by which cells beside contact may lie below it. By two, springs and cells resonate: the paper's round with 5 mm
 # cells has its ledger open by 6 % after 9 us.
 _BELOW_CONTACT = 1
-_LONGEST = 1e-6  # s; venting and the ledger look at the ends of the longest steps alone
+_LONGEST = 1e-6  # s; venting and the ledger look at the ends of the macro steps alone
 
 
 class Subcycling:
@@ -49,7 +50,7 @@ class Subcycling:
     motion : how the nodes move.
     moving : (levels,) how many nodes, the first of `motion.order`, take steps of that level or shorter ones.
     highest : level of the shortest steps. contact_level : of contact.
-    step : the longest step that was chosen (s). cell_steps : steps of this rank's cells in a longest one.
+    step : the macro step that was chosen (s). cell_steps : steps of this rank's cells in a macro step.
     """
 
     def __init__(self, fields: BurstFields, touched: np.ndarray | None = None) -> None:
@@ -79,11 +80,11 @@ class Subcycling:
         self._of_nodes = fem.Function(fields.velocity.function_space) if several else None
 
     def choose(self, allowed: Callable[[float], np.ndarray], whole: float, contact_step: float | None) -> np.ndarray:
-        """Choose the longest step and the cells' levels so that all advance at the least cost; collective.
+        """Choose the macro step and the cells' levels so that all advance at the lowest cost; collective.
 
         Parameters
         ----------
-        allowed : gives for a longest step (s) the steps that the cells may take (cells,) in s.
+        allowed : gives for a macro step (s) the steps that the cells may take (cells,) in s.
         whole : the step (s) that all cells may take together.
         contact_step : step of contact (s), if there is any; the longest is this times a power of two.
 
@@ -93,7 +94,7 @@ class Subcycling:
         """
         comm = self._comm
         base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
-        best, least, chosen = -1, self._cells / whole, np.zeros(self._fields.mesh.cells, dtype=np.int8)
+        best, lowest, chosen = -1, self._cells / whole, np.zeros(self._fields.mesh.cells, dtype=np.int8)
         for candidate in range(_CANDIDATES if contact_step else _HIGHEST):
             step = base * 2**candidate
             if candidate and step > _LONGEST:
@@ -102,8 +103,8 @@ class Subcycling:
             counts = np.bincount(level, minlength=_HIGHEST + 1)
             counts = comm.allreduce(counts) if comm.size > 1 else counts
             cost = float(counts @ 2.0 ** np.arange(len(counts))) / step
-            if cost < least:
-                best, least, chosen = candidate, cost, level
+            if cost < lowest:
+                best, lowest, chosen = candidate, cost, level
         self.step = base * 2**best if best >= 0 else whole
         self.contact_level = max(best, 0) if contact_step else 0
         return self._graded(chosen)
@@ -154,7 +155,7 @@ class Subcycling:
         order = np.argsort(-finest, kind="stable").astype(np.int32)
         lower = (self._coarsest < finest).astype(np.int8)
         self.motion = Motion(order, finest[order], lower[order], self._fields.inverse_mass[order])
-        self.moving = np.array([np.count_nonzero(finest >= least) for least in range(self.highest + 1)])
+        self.moving = np.array([np.count_nonzero(finest >= min_level) for min_level in range(self.highest + 1)])
         self.cell_steps = int((1 << level.astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity
         self._fields.regroup(level, self.highest)

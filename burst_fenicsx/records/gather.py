@@ -20,7 +20,7 @@ _Arrays = dict[str, np.ndarray]
 
 
 def output_fields(state: BurstFields, contact_force: np.ndarray | None = None) -> tuple[_Arrays, _Arrays]:
-    """Fields of nodes and of cells for the eye; empty on ranks other than 0. Collective.
+    """Fields of nodes and of cells for visualisation; empty on ranks other than 0. Collective.
 
     `contact_force` (nodes, 3) N where there is contact.
     """

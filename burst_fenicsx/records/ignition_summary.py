@@ -1,4 +1,4 @@
-"""How each charge was lit: by its own points, at once or delayed, by shock, or never."""
+"""How each charge was initiated: by its own points, at once or delayed, by shock, or never."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ class Ignition:
 
     Attributes
     ----------
-    by : "point" or "delay", an ignition point of its own at time zero or later; "shock", the first cell lit by one.
+    by : "point" or "delay", an ignition point of its own at time zero or later; "shock", the first cell initiated by
+    one.
     time : s.
     place : where the charge lay at rest (m).
     station : of that place along the axis, from the nose end (m).
@@ -42,14 +43,14 @@ class Ignition:
 
 
 def ignitions(item: Round, length: float, shock: Source | None, end: float) -> list[Ignition]:
-    """What lit a round by the end of the burst, in order of time; empty where nothing did.
+    """What initiated a round by the end of the burst, in order of time; empty where nothing did.
 
-    A point that a front reaches before its delay is over lights nothing and is left out.
+    A point that a front reaches before its delay is over initiates nothing and is left out.
 
     Parameters
     ----------
     item : the round. length : of it (m).
-    shock : the first cell that a shock lit, None where none did.
+    shock : the first cell that a shock initiated, None where none did.
     end : of the burst (s).
     """
     places, times = place_ignition(item, length)

@@ -217,7 +217,7 @@ def read_fragment_ensemble(path: str | Path) -> FragmentEnsemble:
     """The realisations that `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
     where = str(path)
     with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION, _AGAIN) as file:
-        offset = numbers(file, "offset", InputError, where, kind="whole numbers", shape=(None,), least=0)
+        offset = numbers(file, "offset", InputError, where, kind="whole numbers", shape=(None,), minimum=0)
         sound = offset.size > 0 and offset[0] == 0 and bool((np.diff(offset) > 0).all())
         if not sound or any(len(file[f"fragments/{name}"]) != offset[-1] for name in ARRAYS):
             raise InputError(f"{path}: data cut off; {_AGAIN}")

@@ -148,5 +148,5 @@ def _placed(path: Path, geo: dict[str, Any]) -> tuple[tuple[float, float], tuple
     else:
         raise InputError(f"{path}: no place and scale in it; needed: a GeoTIFF with ModelPixelScale and ModelTiepoint")
     if turned or not (step_x > 0.0 and step_y > 0.0):
-        raise InputError(f"{path}: the map is turned or mirrored; warp it to north up first")
+        raise InputError(f"{path}: the map is turned or mirrored; resample it to north up first")
     return (float(x), float(step_x)), (float(y), float(step_y))

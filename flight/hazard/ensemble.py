@@ -1,11 +1,11 @@
 """The certainty of a hazard: bands over many realisations of one break-up, and whether there are enough of them.
 
-A distance is given three ways. The median and the band of 5 to 95 % of the realisations tell what single events do.
+A distance is given three ways. The median and the band of 5 to 95 % of the realisations show what single events do.
 The pooled one is that of the mean density over all realisations, the quantity that the criterion of one hazardous
 fragment per 55.7 m2 is about (a test of several rounds is pooled alike). In narrow sectors single fragments decide, so
 that the worst sector of a realisation lies farther out than the worst of the pooled densities.
 
-How well the number of realisations fixes a distance is told by the bootstrap (Efron 1979): realisations are drawn
+How well the number of realisations fixes a distance is estimated by the bootstrap (Efron 1979): realisations are drawn
 again with replacement, and the spread of the median and of the pooled distance over such draws is their standard
 error. Beside it stands the difference between the two halves of the ensemble.
 """
@@ -58,7 +58,7 @@ class Band:
         Whether there are `FEWEST` realisations or more, and both standard errors are within the tolerance.
     needed : int or None
         Realisations at which the standard errors would be within it, since they fall with the root of the number;
-        None where one realisation cannot tell.
+        None where one realisation cannot show.
     """
 
     median: float

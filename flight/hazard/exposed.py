@@ -106,7 +106,7 @@ class Prism:
         return math.hypot(float(np.sqrt((across**2).sum(axis=2)).max()), self.height)
 
     @property
-    def least_seen(self) -> float:
+    def min_shadow(self) -> float:
         """No direction from above or level sees less of it (m2): that of its narrowest side, or of its plan."""
         turn = np.radians(np.arange(360.0))
         level = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(360)])

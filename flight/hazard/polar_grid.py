@@ -167,11 +167,11 @@ def _shift(angle: float, width: float) -> int:
 
 def _classes(images: Sequence[NDArray[np.int64]], number: int) -> NDArray[np.int64]:
     """Numbers of the classes of 0..number-1 under the group that permutations generate."""
-    least = np.arange(number)
+    lowest = np.arange(number)
     for _ in range(number):
-        before = least.copy()
+        before = lowest.copy()
         for image in images:
-            least = np.minimum(least, least[image])
-        if np.array_equal(before, least):
+            lowest = np.minimum(lowest, lowest[image])
+        if np.array_equal(before, lowest):
             break
-    return np.unique(least, return_inverse=True)[1]
+    return np.unique(lowest, return_inverse=True)[1]

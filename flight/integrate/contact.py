@@ -37,7 +37,7 @@ CONTACTS = np.dtype(
         ("energy_lost", "f8"),  # to heat and deformation (J)
     ]
 )
-COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows short, more make them crowded
+COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows short, more make them expensive
 TURN = 0.1  # share of its velocity that drag may take from a fragment within a window
 LONGEST_CHANGE = 1.5  # of a window over the one before
 CELL = 1.5  # length of a cell over the mean extent of what a fragment sweeps
@@ -54,8 +54,8 @@ class Contact:
     a microsecond. Windows in which pairs are looked for grow as the cloud thins out; a fragment takes no part beyond
     `distance` from its launch or below the ground, and when nobody is left the rest is normal flight.
 
-    Pairs that overlap at launch, as pieces of one casing do when they are drawn as spheres, are let apart before they
-    can strike. Pairs that close slower than `least_speed` pass each other: otherwise a heavy fragment that pushes a
+    Pairs that overlap at launch, as pieces of one casing do when they are drawn as spheres, are separated before they
+    can strike. Pairs that close slower than `min_speed` pass each other: otherwise a heavy fragment that pushes a
     light one before it would strike it without end.
 
     Attributes
@@ -63,7 +63,7 @@ class Contact:
     density : float
         Of the casing's material (kg/m3), for the spheres' volume.
     restitution : float
-        Speed of parting over speed of closing, 0 to 1. For steel at some hundred m/s Johnson (1985, Eq. 11.47)
+        Speed of separation over speed of closing, 0 to 1. For steel at some hundred m/s Johnson (1985, Eq. 11.47)
         gives about 0.3 with a yield stress of 1 GPa (not checked against the original).
     friction_angle_deg : float
         Coulomb friction, tan of it the coefficient; 20 degrees as between casings (Wang et al.).
@@ -71,7 +71,7 @@ class Contact:
         From its launch up to which a fragment takes part (m).
     time_limit : float
         Up to which contact is looked for (s).
-    least_speed : float
+    min_speed : float
         Of closing (m/s).
     duration : float
         Of a contact (s): within it a pair strikes once. One caught between two others that close in on it would be
@@ -83,7 +83,7 @@ class Contact:
     friction_angle_deg: float = 20.0
     distance: float = 10.0
     time_limit: float = 1.0
-    least_speed: float = 0.5
+    min_speed: float = 0.5
     duration: float = 1e-5
 
     def __post_init__(self) -> None:
@@ -92,7 +92,7 @@ class Contact:
             ("density", "kg/m3"),
             ("distance", "m"),
             ("time_limit", "s"),
-            ("least_speed", "m/s"),
+            ("min_speed", "m/s"),
             ("duration", "s"),
         ):
             value = getattr(self, name)
@@ -158,8 +158,8 @@ class Encounters:
             spheres.since[active] = until
             gone = _squares(spheres.state[active, :3] - launch[active])
             active = active[(gone <= self.contact.distance**2) & (spheres.state[active, 2] >= self.ground)]
-            crowd = max(compared, 1) / max(active.size, 1)
-            step *= min(max(math.sqrt(COMPARED / crowd), 1.0 / LONGEST_CHANGE), LONGEST_CHANGE)
+            pairs_each = max(compared, 1) / max(active.size, 1)
+            step *= min(max(math.sqrt(COMPARED / pairs_each), 1.0 / LONGEST_CHANGE), LONGEST_CHANGE)
             step = min(max(step, shortest), TURN / rate if rate > 0.0 else math.inf)
         return np.concatenate(log) if log else np.zeros((0, LOG_COLUMNS))
 
@@ -178,14 +178,14 @@ class Encounters:
         bounds = np.linspace(0, len(starts) - 1, self.threads + 1).astype(np.int64)
         several = list(
             pool.map(
-                lambda one, next_one: kernel.first_meetings(
+                lambda one, next_one: kernel.first_collisions(
                     one, next_one, starts, member, place, spheres, until, touch
                 ), bounds[:-1], bounds[1:],
             )
         )  # fmt: skip
-        meetings, pairs = (np.concatenate([one[k] for one in several]) for k in (1, 2))
+        times, pairs = (np.concatenate([one[k] for one in several]) for k in (1, 2))
         rows, log = kernel.strike_in_turn(
-            active, starts, member, place, meetings, pairs, spheres, self.around, touch, until, cell,
+            active, starts, member, place, times, pairs, spheres, self.around, touch, until, cell,
             np.empty((64, kernel.LOG_COLUMNS)),
         )  # fmt: skip
         return rate, sum(one[0] for one in several), log[:rows]
@@ -195,7 +195,7 @@ class Encounters:
 
         contact = self.contact
         friction = math.tan(math.radians(contact.friction_angle_deg))
-        return Touch(contact.restitution, friction, contact.least_speed, contact.duration, self.ground)
+        return Touch(contact.restitution, friction, contact.min_speed, contact.duration, self.ground)
 
     def _spheres(self) -> Spheres:
         """The fragments at launch, in `order`."""

@@ -104,7 +104,7 @@ def fly(
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
     seed : int
-        Of whatever is drawn by chance.
+        Of whatever is drawn at random.
     threads : int, optional
         Default: all cores this process may use. The result does not depend on it.
     on_progress : callable, optional

@@ -228,7 +228,7 @@ class Job:
         with np.errstate(over="ignore"):
             rows["initial_speed"] = np.linalg.norm(fragments.velocity[here], axis=1)
         rows["time"], rows["position"], rows["velocity"] = outcome[:, 0], outcome[:, 1:4], outcome[:, 4:7]
-        with np.errstate(over="ignore"):  # a flight that gave no number
+        with np.errstate(over="ignore"):  # a flight that gave NaN
             speed = np.linalg.norm(outcome[:, 4:7], axis=1)
         rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
         place = outcome[:, 1:3] - self.origin

@@ -28,7 +28,7 @@ class Legs:
     Attributes
     ----------
     launched : Fragments
-        The fragments as they were let go.
+        The fragments at launch.
     fragments : Fragments
         The same at the start of every leg.
     clock : (legs, 2) float64

@@ -1,7 +1,7 @@
 """When two spheres on curved paths first touch, and what the impact does to them.
 
-Nothing here allocates, so the compiler is told to leave out the counting of references to arrays (`_nrt=False`), which
-costs more than the sums.
+Nothing here allocates, so the compiler is instructed to leave out the counting of references to arrays (`_nrt=False`),
+which costs more than the sums.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SCRATCH_ROWS", "first_meeting", "path_state", "strike"]
+__all__ = ["SCRATCH_ROWS", "first_collision", "path_state", "strike"]
 
 SCRATCH_ROWS = STACK_SHAPE[0] + 4  # rows of LARGEST_DEGREE + 3 numbers: the stack of roots, then the relative path
 TOUCHING = 1e-9  # share of the reach; closer than that counts as touching, not as overlapping
@@ -51,16 +51,16 @@ def path_state(path: Array, length: float, theta: float, out: Array) -> None:
 
 
 @njit(error_model="numpy", _nrt=False)
-def first_meeting(
-    first: Array, first_start: float, second: Array, second_start: float, end: float, reach: float, least_speed: float,
+def first_collision(
+    first: Array, first_start: float, second: Array, second_start: float, end: float, reach: float, min_speed: float,
     scratch: Array, roots: Array,
 ) -> float:  # fmt: skip
     """Time (s) at which the distance of two paths first falls to `reach` (m); infinite where it does not.
 
     Both paths (3, 6) are quintics in Bernstein form from their start to the common `end` of the window. The squared
     distance is then a polynomial of degree 10 whose every sign change is found (`flight.kernels.roots`), so no pair is
-    missed however fast it closes. A pair that overlaps from the start is let apart first; one that closes at less than
-    `least_speed` (m/s) is not a contact.
+    missed however fast it closes. A pair that overlaps from the start is separated first; one that closes at less than
+    `min_speed` (m/s) is not a contact.
     """
     start = max(first_start, second_start)
     length = end - start
@@ -97,7 +97,7 @@ def first_meeting(
             for j in range(i):
                 coefficients[i + j] += 2.0 * PRODUCT[i, j] * p[i] * p[j]
         farthest += largest
-    if -TOUCHING * squared < coefficients[0] <= 0.0 and _closing(relative, length, 0.0, least_speed):
+    if -TOUCHING * squared < coefficients[0] <= 0.0 and _closing(relative, length, 0.0, min_speed):
         return start
     changes = 0
     for k in range(LARGEST_DEGREE):
@@ -106,14 +106,14 @@ def first_meeting(
         return math.inf  # at no time, or apart for good from an overlap at the start
     found = sign_changes(scratch[: STACK_SHAPE[0]], LARGEST_DEGREE, farthest, roots)
     for k in range(found):
-        if _closing(relative, length, roots[k], least_speed):
+        if _closing(relative, length, roots[k], min_speed):
             return start + roots[k] * length
     return math.inf
 
 
 @njit(error_model="numpy", _nrt=False)
 def _stays_apart(relative: Array, reach: float) -> bool:
-    """Tell from the control points that a relative path keeps farther from the origin than `reach`.
+    """Return from the control points whether a relative path keeps farther from the origin than `reach`.
 
     They lie about the chord; so does the path, no farther from it than they do.
     """
@@ -140,8 +140,8 @@ def _stays_apart(relative: Array, reach: float) -> bool:
 
 
 @njit(error_model="numpy", _nrt=False)
-def _closing(relative: Array, length: float, theta: float, least_speed: float) -> bool:
-    """Tell whether the distance falls faster than `least_speed` at a place of the relative path."""
+def _closing(relative: Array, length: float, theta: float, min_speed: float) -> bool:
+    """Return whether the distance falls faster than `min_speed` at a place of the relative path."""
     s, t = 1.0 - theta, theta
     w0, w1, w2, w3, w4 = s * s * s * s, 4.0 * s * s * s * t, 6.0 * s * s * t * t, 4.0 * s * t * t * t, t * t * t * t
     distance = rate = 0.0
@@ -152,7 +152,7 @@ def _closing(relative: Array, length: float, theta: float, least_speed: float) -
         place = s * low + t * high
         distance += place * place
         rate += place * 5.0 * (high - low) / length
-    return rate < -least_speed * math.sqrt(distance)
+    return rate < -min_speed * math.sqrt(distance)
 
 
 @njit(error_model="numpy", _nrt=False)

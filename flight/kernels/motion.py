@@ -120,7 +120,7 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     table, bins = around.drag_rows, around.drag_bins
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
-    for i in range(LANES):  # looked up anew only where a lane has left its piece: single lanes, unlike the rest
+    for i in range(LANES):  # looked up again only where a lane has left its piece: single lanes, unlike the rest
         piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
         if q[PIECE * LANES + i] != piece + 1.0:
             q[PIECE * LANES + i] = piece + 1.0

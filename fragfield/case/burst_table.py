@@ -119,7 +119,7 @@ class BurstTable(Table):
     """Never longer than this."""
     energy_tolerance: float = Field(default=0.05, gt=0.0, le=1.0)
     """The burst stops when its energies miss the work of the products by more than this fraction."""
-    damping: Annotated[float, Quantity("1/s", "100 / s", least=0.0)] = 0.0
+    damping: Annotated[float, Quantity("1/s", "100 / s", minimum=0.0)] = 0.0
     """Resistance of the nodes in proportion to mass and velocity."""
     time_step: TimeStepTable = TimeStepTable()
     leakage: LeakageTable = LeakageTable()

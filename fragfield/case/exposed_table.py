@@ -22,13 +22,13 @@ from fragfield.case.table import Table
 
 __all__ = ["AreaTable", "BarrierTable", "ExposedBuildingTable", "ExposedTable", "PersonTable", "RoadTable"]
 
-_LATITUDE = Quantity("rad", "51.5 deg", least=-degrees(89.0), most=degrees(89.0))
-_LONGITUDE = Quantity("rad", "7.25 deg", least=-2.0 * math.pi, most=2.0 * math.pi)
+_LATITUDE = Quantity("rad", "51.5 deg", minimum=-degrees(89.0), maximum=degrees(89.0))
+_LONGITUDE = Quantity("rad", "7.25 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi)
 Latitude = Annotated[float | None, _LATITUDE]
 Longitude = Annotated[float | None, _LONGITUDE]
 OnEarth = Annotated[
     tuple[float, float],
-    Vector(2, Quantity("rad", "0 deg", least=-2.0 * math.pi, most=2.0 * math.pi), '["51.5 deg", "7.25 deg"]'),
+    Vector(2, Quantity("rad", "0 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi), '["51.5 deg", "7.25 deg"]'),
 ]
 
 

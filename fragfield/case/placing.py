@@ -67,7 +67,7 @@ def _grid(table: str, cell_size: float) -> tuple[NDArray[np.float64], float]:
 
 
 def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
-    """Least and greatest height (m) of a body over a resolved plane."""
+    """Smallest and greatest height (m) of a body over a resolved plane."""
     assert plane.normal is not None  # resolved
     assert plane.point is not None
     low, high = body.reach(plane.normal)

@@ -149,7 +149,7 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     elif seeds[0] != seeds[1]:
         notes.append(f"the seeds differ, {seeds[0]} and {seeds[1]}")
     else:
-        notes.append(f"both have the seed {seeds[0]}; standard errors of ratios take their chances for independent")
+        notes.append(f"both have the seed {seeds[0]}; standard errors of ratios take the realisations for independent")
     for one in (run, reference):
         realisations = one.part("flight").get("realisations") or 1
         if not one.flown:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["density_curve", "distance_by_azimuth", "hit_probability", "landing_map", "polar_by_sector"]
 
-_SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still told apart
+_SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
 _NOTHING = 1e-12  # of a logarithmic axis
 _HATCHES = ("", "////", "....")
 

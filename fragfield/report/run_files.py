@@ -31,7 +31,7 @@ STAGE_FILES = {
     "break-up": "fragments.h5",
     "flight": "landing.h5",
 }
-"""File that tells that a stage has been run."""
+"""File that shows that a stage has been run."""
 
 _PROVENANCE_SKIPPED = ("format", "format_version", "time", "geometry")
 

@@ -108,10 +108,10 @@ def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list
     return blocks()
 
 
-def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
+def _summary(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     burst = run.part("burst")
     found = landings(run)
-    graver = sum(item.weight == "stop" for item in told), sum(item.weight == "warning" for item in told)
+    graver = sum(item.weight == "stop" for item in all_findings), sum(item.weight == "warning" for item in all_findings)
     cards = _distances(run)
     if found is not None:
         count = int(found.hazardous.sum())

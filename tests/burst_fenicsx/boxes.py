@@ -151,7 +151,7 @@ def burst(
     explosive: Explosive = TNT,
     ignition: tuple = (),
     initiation: ShockInitiation | None = None,
-    least_work: float = 1.0,
+    min_work: float = 1.0,
     comm: MPI.Comm = MPI.COMM_SELF,
     **options: Any,
 ) -> BurstSolver:
@@ -174,7 +174,7 @@ def burst(
     chemical = 0.0
     if (mesh.part == Part.CHARGE).any():
         chemical = float(fields.cell_mass.sum()) / explosive.density * fields.products[0].energy
-    ledger = Ledger(settings.energy_tolerance, least_work, np.array([chemical]), comm)
+    ledger = Ledger(settings.energy_tolerance, min_work, np.array([chemical]), comm)
     shock = ShockInitiations.of_rounds([item], fields)
     return BurstSolver(fields, settings, leakage, ledger, initiation=shock, **options)
 

@@ -73,7 +73,7 @@ def inside(points, corner, skin=0.0, outward=False):
     return found == 0
 
 
-def test_points_of_distorted_cells_are_told_inside_from_outside():
+def test_points_of_distorted_cells_are_found_inside_or_outside():
     """Natural coordinates drawn at random and mapped: inside if and only if none exceeds 1 in size."""
     random = np.random.default_rng(4)
     for _ in range(20):

@@ -165,7 +165,7 @@ def test_cells_find_what_comparing_all_pairs_finds(number: int) -> None:
     assert (cells.contacts == pairs.contacts).all()
 
 
-def test_first_meetings_of_straight_paths_by_comparing_all_pairs() -> None:
+def test_first_collisions_of_straight_paths_by_comparing_all_pairs() -> None:
     """In a vacuum without gravity the first contact of all is a quadratic equation for every pair."""
     fragments = stack(400, seed=3, lightest=1e-4)
     radius = Contact().radius(fragments)

@@ -59,7 +59,7 @@ def test_pooled_is_the_assessment_of_all_rows_together() -> None:
 
 
 def test_a_realisation_in_the_ensemble_is_that_alone() -> None:
-    """However far the others flew: what one realisation gives does not hang on the cells that another one needs."""
+    """However far the others flew: what one realisation gives does not depend on the cells that another one needs."""
     generator = np.random.default_rng(5)
     parts = [poisson_field(generator, reach) for reach in (20.0, 300.0)]
     found = assess_ensemble([tally(part, FLAT) for part in parts], FLAT)
@@ -111,9 +111,9 @@ def test_standard_error_is_the_scatter_of_repeated_ensembles() -> None:
     repeated = [ensemble(25, seed).bands[name] for seed in range(100, 180)]
     for value, error in (("median", "standard_error"), ("pooled", "pooled_standard_error")):
         scatter = np.std([getattr(band, value) for band in repeated], ddof=1)
-        told = np.sqrt(np.mean([getattr(band, error) ** 2 for band in repeated]))
+        reported = np.sqrt(np.mean([getattr(band, error) ** 2 for band in repeated]))
         expected = {"median": 1.1, "pooled": 1.0}[value] * scatter
-        assert told == pytest.approx(expected, rel=0.15), (value, told, scatter)
+        assert reported == pytest.approx(expected, rel=0.15), (value, reported, scatter)
     errors = [ensemble(n, 7).bands[name].pooled_standard_error for n in (16, 64, 256)]
     rate = np.polyfit(np.log([16, 64, 256]), np.log(np.array(errors, dtype=float)), 1)[0]
     assert rate == pytest.approx(-0.5, abs=0.15), errors
@@ -123,10 +123,10 @@ def test_standard_error_of_a_median_is_that_of_theory() -> None:
     """Of n normal values sqrt(pi / 2 n) times their deviation, on the average of many bootstraps (Kendall)."""
     number, generator = 400, np.random.default_rng(12)
     bands = [band_of(generator.normal(100.0, 5.0, number), 100.0, None, 0.05) for _ in range(60)]
-    told = np.sqrt(np.mean([band.standard_error**2 for band in bands]))
-    assert told == pytest.approx(np.sqrt(0.5 * np.pi / number) * 5.0, rel=0.08)
+    reported = np.sqrt(np.mean([band.standard_error**2 for band in bands]))
+    assert reported == pytest.approx(np.sqrt(0.5 * np.pi / number) * 5.0, rel=0.08)
     scatter = np.std([band.median for band in bands], ddof=1)
-    assert scatter == pytest.approx(told, rel=0.3)  # 60 of them know it to 9 %
+    assert scatter == pytest.approx(reported, rel=0.3)  # 60 of them know it to 9 %
 
 
 def test_one_realisation_has_no_band_and_few_have_not_converged() -> None:

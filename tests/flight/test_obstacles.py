@@ -91,7 +91,7 @@ def check_none_passes(number: int, seed: int) -> None:
     assert np.array_equal(row["status"] == Status.STOPPED, hit)
     assert np.array_equal(row["obstacle"], np.where(hit, first, -1))
     faces = np.array([face for _, face in entries])[first, np.arange(number)]
-    # paths that graze an edge may be told to either of its faces
+    # paths that graze an edge may be assigned to either of its faces
     assert (row["face"] != np.where(hit, faces, -1)).sum() <= 2e-5 * number
     assert row["time"] == pytest.approx(np.where(hit, times.min(axis=0), landing), rel=1e-7, abs=1e-9)
     assert np.array_equal(result.obstacle_hits["fragment"], np.flatnonzero(hit))

@@ -349,7 +349,7 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
 
 
 def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]]) -> EnsembleHazard:
-    """REALISATIONS of the flight: the first, and others turned and stretched by chance."""
+    """REALISATIONS of the flight: the first, and others turned and stretched at random."""
     random = np.random.default_rng(2)
     parts = [landing]
     counts, hits = [tally(landing)], np.zeros((REALISATIONS, 72), dtype=SECTOR_HITS)

@@ -129,7 +129,7 @@ def test_the_budget_is_half_of_the_time_taken(job, flown, monkeypatch):
     assert found["quantities"]["mean_initial_speed"]["kind"] == "two_sizes"
 
 
-def test_a_size_that_fails_is_told_and_the_others_count(job, flown, monkeypatch):
+def test_a_size_that_fails_is_reported_and_the_others_count(job, flown, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: ValueError("6 mm: no layer") if size > 0.005 else 1009.0 + size, made)
     found = convergence_of(job, flown, HEADLINE, 1.0)

@@ -91,7 +91,8 @@ def count(
     """Fly realisations of a round and count.
 
     Without gravity a fragment's speed depends on the length of its path alone, whatever its direction. All are
-    therefore turned into the horizontal and let go at the origin: a cylinder of radius r then catches what has flown r.
+    therefore turned into the horizontal and launched from the origin: a cylinder of radius r then catches what has
+    flown r.
 
     Parameters
     ----------

@@ -97,7 +97,7 @@ def compare_with_paper(pair: RingEnsemble, single: RingEnsemble, surface: str) -
     rows += _peak_rows(ours, base, words)
     half_widths, ratios = number_by_half_width(ours, base)
     met = half_width_of(half_widths, ratios, REFERENCE["number_ratio"])
-    rows += _at_the_meeting(ours, base, met, ratios, words)
+    rows += _at_the_collision(ours, base, met, ratios, words)
     rows += _undisturbed(ours, base, words)
     rows += _conservation(pair, single, surface, words)
     return Finding(rows, met, _sentence(met, ratios, words))
@@ -141,7 +141,7 @@ def _peak_rows(ours: RingCounts, base: RingCounts, words: str) -> list[Row]:
     return rows
 
 
-def _at_the_meeting(
+def _at_the_collision(
     ours: RingCounts, base: RingCounts, met: Estimate | None, ratios: list[Estimate], words: str
 ) -> list[Row]:
     """The paper states no sector. Where its number ratio is met, its speed ratio must be met too."""

@@ -85,9 +85,9 @@ class HeldSolver(RingSolver):
     held: np.ndarray | None = None
     outside: Callable[[float, np.ndarray], None] | None = None
 
-    def add_forces(self, step: float, least: int = 0) -> None:
+    def add_forces(self, step: float, min_level: int = 0) -> None:
         """As `RingSolver`, then the forces from outside and the holds."""
-        super().add_forces(step, least)
+        super().add_forces(step, min_level)
         force = self.fields.nodes.force
         if self.outside is not None:
             self.outside(self.time, force)
