@@ -115,7 +115,7 @@ def faults_of(path: Path, root: Path = ROOT) -> list[Finding]:
 
 
 def texts(root: Path = ROOT) -> list[Path]:
-    """All files under version control that are text, but for this list and its test; of a copy without git all files."""
+    """All files under version control that are text, but for this list and its test; without git all files."""
     listed = subprocess.run(["git", "ls-files"], cwd=root, capture_output=True, text=True, check=False).stdout.split(
         "\n"
     )
