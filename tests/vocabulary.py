@@ -17,7 +17,7 @@ from pathlib import Path
 __all__ = ["TERMS", "Finding", "Term", "faults_in", "faults_of", "texts"]
 
 ROOT = Path(__file__).resolve().parent.parent
-_NOT_TEXT = re.compile(r"\.(png|json|csv|asc)$")
+_NOT_TEXT = re.compile(r"\.(png|csv|asc)$")
 _OWN = ("tests/vocabulary.py", "tests/test_vocabulary.py")
 _SUFFIXES = {".py", ".md", ".toml", ".html", ".css", ".yml", ".sh", ".tsv"}
 _NOT_OURS = {".venv", ".git", "runs", "build"}

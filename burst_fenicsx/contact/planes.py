@@ -78,8 +78,8 @@ class PlaneContact(NodeContact):
         self.state: PlaneState = PlaneState(
             node=np.asarray(nodes, dtype=np.int32),
             slip=np.zeros((count, 3)),
-            depth=np.zeros(count),
-            held=np.zeros(count),
+            penetration=np.zeros(count),
+            stiffness=np.zeros(count),
             energies=np.zeros((count, 3)),
         )
 
@@ -95,9 +95,9 @@ class PlaneContact(NodeContact):
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.depth.max(initial=0.0))
+        return float(self.state.penetration.max(initial=0.0))
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes."""
-        return float(self.state.depth[self._on_surface :].max(initial=0.0))
+        return float(self.state.penetration[self._on_surface :].max(initial=0.0))

@@ -84,7 +84,7 @@ def write_checkpoint(
         )
     }
     sums = sums_of_ranks(
-        np.concatenate([solver.ledger.given.ravel(), solver.ledger.sums, [solver.ledger.external_work]]), mesh.comm
+        np.concatenate([solver.ledger.released.ravel(), solver.ledger.sums, [solver.ledger.external_work]]), mesh.comm
     )
     cell_steps = mesh.comm.allreduce(solver.cell_steps)
     contact = contact_arrays(solver.contact) if solver.contact is not None else {}
@@ -120,7 +120,7 @@ def _write(
         file.attrs["cell_steps"] = cell_steps
         file.attrs["longest_step"] = solver.subcycling.step
         file.attrs["contact_level"] = solver.subcycling.contact_level
-        file["ledger/given"] = sums[:, :-6].reshape(len(sums), -1, 2)  # of every rank, as all in this group
+        file["ledger/released"] = sums[:, :-6].reshape(len(sums), -1, 2)  # of every rank, as all in this group
         file["ledger/sums"] = sums[:, -6:-1]
         file["ledger/external_work"] = sums[:, -1]
         file["ledger/damping"] = solver.ledger.damping
@@ -193,7 +193,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     # A number of all ranks: one goes on from it, the others from nothing.
     solver.cell_steps = int(file.attrs["cell_steps"]) if mesh.comm.rank == 0 else 0
     ledger, comm = solver.ledger, mesh.comm
-    ledger.given[:] = own_sums(file["ledger/given"][()], comm, ledger.given.shape)
+    ledger.released[:] = own_sums(file["ledger/released"][()], comm, ledger.released.shape)
     ledger.sums[:] = own_sums(file["ledger/sums"][()], comm, ledger.sums.shape)
     ledger.external_work = float(own_sums(file["ledger/external_work"][()], comm, ()))
     solver.ledger.damping = float(file["ledger/damping"][()])

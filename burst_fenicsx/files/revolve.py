@@ -45,7 +45,7 @@ class Revolution:
     node, angle : (n,) int64, (n,) float64
         Node of the meridian that each node comes from, and its angle about the axis (rad).
     cell, cell_angle : (k,) int64, (k,) float64
-        Cell of the (coarser) meridian that each cell comes from, and the angle of its middle (rad).
+        Cell of the (coarser) meridian that each cell comes from, and the angle of its centre (rad).
     of : (m,) int64
         Cell of the coarser meridian that each cell of the meridian lies in.
     origin, frame : (3,), (3, 3) float64

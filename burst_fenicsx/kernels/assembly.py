@@ -169,7 +169,7 @@ def _run_chunk(
             solid_block_full(block, share * step, share, nodes, grid, solid, work, energy, limits)
         else:
             solid_block(block, share * step, share, nodes, grid, solid, work, energy, limits)
-    totals.given[chunk] = 0.0
+    totals.released[chunk] = 0.0
     first = schedule.first_charge[chunk]
     for block in range(first, first + schedule.active[chunk, min_level, 1]):
         level = grid.level[block]
@@ -177,8 +177,8 @@ def _run_chunk(
         work_before, heat_before = energy[3], energy[4]
         charge_block(block, share * step, time, share, nodes, grid, charge, work, energy, limits)
         owner = grid.material[block] // _PARTS
-        totals.given[chunk, owner, 0] += energy[3] - work_before
-        totals.given[chunk, owner, 1] += energy[4] - heat_before
+        totals.released[chunk, owner, 0] += energy[3] - work_before
+        totals.released[chunk, owner, 1] += energy[4] - heat_before
     for i in range(5):
         totals.energy[chunk, i] = energy[i]
     totals.stable_step[chunk] = limits[0]

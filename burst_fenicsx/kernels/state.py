@@ -90,7 +90,7 @@ class Totals(NamedTuple):
     """What each chunk adds up, reduced afterwards in a fixed order."""
 
     energy: np.ndarray  # (chunks, 5) J in this step: plastic, viscous, hourglass, charge's work, charge's viscous
-    given: np.ndarray  # (chunks, rounds, 2) J in this step: each charge's work, its own viscous heat
+    released: np.ndarray  # (chunks, rounds, 2) J in this step: each charge's work, its own viscous heat
     stable_step: np.ndarray  # (chunks,) s
     smallest_volume: np.ndarray  # (chunks,) m3
     smallest: np.ndarray  # (chunks,) int32, the cell of the smallest volume

@@ -62,7 +62,7 @@ class Ledger:
     energy_tolerance : an error above this stops the run.
     min_work : J, `MIN_WORK` of the chemical energy.
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
-    given : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
+    released : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
     chemical_energies : (rounds,) J, of each round's charge.
     balanced : (k, 3) unit vectors at right angles to each other, along which the momentum of the images balances that
         of the computed part: there nothing is left to check.
@@ -73,7 +73,7 @@ class Ledger:
     chemical_energies: np.ndarray
     comm: MPI.Comm
     sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
-    given: np.ndarray = field(init=False)
+    released: np.ndarray = field(init=False)
     external_work: float = 0.0
     damping: float = 0.0
     balanced: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -81,12 +81,12 @@ class Ledger:
 
     def __post_init__(self) -> None:
         """Start every round's sums at nothing."""
-        self.given = np.zeros((len(self.chemical_energies), 2))
+        self.released = np.zeros((len(self.chemical_energies), 2))
 
-    def add(self, chunk_energies: np.ndarray, chunk_given: np.ndarray) -> None:
+    def add(self, chunk_energies: np.ndarray, chunk_released: np.ndarray) -> None:
         """Add the sums of one step, chunk after chunk: (chunks, 5) and (chunks, rounds, 2) in J."""
         self.sums += chunk_energies.sum(axis=0)
-        self.given += chunk_given.sum(axis=0)
+        self.released += chunk_released.sum(axis=0)
 
     def record(
         self,
@@ -137,7 +137,7 @@ class Ledger:
         mass, weighted, size, in_contact = total[10], total[11], total[15], float(total[16])
         momentum = total[12:15] - self.balanced.T @ (self.balanced @ total[12:15])
         stored = kinetic + strain + plastic + viscous + hourglass + in_contact + self.damping
-        given = work + external
+        supplied = work + external
         entry = Entry(
             time=time,
             time_step=step,
@@ -153,7 +153,7 @@ class Ledger:
             products_work=float(work),
             products_viscous=float(heat),
             products_energy_left=float(left),
-            energy_error=float(abs(stored - given) / max(abs(given), self.min_work)),
+            energy_error=float(abs(stored - supplied) / max(abs(supplied), self.min_work)),
             momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,
@@ -163,20 +163,20 @@ class Ledger:
             raise NumericalStop(
                 f"the energy ledger is open by {100 * entry.energy_error:.2f} % of the work done "
                 f"(allowed {100 * self.energy_tolerance:.2g} %): the cells hold {stored:.6g} J, "
-                f"the charge gave {given:.6g} J",
+                f"the charge gave {supplied:.6g} J",
                 time,
             )
         return entry
 
     def products_balances(self, fields_now: BurstFields) -> np.ndarray:
-        """Work given by each round's products and work left in its gas, over its chemical energy (rounds,); collective.
+        """Work released by each round's products and remaining energy over its chemical energy (rounds,); collective.
 
         1 closes it; a charge that was never initiated gives a little less, the work done on it.
 
-        What their own artificial viscosity turns to heat is not given away: at the front it does the part of the
+        What their own artificial viscosity turns to heat is not released: at the front it does the part of the
         compression that the pressure, which lies below the Rayleigh line there, does not.
         """
-        local = self.given[:, 0] - self.given[:, 1] + _energies_left(fields_now)
+        local = self.released[:, 0] - self.released[:, 1] + _energies_left(fields_now)
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
         return np.divide(total, self.chemical_energies, where=self.chemical_energies > 0.0, out=np.zeros_like(total))
 

@@ -178,7 +178,7 @@ class BurstSolver:
             if min_level == 0:
                 self.leakage.update(self.fields.nodes.position, self.time)
             self.add_forces(step, min_level)
-            self.ledger.add(self._totals.energy, self._totals.given)
+            self.ledger.add(self._totals.energy, self._totals.released)
             velocity_step = step
 
     def choose_step(self, until: float) -> float:
@@ -282,7 +282,7 @@ class BurstSolver:
     def move_nodes(self, velocity_step: float, step: float, part: int, min_level: int) -> None:
         """Velocities, then places (Eq. 3), of the nodes of cells of level `min_level` and higher.
 
-        The velocities belong to the middles of the steps, so they advance by `velocity_step` (s), half the last step
+        Velocities belong to the midpoints of the steps, so they advance by `velocity_step` (s), half the last step
         and half this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000,
         box 6.1). `step` is the macro step (s), of which `part` of the shortest have gone by.
         """

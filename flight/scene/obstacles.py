@@ -28,9 +28,9 @@ UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True)
 class Wall:
-    """An upright wall from `start` to `end` (x, y) along its middle, with its height and thickness (m).
+    """An upright wall from `start` to `end` (x, y) along its centre line, with its height and thickness (m).
 
-    Its height counts from `base` (z; None: the ground at its middle); it reaches down to the ground everywhere. Faces:
+    Its height counts from `base` (z; None: the ground at its centre); it reaches down to the ground everywhere. Faces:
     left and right as seen from start to end, start, end, top.
     """
 
@@ -49,8 +49,8 @@ class Wall:
         _direction(self)
 
     @property
-    def middle(self) -> tuple[float, float]:
-        """Middle of its plan (x, y)."""
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
         return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
 
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
@@ -84,8 +84,8 @@ class Barricade:
         _direction(self)
 
     @property
-    def middle(self) -> tuple[float, float]:
-        """Middle of its plan (x, y)."""
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
         return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
 
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
@@ -118,8 +118,8 @@ class Building:
             raise InputError(f"obstacle {self.name}: azimuth is {self.azimuth}, needed: degrees")
 
     @property
-    def middle(self) -> tuple[float, float]:
-        """Middle of its plan (x, y)."""
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
         return float(self.centre[0]), float(self.centre[1])
 
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
@@ -158,7 +158,7 @@ def pack_obstacles(
             raise InputError(
                 f"obstacle {obstacle!r}: a {type(obstacle).__name__}, allowed: flight.Wall, Barricade or Building"
             )
-        x, y = obstacle.middle
+        x, y = obstacle.plan_centre
         below = ground(x, y)
         base = below if obstacle.base is None else obstacle.base
         if base is None:
@@ -255,7 +255,7 @@ def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray
     length = float(np.linalg.norm(way))
     if not length > 0.0:
         raise InputError(f"obstacle {obstacle.name}: start and end are both {obstacle.start}; they must differ")
-    return np.array([*obstacle.middle, 0.0]), way / length, 0.5 * length
+    return np.array([*obstacle.plan_centre, 0.0]), way / length, 0.5 * length
 
 
 def _prism(

@@ -64,7 +64,7 @@ def describe_surroundings(case: Case) -> dict[str, Any]:
     described: dict[str, Any] = {"height": ground} if isinstance(ground, float) else _map_extent(ground)
     obstacles = []
     for obstacle, entry in zip(found["obstacles"], case.obstacle, strict=True):
-        base = ground_height(case, *obstacle.middle) if obstacle.base is None else obstacle.base
+        base = ground_height(case, *obstacle.plan_centre) if obstacle.base is None else obstacle.base
         standing = {"name": entry.name, "kind": entry.kind, "base": base, "top": base + obstacle.height}
         obstacles.append({**standing, "ricochet": entry.ricochet})
     return {

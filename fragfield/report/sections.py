@@ -216,7 +216,7 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *burst_rows(run),
         *picture(
             "picture_of_burst", "Section of the burst",
-            "Section through the middle, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "
+            "Section through the axis, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "
             "line bounds the casing.",
         ),
         *draw(

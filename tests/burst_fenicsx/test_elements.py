@@ -44,7 +44,7 @@ def moved(solver, place, step):
     nodes.position[:] = after
     solver.time += step
     solver.add_forces(step)
-    solver.ledger.add(solver._totals.energy, solver._totals.given)
+    solver.ledger.add(solver._totals.energy, solver._totals.released)
 
 
 def isotropic_stress(strain, material=ELASTIC):

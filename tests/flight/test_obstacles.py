@@ -222,7 +222,7 @@ def test_hits_on_witnesses_stop_at_the_wall() -> None:
 
 
 def test_obstacles_on_a_slope_stand_on_the_ground() -> None:
-    """On ground that falls along x nothing passes under the wall; its height counts from the ground at its middle."""
+    """On ground that falls along x nothing passes under the wall; its height counts from the ground at its centre."""
     x = np.linspace(-100.0, 100.0, 21)
     ground = HeightMap(np.tile(-0.3 * x, (21, 1)), 10.0, (-100.0, -100.0))
     walls = [Wall((40.0, -60.0), (40.0, 60.0), 2.0, 0.3), Wall((-50.0, -60.0), (-40.0, 60.0), 2.0, 0.3, base=14.0)]
