@@ -51,7 +51,8 @@ def _main(number: int) -> None:
     from benchmarks.fresh import peak_bytes
     from flight import Cylinder, fly
     from flight.files.text_tables import write_columns
-    from flight.result import FlightResult, flat_columns
+    from flight.result import FlightResult
+    from flight.rows import flat_columns
 
     ring = Cylinder(name="ring", centre=(0.0, 0.0), radius=7.62)
     fragments = burst_cloud(number)

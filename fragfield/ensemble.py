@@ -237,7 +237,7 @@ class _Flights:
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
         from flight.hazard.balance import Balance
-        from flight.hazard.near_ground import fields_of
+        from flight.hazard.fields import fields_of
         from flight.hazard.tally import tally
         from flight.hazard.witness_hazard import sector_hits
 

@@ -32,10 +32,11 @@ from flight.errors import InputError
 from flight.files.hdf5 import open_checked, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
+from flight.hazard.criteria import Criteria
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance
 from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import Criteria, Tally
+from flight.hazard.tally import Tally
 from flight.hazard.witness_hazard import SECTOR_HITS
 from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating

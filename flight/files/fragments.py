@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flight.errors import InputError, nearest
 from flight.files.hdf5 import open_checked, write_attributes
 from flight.files.text_tables import read_columns, write_columns
-from flight.fragments import ARRAYS, FORMAT_NAME, FORMAT_VERSION, Fragments, check_possible
 from fragfield_base.arrays import group_of, numbers, texts
 from fragfield_base.hdf5_files import creating
 
@@ -19,7 +18,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["CSV_COLUMNS", "read", "write"]
+__all__ = ["ARRAYS", "CSV_COLUMNS", "FORMAT_NAME", "FORMAT_VERSION", "read", "write"]
+
+FORMAT_NAME = "fragfield fragments"
+FORMAT_VERSION = 1
+ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 
 REQUIRED_COLUMNS = ("mass_kg", "vx_m_s", "vy_m_s", "vz_m_s")
 CSV_COLUMNS = (
@@ -38,26 +41,31 @@ CSV_COLUMNS = (
 )
 
 
-def write(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Path:
-    """Write HDF5, or CSV where the name ends so."""
+def write(
+    arrays: Mapping[str, NDArray[Any]], round_names: Sequence[str], path: Path, provenance: Mapping[str, str]
+) -> Path:
+    """Write the `ARRAYS` of fragments as HDF5, or as CSV where the name ends so."""
     if path.suffix.lower() == ".csv":
-        return _write_csv(fragments, path, provenance)
+        return _write_csv(arrays, path, provenance)
     import h5py
 
     with creating(path, InputError) as file:
         write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
         group = file.create_group("fragments")
         for name in ARRAYS:
-            group.create_dataset(name, data=getattr(fragments, name))
-        if names := fragments.round_names:
-            file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
+            group.create_dataset(name, data=arrays[name])
+        if round_names:
+            file.create_dataset("round_names", data=round_names, dtype=h5py.string_dtype(), shape=(len(round_names),))
     return path
 
 
-def read(path: Path) -> Fragments:
-    """Read HDF5, or CSV where the name ends so."""
+def read(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
+    """Arrays by name and the rounds' names from HDF5, or from CSV where the name ends so; not yet checked as fragments.
+
+    A CSV file need not have all `ARRAYS`.
+    """
     if path.suffix.lower() == ".csv":
-        return _read_csv(path)
+        return _read_csv(path), []
     with open_checked(path, FORMAT_NAME, FORMAT_VERSION) as file:
         group = group_of(file, "fragments")
         missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
@@ -65,33 +73,25 @@ def read(path: Path) -> Fragments:
             raise InputError(f"{path}: {', '.join(missing)} missing; the file is cut off or not a fragments file")
         arrays = {name: numbers(group, name, InputError, str(path)) for name in ARRAYS}
         names = texts(file, "round_names", InputError, str(path)) if "round_names" in file else []
-    return _named(path, arrays, names)
+    return arrays, names
 
 
-def _named(path: Path, arrays: dict[str, NDArray[np.float64]], names: Sequence[str] = ()) -> Fragments:
-    try:
-        found = Fragments.from_arrays(**arrays, round_names=names)
-        check_possible(found, "fragments")
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    return found
-
-
-def _write_csv(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Path:
+def _write_csv(arrays: Mapping[str, NDArray[Any]], path: Path, provenance: Mapping[str, str]) -> Path:
+    velocity = arrays["velocity"]
     columns = [
-        np.arange(len(fragments)),
-        fragments.round,
-        fragments.segment,
-        fragments.mass,
-        *fragments.position.T,
-        *fragments.velocity.T,
-        fragments.speed,
-        fragments.shape_factor,
+        np.arange(len(arrays["mass"])),
+        arrays["round"],
+        arrays["segment"],
+        arrays["mass"],
+        *arrays["position"].T,
+        *velocity.T,
+        np.sqrt(np.einsum("ij,ij->i", velocity, velocity)),
+        arrays["shape_factor"],
     ]
     return write_columns(path, dict(zip(CSV_COLUMNS, columns, strict=True)), provenance)
 
 
-def _read_csv(path: Path) -> Fragments:
+def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
     columns = read_columns(path)
     for name in columns:
         if name not in CSV_COLUMNS:
@@ -108,4 +108,4 @@ def _read_csv(path: Path) -> Fragments:
     for name, column in (("shape_factor", "shape_factor_kg_m3"), ("round", "round"), ("segment", "segment")):
         if column in columns:
             arrays[name] = columns[column]
-    return _named(path, arrays)
+    return arrays

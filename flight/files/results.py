@@ -9,9 +9,8 @@ import numpy as np
 
 from flight.errors import InputError
 from flight.files.hdf5 import open_checked, write_attributes
-from flight.files.text_tables import Labels, write_columns
 from flight.integrate.contact import CONTACTS
-from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Trajectories, flat_columns
+from flight.rows import HITS, LANDING, OBSTACLE_HITS
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
@@ -21,9 +20,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.rows import Trajectories
+
 __all__ = [
     "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
-    "write_landing", "write_obstacle_hits", "write_result", "write_trajectories",
+    "write_landing", "write_obstacle_hits", "write_trajectories",
 ]  # fmt: skip
 
 FORMAT_VERSION = 1
@@ -40,48 +41,6 @@ _LATER = {
 }
 ROWS_AT_ONCE = 1 << 16  # of a column, which is not contiguous in the table: the copy stays below 2 MB
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
-
-
-def write_result(
-    result: FlightResult, folder: str | Path, provenance: Mapping[str, str] | None = None, *, csv: bool = True
-) -> list[Path]:
-    """Write all files of a result into a folder; `provenance` entries go into every one. Returns the paths."""
-    folder = Path(folder)
-    stamp = dict(provenance or {})
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder ({error})") from None
-    names = [witness.name for witness in result.witnesses]
-    written = [
-        write_landing(result.landing, folder / "landing.h5", stamp),
-        write_hits(result.hits, names, folder / "hits.h5", stamp),
-    ]
-    if csv:
-        written.append(write_columns(folder / "landing.csv", flat_columns(result.landing), stamp))
-        columns = flat_columns(result.hits)
-        written.append(
-            write_columns(folder / "witness.csv", {"name": Labels(names, columns["witness"]), **columns}, stamp)
-        )
-    if result.obstacles:
-        names = [obstacle.name for obstacle in result.obstacles]
-        written.append(write_obstacle_hits(result.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
-        if csv:
-            columns = flat_columns(result.obstacle_hits)
-            first = np.cumsum([0, *(len(obstacle.faces) for obstacle in result.obstacles)])
-            faces = [face for obstacle in result.obstacles for face in obstacle.faces]
-            labels = {
-                "name": Labels(names, columns["obstacle"]),
-                "face_name": Labels(faces, first[columns["obstacle"]] + columns["face"]),
-            }
-            written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
-    if result.contacts is not None:
-        written.append(write_contacts(result.contacts, folder / "contacts.h5", stamp))
-        if csv:
-            written.append(write_columns(folder / "contacts.csv", flat_columns(result.contacts), stamp))
-    if len(result.trajectories):
-        written += write_trajectories(result.trajectories, result.landing, folder / "trajectories.xdmf", stamp)
-    return written
 
 
 def write_landing(landing: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:

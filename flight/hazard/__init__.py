@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from flight.hazard.assessment import Hazard, assess, hit_probability
 from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
+from flight.hazard.criteria import Criteria
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, expected_distance
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.hazard.near_ground import NearGround, fields_of
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
 from flight.hazard.polar_grid import PolarGrid
 from flight.hazard.stack_rules import effective_number, stack_rule
-from flight.hazard.tally import Criteria, Tally, tally
+from flight.hazard.tally import Tally, tally
 from flight.hazard.witness_hazard import by_azimuth, density_on
 
 __all__ = [

@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.hazard.tally import Criteria, Tally, tally
+from flight.hazard.criteria import Criteria
+from flight.hazard.tally import Tally, tally
 from flight.hazard.witness_hazard import by_azimuth, density_on
 
 if TYPE_CHECKING:

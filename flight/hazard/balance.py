@@ -11,7 +11,7 @@ from flight.result import Status
 
 if TYPE_CHECKING:
     from flight.fragments import Fragments
-    from flight.hazard.tally import Criteria
+    from flight.hazard.criteria import Criteria
     from flight.result import FlightResult
 
 __all__ = ["LARGEST_MISSING", "Balance"]

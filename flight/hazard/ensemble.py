@@ -21,8 +21,9 @@ import numpy as np
 
 from flight.errors import InputError
 from flight.hazard.assessment import Hazard, distances_through, hazard_of, hit_probability
+from flight.hazard.criteria import Criteria
 from flight.hazard.distances import DISTANCES, FEWEST
-from flight.hazard.tally import Criteria, Tally
+from flight.hazard.tally import Tally
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,21 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.errors import InputError
-from flight.hazard.tally import SHALLOWEST
-from flight.result import Status
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from flight.hazard.criteria import Criteria
     from flight.hazard.polar_grid import PolarGrid
-    from flight.hazard.tally import Criteria
     from flight.kernels import near_ground
-    from flight.result import FlightResult
 
 SHORTEST = 0.2  # of a distance cell: a piece of a path, where a tenth of its distance is less
 
-__all__ = ["NearGround", "PathLengths", "fields_of"]
+__all__ = ["NearGround", "PathLengths"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,40 +72,3 @@ class PathLengths:
 
         total = np.sum(counted, axis=0) if counted else np.zeros(near.grid.shape, dtype=np.int64)
         return cls(near, total / PER_METRE)
-
-
-def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What one flight adds to the densities, by cell of azimuth and distance, up to the farthest that holds anything.
-
-    Returns
-    -------
-    landings, tracks : (turns, r) float64
-        Hazardous fragments that landed in a cell; and lengths of hazardous paths below a person's height over that
-        height (of no height: 1 / sin of the angle of impact, which it goes over to).
-
-    Raises
-    ------
-    InputError
-        The flight did not count near the ground.
-    """
-    counted = result.near_ground
-    if counted is None:
-        raise InputError("hazard: the flight was not asked to count paths near the ground (near_ground)")
-    grid, criteria = counted.near.grid, counted.near.criteria
-    rows = result.landing
-    dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)
-    place = rows["distance"][dangerous]
-    if len(place):
-        grid = grid.up_to(max(grid.reach, float(place.max()) + grid.cell))
-    turn, cell = grid.cells_of(rows["azimuth"][dangerous], place)
-    flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
-    landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
-    tracks = np.zeros(grid.shape)
-    if criteria.person_height > 0.0:
-        tracks[:, : counted.lengths.shape[1]] = counted.lengths / criteria.person_height
-    else:
-        steepness = np.sin(np.maximum(np.radians(rows["angle"][dangerous]), SHALLOWEST))
-        tracks += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
-    held = np.flatnonzero(landings.any(axis=0) | tracks.any(axis=0))
-    end = int(held[-1]) + 1 if held.size else 1
-    return landings[:, :end], tracks[:, :end]

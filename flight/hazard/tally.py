@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
+from flight.hazard.criteria import SHALLOWEST, Criteria
+from flight.hazard.fields import fields_of
 from flight.result import FlightResult, Status
 
 if TYPE_CHECKING:
@@ -16,28 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["SHALLOWEST", "Criteria", "Tally", "sectors_of", "tally"]
-
-SHALLOWEST = math.radians(0.01)  # paths closer to level than this count as this steep
-
-
-@dataclass(frozen=True)
-class Criteria:
-    """What counts as a hazard: energy (J), density (1/m2), and the person's area (m2) and height (m)."""
-
-    energy: float = 79.0  # 58 ft lb
-    density: float = 1.0 / 55.7  # 1 per 600 ft2
-    person_area: float = 0.58
-    person_height: float = 1.8
-
-    def __post_init__(self) -> None:
-        """Refuse criteria that mean nothing."""
-        for name in ("density", "person_area"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: above zero")
-        for name in ("energy", "person_height"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
-                raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: zero or more")
+__all__ = ["Tally", "sectors_of", "tally"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +172,6 @@ def _along_paths(
     landing: object, criteria: Criteria, sectors: int, distance: float | ArrayLike
 ) -> tuple[NDArray[np.float64], ...] | None:
     """Landings and tracks by cell from a flight that counted near the ground for this criterion, in such cells."""
-    from flight.hazard.near_ground import fields_of
-
     counted = landing.near_ground if isinstance(landing, FlightResult) else None
     if counted is None or np.ndim(distance) or counted.near.criteria != criteria:
         return None

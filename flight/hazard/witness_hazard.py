@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.hazard.tally import SHALLOWEST, Criteria, sectors_of
+from flight.hazard.criteria import SHALLOWEST, Criteria
+from flight.hazard.tally import sectors_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

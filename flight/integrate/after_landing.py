@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from flight.result import Status
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from numpy.typing import NDArray
 
-    from flight.integrate.job import Job
     from flight.kernels.limits import Limits
+    from flight.kernels.motion import Surroundings
+    from flight.kernels.terrain import Terrain
+    from flight.scene.scene import Scene
 
 __all__ = ["FlownChunk", "fly_chunk_to_rest"]
 
@@ -56,8 +56,27 @@ class FlownChunk:
     struck: NDArray[np.float64]
 
 
+class ChunkFlight(Protocol):
+    """What flies a chunk once: `flight.integrate.job.Job`."""
+
+    scene: Scene
+    around: Surroundings
+    terrain: Terrain
+    obstacles: NDArray[np.float64]
+
+    def fly(
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Crossings and points of paths of the fragments start..end-1."""
+
+
 def fly_chunk_to_rest(
-    job: Job, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
+    job: ChunkFlight,
+    arrays: list[NDArray[np.float64]],
+    start: int,
+    end: int,
+    limits: Limits,
+    buffers: dict[str, NDArray[Any]],
 ) -> FlownChunk:
     """Fly the fragments start..end-1, and on from every rebound."""
     hits, path = job.fly(arrays, start, end, limits, buffers)
@@ -74,7 +93,7 @@ def fly_chunk_to_rest(
 
 
 def _fly_on(
-    job: Job, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
+    job: ChunkFlight, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
     flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
 ) -> FlownChunk:  # fmt: skip
     """Let rebound what has landed or struck, and fly on until all rest."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, Geometry, RigidPlane, Round
     from flight import Contact as FragmentContact
     from flight import Wind
-    from flight.hazard.assessment import Criteria
+    from flight.hazard.criteria import Criteria
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.burst_table import ContactTable
@@ -156,7 +156,7 @@ def _shape(table: FlightTable) -> Shape | None:
 
 def hazard_criteria(case: Case) -> Criteria:
     """What counts as a hazard."""
-    from flight.hazard.assessment import Criteria
+    from flight.hazard.criteria import Criteria
 
     return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
 

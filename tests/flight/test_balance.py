@@ -8,7 +8,7 @@ import pytest
 import flight
 from flight import Cylinder, Fragments, Wall
 from flight.hazard.balance import Balance
-from flight.hazard.tally import Criteria
+from flight.hazard.criteria import Criteria
 
 CRITERIA = Criteria()
 

@@ -9,9 +9,11 @@ import pytest
 
 import flight
 from flight import Adaptive, Domain, FixedStep, Fragments, HeightMap, InputError
-from flight.hazard.near_ground import NearGround, fields_of
+from flight.hazard.criteria import Criteria
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
 from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import Criteria, tally
+from flight.hazard.tally import tally
 from flight.integrate.fly import STANDARD_GRAVITY
 
 GRID = PolarGrid(72, 2, 10.0, 20)

@@ -19,7 +19,8 @@ import numpy as np
 
 import flight
 from flight.hazard.expected import DensityGroups, Directions, drawn_distances
-from flight.hazard.near_ground import NearGround, fields_of
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case
 from validation.sensitivities.variations import REFERENCE
