@@ -26,12 +26,13 @@ from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import BurstSettings, Part, Round
+from burst_fenicsx.records.clocks import Clocks
 from burst_fenicsx.records.exposure import ShockExposures
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import Measures, RoundMeasures
 from burst_fenicsx.records.passage import Passage
 from burst_fenicsx.records.rounds import round_records
-from burst_fenicsx.records.summary import Clocks, burst_summary
+from burst_fenicsx.records.summary import burst_summary
 from burst_fenicsx.records.surfaces import radial_surfaces
 from burst_fenicsx.symmetry import smallest_part
 from burst_fenicsx.symmetry.completion import Completion

@@ -13,7 +13,7 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from burst_fenicsx.simulation import Simulation
+    from burst_fenicsx.records.finished import FinishedBurst
 
 __all__ = ["round_records"]
 
@@ -21,7 +21,7 @@ __all__ = ["round_records"]
 _GURNEY_VOLUME = 7.0
 
 
-def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
+def round_records(run: FinishedBurst, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
     """Describe every computed round of a finished run, cut ones as whole.
 
     `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.
@@ -86,7 +86,7 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
     return records
 
 
-def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[float, float]:
+def _at_rupture(run: FinishedBurst, index: int, start: float, end: float) -> tuple[float, float]:
     """Outer radius and wall (m) of a segment when its charge first passed the leakage radius; not a number before."""
     parts = run.settings.leakage.parts
     surfaces = run.surfaces
@@ -110,7 +110,7 @@ def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[
     return radius, radius - float(np.interp(when, times, inner))
 
 
-def _expansion(run: Simulation, index: int) -> ExpansionRecord:
+def _expansion(run: FinishedBurst, index: int) -> ExpansionRecord:
     """Outer radius of a round's casing by station bin over the whole burst."""
     bins = run.surfaces.bin_round == index
     station = run.surfaces.bin_station[bins]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import resource
 import time as clock
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numba
@@ -19,23 +18,13 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
+    from burst_fenicsx.records.finished import FinishedBurst
     from burst_fenicsx.records.measures import RoundMeasures
-    from burst_fenicsx.simulation import Simulation
 
-__all__ = ["Clocks", "burst_summary"]
-
-
-@dataclass
-class Clocks:
-    """Wall-clock times of a run (s): its start, what came before the first step, the stepping, the last progress."""
-
-    start: float = field(default_factory=clock.perf_counter)
-    first_step: float = 0.0
-    stepping: float = 0.0
-    last_progress: float = 0.0
+__all__ = ["burst_summary"]
 
 
-def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
     """Summarise a finished run; collective.
 
     Parameters
@@ -134,7 +123,7 @@ def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
     return {**contact, **{name: images * contact[name] for name in extensive}}
 
 
-def _error_at_outputs(run: Simulation) -> float:
+def _error_at_outputs(run: FinishedBurst) -> float:
     """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])

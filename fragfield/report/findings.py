@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.certainty import certainty
 from fragfield.exposure_words import exposed_rounds, exposure_words
+from fragfield.report.blocks import Finding
 from fragfield.report.ignition_table import initiated_by_shock, never_initiated
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
 from fragfield.report.validation_status import read_record, validation_words
 
 if TYPE_CHECKING:
+    from fragfield.report.blocks import Weight
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["Finding", "findings"]
+__all__ = ["findings"]
 
-Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
 _MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
 _MOST_HOURGLASS = 0.1
@@ -31,19 +31,6 @@ _DRAG_WARNING = re.compile(r"^drag .* above Mach")
 _ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
 _ENSEMBLE_WARNING = re.compile(r"the hazard distance (is not determined|to |has neither)")
 _LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One statement on the run: "stop" (do not use), "warning", "note", or "good" (a check that passed)."""
-
-    weight: Weight
-    text: str
-
-    @property
-    def label(self) -> str:
-        """The weight in a word, so that it does not depend on colour."""
-        return {"stop": "Do not use", "warning": "Warning", "note": "Note", "good": "Passed"}[self.weight]
 
 
 def findings(run: RunFiles) -> list[Finding]:

@@ -56,8 +56,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from fragfield.report.blocks import Illustration
-    from fragfield.report.findings import Finding
+    from fragfield.report.blocks import Finding, Illustration
     from fragfield.report.run_files import RunFiles
 
     Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
