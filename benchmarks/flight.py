@@ -15,7 +15,7 @@ from flight import Contact, Cylinder, Fragments, Panel, StandardAtmosphere, fly
 from flight.drag import Drag
 from flight.integrate.contact import Encounters
 from flight.integrate.integrator import Adaptive, Domain
-from flight.integrate.job import Job
+from flight.integrate.job import FlightJob
 from flight.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def _contact() -> dict[str, Any]:
 def _encounters(fragments: Fragments, **options: Any) -> Encounters:
     from benchmarks.timing import all_threads
 
-    job = Job(
+    job = FlightJob(
         fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, Scene(0.0), (), Adaptive(),
         Domain(), 3600.0, (0.0, 0.0),
     )  # fmt: skip

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.followed_quantities import QUANTITIES
 from fragfield.grid_convergence import grid_convergence
 from fragfield.run_directory import SCRATCH
 
@@ -27,20 +28,10 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
     from fragfield.ensemble import FlownEnsemble
-    from fragfield.stages import Job
+    from fragfield.job import Job
 
-__all__ = ["QUANTITIES", "convergence_of", "convergence_words", "with_cells"]
+__all__ = ["convergence_of", "convergence_words", "with_cells"]
 
-QUANTITIES = {
-    "mean_initial_speed": ("mean speed", "m/s"),
-    "max_initial_speed": ("largest speed of a cell", "m/s"),
-    "speed_99": ("speed that 99 % of the casing's mass does not exceed", "m/s"),
-    "outer_diameter": ("outer diameter", "m"),
-    "hazardous_fragments": ("hazardous fragments that landed, per event", ""),
-    "hazard_distance": ("distance of the expected density", "m"),
-    "hazard_distance_upper": ("hazard distance, upper bound (95 %)", "m"),
-}
-"""Names, words and units of what is followed."""
 _CONSOLE = (
     ("mean_initial_speed", "mean speed", 1.0, "m/s"),
     ("speed_99", "99 % of the mass", 1.0, "m/s"),

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from flight.hazard.polar_grid import PolarGrid
     from flight.hazard.tally import Tally
     from fragfield.case import Case
+    from fragfield.job import Job
     from fragfield.realisations import Realisations
-    from fragfield.stages import Job
     from transition import BreakUpResult
 
 __all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]

@@ -13,11 +13,12 @@ from fragfield.case import load_case
 from fragfield.case.bounds import outside_soft
 from fragfield.case.changes import load_set_case
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
+from fragfield.job import Job
 from fragfield.logs import logged
 from fragfield.parallel import Team
 from fragfield.progress import ProgressReporter
 from fragfield.run_directory import STAGES, RunDirectory
-from fragfield.stages import Job, perform
+from fragfield.stages import perform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.exposed_places import describe_exposed
 from fragfield.case.placing import heights, placed
 from fragfield.case.surroundings import describe_surroundings, ground_height
 
@@ -56,7 +57,7 @@ def arrangement(case: Case) -> dict[str, Any]:
         ],
         "min_clearance": _min_clearance(case, bodies),
         "planes": [_plane(case, plane, bodies) for plane in case.plane],
-        "surroundings": describe_surroundings(case),
+        "surroundings": {**describe_surroundings(case), "exposed": describe_exposed(case)},
         "contact": {
             "charge_casing": contact.charge_casing,
             "cohesion": contact.cohesion,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight import Fragments
-    from fragfield.stages import Job
+    from fragfield.job import Job
     from transition import BreakUp
 
 __all__ = ["Realisations"]

@@ -22,6 +22,7 @@ from tests import vocabulary
         ("becoming, incoming; the coming step", ["coming"]),
         ("at_least, at least, least squares, least_speed, _LEAST", ["least_speed", "_LEAST"]),
         ("cases/grenade_155_tnt.toml of a grenade", ["grenade"]),
+        ("`min_speed`, before `least_speed`; now `least_speed`", ["least_speed"]),
         ("thrown back; for the eye; no number; dimensions", ["thrown back", "for the eye", "no number"]),
     ],
 )

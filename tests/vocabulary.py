@@ -86,6 +86,7 @@ TERMS = (
 )
 """Kept in the order of the glossary."""
 
+_FORMER = r"before `\w+`"  # of a key or a name that has changed, as the changelog has it
 _ANY = re.compile("|".join(f"(?:{term.pattern.pattern})" for term in TERMS), re.IGNORECASE)
 """Quick: whether a line needs a closer look."""
 
@@ -103,9 +104,9 @@ def faults_in(text: str, where: str = "") -> list[Finding]:
 
 
 def _is_allowed(line: str, column: int, term: Term) -> bool:
-    """Whether the word that begins in this column stands within an allowed use."""
-    uses = re.finditer(term.allowed, line) if term.allowed else ()
-    return any(use.start() <= column < use.end() for use in uses)
+    """Whether the word that begins in this column stands within an allowed use, or is a former name that is quoted."""
+    allowed = f"(?:{term.allowed})|{_FORMER}" if term.allowed else _FORMER
+    return any(use.start() <= column < use.end() for use in re.finditer(allowed, line))
 
 
 def faults_of(path: Path, root: Path = ROOT) -> list[Finding]:

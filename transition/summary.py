@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from transition.directions import Directions
-    from transition.ledger import Ledger
+    from transition.ledger import BreakUpLedger
     from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 
@@ -18,9 +18,9 @@ __all__ = ["summarised"]
 def summarised(
     rounds: Sequence[BrokenRound],
     results: Sequence[SegmentResult],
-    ledgers: Mapping[int, Ledger],
+    ledgers: Mapping[int, BreakUpLedger],
     directions: Mapping[int, Directions],
-    handed_over: Ledger,
+    handed_over: BreakUpLedger,
     settings: BreakUpSettings,
     outside: Mapping[str, Sequence[str]],
     turn: float | None,
@@ -35,7 +35,7 @@ def summarised(
         Segments of all of them.
     ledgers, directions : mappings from a round's number
         For the rounds that have fragments.
-    handed_over : Ledger
+    handed_over : BreakUpLedger
         Of all rounds together.
     settings : BreakUpSettings
         Choices of the break-up.
@@ -74,7 +74,7 @@ def summarised(
 
 
 def _round_summary(
-    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: Ledger, directions: Directions
+    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: BreakUpLedger, directions: Directions
 ) -> dict[str, Any]:
     return {
         "name": broken.name,

@@ -57,7 +57,7 @@ class FlownChunk:
 
 
 class ChunkFlight(Protocol):
-    """What flies a chunk once: `flight.integrate.job.Job`."""
+    """What flies a chunk once: `flight.integrate.job.FlightJob`."""
 
     scene: Scene
     around: Surroundings

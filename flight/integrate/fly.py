@@ -14,7 +14,7 @@ from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
-from flight.integrate.job import FlightProgress, Job
+from flight.integrate.job import FlightJob, FlightProgress
 from flight.integrate.legs import legs_between
 from flight.result import FlightResult, Status
 from flight.scene.air import Air, ConstantAir, StandardAtmosphere
@@ -128,7 +128,7 @@ def fly(
     if contact is not None:
         scene.check_contact()
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
-    job = Job(
+    job = FlightJob(
         fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
         near_ground,
     )  # fmt: skip
@@ -149,7 +149,7 @@ def fly(
 
 
 def _fly_in_contact(
-    job: Job, contact: Contact, chosen: NDArray[np.int64], threads: int,
+    job: FlightJob, contact: Contact, chosen: NDArray[np.int64], threads: int,
     on_progress: Callable[[FlightProgress], None] | None, began: float,
 ) -> tuple[FlightResult, NDArray[np.float32]]:  # fmt: skip
     """Find all contacts, then fly the legs between them."""
@@ -217,7 +217,7 @@ def _check(
 
 
 def _summary(
-    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: Job, seconds: float
+    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: FlightJob, seconds: float
 ) -> dict[str, Any]:
     landing = result.landing
     landed = landing["status"] == Status.LANDED

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from flight.scene.wind import Wind
 
-__all__ = ["FlightProgress", "Job"]
+__all__ = ["FlightProgress", "FlightJob"]
 
 CHUNK = 2048  # fragments a thread takes at once
 EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
@@ -55,7 +55,7 @@ class FlightProgress:
         return self.wall_seconds * (self.total - self.done) / max(self.done, 1)
 
 
-class Job:
+class FlightJob:
     """One flight: the tables, and the threads that pull chunks of fragments."""
 
     def __init__(

@@ -54,7 +54,7 @@ class Legs:
     def join(
         self, landing: NDArray[Any], hits: NDArray[Any], extremes: NDArray[np.float32]
     ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float32]]:
-        """What a flight gave for the legs, as `flight.integrate.job.Job.run` returns it, for the fragments."""
+        """What a flight gave for the legs, as `flight.integrate.job.FlightJob.run` returns it, for the fragments."""
         owner, starts, last = self.owner, self.first[:-1], self._last(landing)
         rows = landing[last]
         launch_speed = np.linalg.norm(self.launched.velocity, axis=1)

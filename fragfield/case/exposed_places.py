@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Place", "check_exposed", "outline_of", "places_of", "resolved_exposed", "site_of"]
+__all__ = ["Place", "check_exposed", "describe_exposed", "outline_of", "places_of", "resolved_exposed", "site_of"]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24
@@ -348,3 +348,16 @@ def _contains(corners: Array, point: tuple[float, ...]) -> bool:
         if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
             inside = not inside
     return inside
+
+
+def describe_exposed(case: Case) -> list[dict[str, Any]]:
+    """Exposed places for `fragfield check`: name, kind, distance and azimuth of the nearest edge, pieces."""
+    found = []
+    for place in places_of(case):
+        away = place.edge() - np.asarray(case.flight.origin)
+        distance = np.hypot(away[:, 0], away[:, 1])
+        nearest = int(np.argmin(distance))
+        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
+        entry = {"name": place.table.name, "kind": place.table.kind, "distance": float(distance[nearest])}
+        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(place.prisms)})
+    return found

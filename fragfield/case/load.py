@@ -20,7 +20,7 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTabl
 from fragfield.case.schema import Case
 from fragfield.case.stack import expanded, stacked_names
 from fragfield.errors import InputError
-from fragfield.stamped import MOST_CASE
+from fragfield.file_sizes import MOST_CASE
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -206,7 +206,7 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.convert import burst_round
+    from fragfield.case.convert_burst import burst_round
 
     mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

@@ -24,7 +24,7 @@ def placed(entry: RoundTable) -> Body:
     from burst_fenicsx.geometry.clearance import Body, placed_body
     from burst_fenicsx.geometry.solids import Hull
     from burst_fenicsx.meshing import mesh_round
-    from fragfield.case.convert import burst_round
+    from fragfield.case.convert_burst import burst_round
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)

@@ -71,25 +71,7 @@ def describe_surroundings(case: Case) -> dict[str, Any]:
         "ground": described,
         "bounce": None if bounce is None else asdict(bounce),
         "obstacles": obstacles,
-        "exposed": _exposed(case),
     }
-
-
-def _exposed(case: Case) -> list[dict[str, Any]]:
-    """Exposed places: name, kind, distance and azimuth of the nearest edge, pieces."""
-    import numpy as np
-
-    from fragfield.case.exposed_places import places_of
-
-    found = []
-    for place in places_of(case):
-        away = place.edge() - np.asarray(case.flight.origin)
-        distance = np.hypot(away[:, 0], away[:, 1])
-        nearest = int(np.argmin(distance))
-        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        entry = {"name": place.table.name, "kind": place.table.kind, "distance": float(distance[nearest])}
-        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(place.prisms)})
-    return found
 
 
 def _map_extent(ground: HeightMap) -> dict[str, Any]:

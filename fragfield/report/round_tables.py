@@ -14,7 +14,7 @@ from fragfield.report.quantities import UNKNOWN, Row, number, row, si_value
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.report.run_files import RoundData, RunFiles
+    from fragfield.report.run_files import RoundTables, RunFiles
 
 __all__ = [
     "PLACE_KEYS",
@@ -137,7 +137,7 @@ def round_table(run: RunFiles) -> Iterator[Table]:
         )
 
 
-def _round_line(item: RoundData, summary: dict[str, Any], *, balanced: bool) -> tuple[str, ...]:
+def _round_line(item: RoundTables, summary: dict[str, Any], *, balanced: bool) -> tuple[str, ...]:
     casing, charge = float(item.attributes["casing_mass"]), float(item.attributes["charge_mass"])
     along = item.along[item.along["casing_mass"] > 0]
     mean = float(np.average(along["mean_speed"], weights=along["casing_mass"])) if len(along) else np.nan

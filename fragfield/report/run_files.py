@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from transition.mirroring import SymmetryPlane
 
-__all__ = ["STAGE_FILES", "RoundData", "RunFiles", "read_run"]
+__all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
 
 STAGE_FILES = {
     "burst": "burst_snapshot.h5",
@@ -37,7 +37,7 @@ _PROVENANCE_SKIPPED = ("format", "format_version", "time", "geometry")
 
 
 @dataclass(frozen=True)
-class RoundData:
+class RoundTables:
     """One round at the end of the burst: attributes, and its tables as structured arrays (SI)."""
 
     attributes: dict[str, Any]
@@ -61,7 +61,7 @@ class RunFiles:
     log: str = ""
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
-    rounds: list[RoundData] = field(default_factory=list)
+    rounds: list[RoundTables] = field(default_factory=list)
     planes: list[SymmetryPlane] = field(default_factory=list)
     """Planes of symmetry, behind which mirrored rounds stand."""
     history: dict[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -174,7 +174,7 @@ def _read_snapshot(run: RunFiles) -> None:
             for name in sorted(file["rounds"], key=int):
                 group = file["rounds"][name]
                 attributes = {key: _plain(value) for key, value in group.attrs.items()}
-                run.rounds.append(RoundData(attributes, _strings(group["segments"][()]), group["along"][()]))
+                run.rounds.append(RoundTables(attributes, _strings(group["segments"][()]), group["along"][()]))
             run.planes = [_plane(group) for group in file.get("planes", {}).values()]
         except (KeyError, OSError) as error:
             raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error

@@ -25,7 +25,7 @@ from flight import (
 from flight.files.results import read_contacts
 from flight.files.text_tables import read_columns
 from flight.integrate.contact import Encounters
-from flight.integrate.job import Job
+from flight.integrate.job import FlightJob
 from flight.scene.scene import Scene
 
 STILL = {"air": "vacuum", "gravity": 0.0, "ground": None, "time_limit": 0.05}
@@ -155,7 +155,7 @@ def test_the_way_to_an_impact_is_the_flights_own() -> None:
 @pytest.mark.parametrize("number", [600, pytest.param(5000, marks=pytest.mark.slow)])
 def test_cells_find_what_comparing_all_pairs_finds(number: int) -> None:
     fragments = stack(number, seed=7)
-    job = Job(
+    job = FlightJob(
         fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, Scene(0.0), (), Adaptive(),
         Domain(), 3600.0, (0.0, 0.0),
     )  # fmt: skip

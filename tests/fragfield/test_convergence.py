@@ -17,12 +17,12 @@ from fragfield import convergence as module
 from fragfield.case import load_case
 from fragfield.convergence import convergence_of, convergence_words, with_cells
 from fragfield.errors import InputError
+from fragfield.job import Job
 from fragfield.parallel import Team
 from fragfield.progress import ProgressReporter
 from fragfield.report.convergence_tables import convergence_tables
 from fragfield.report.findings import _grid_convergence
 from fragfield.run_directory import SCRATCH, STAGES, RunDirectory
-from fragfield.stages import Job
 from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
