@@ -1,6 +1,6 @@
 """What the burst stage is asked to compute: plain data in SI units, without defaults that hide a choice.
 
-The front door fills these from a case file; a user of the package may fill them by hand.
+`fragfield` fills these from a case file; a user of the package may fill them by hand.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' st
 
 @dataclass(frozen=True)
 class BurstProgress:
-    """How far the burst is. Times in s; steps are the longest; `seconds_left` is a guess from the rate so far."""
+    """Progress of the burst. Times in s; macro steps; `seconds_left` is estimated from the rate so far."""
 
     time: float
     end_time: float

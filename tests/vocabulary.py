@@ -81,6 +81,7 @@ TERMS = (
     Term("chances?", "randomness, random generator, statistical error, p-value"),
     Term("for the eyes?", "for visualisation"),
     Term("rooms|rooms? and rules", "folders, architecture"),
+    Term("front doors?", "command line, interface"),
     Term("grenades?", "projectile, shell", allowed=r"grenade_155|grenade, hence the file's name"),
     Term("(?<!at_)least_[a-z_]+|(?<!at)_least", "min_..., minimum", allowed=r"least_squares"),
 )

@@ -42,7 +42,7 @@ def own_sums(rows: np.ndarray, comm: MPI.Comm, shape: tuple[int, ...]) -> np.nda
 
 
 def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
-    """Everything that contact remembers, by name; whole on rank 0, to be ignored elsewhere. Collective."""
+    """The whole state of contact, by name; whole on rank 0, to be ignored elsewhere. Collective."""
     comm = contact.comm
     sums = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
     deepest = contact.penetrations.over(comm)

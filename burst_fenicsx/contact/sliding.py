@@ -224,7 +224,7 @@ class SlidingInterface:
         return np.array([bonded.sum(), (touching & ~bonded).sum(), self.contacts.off[own].sum()], dtype=float)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What the contacts remember, whole on every rank; collective."""
+        """State of the contacts, whole on every rank; collective."""
         own, found = self.contacts.contact, {}
         for name in INTERFACE_STATE:
             values = getattr(self.contacts, name)

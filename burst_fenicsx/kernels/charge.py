@@ -151,7 +151,7 @@ def charge_block(
 def load_state(
     block: int, time: float, by_compression: float, grid: Grid, state: ChargeState, scratch: np.ndarray
 ) -> float:
-    """Bring what the cells remember together by lanes and burn them as far as time does.
+    """Gather the cell state into lanes and burn cells as far as time does.
 
     Returns the smallest fraction burnt before.
     """
@@ -343,7 +343,7 @@ def add_work(
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
-    """Add up the work of the step, find the limits and write back what the cells remember."""
+    """Add up the work of the step, find the limits and write the cell state back."""
     slot = block * LANES
     heat = work = hourglass = 0.0
     for lane in range(grid.filled[block]):

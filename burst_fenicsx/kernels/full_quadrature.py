@@ -155,7 +155,7 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
 
 @block_kernel
 def _load_point(cells: np.ndarray, point: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Bring what the cells remember of a point together by lanes."""
+    """Gather the cell state of a point into lanes."""
     for lane in range(LANES):
         cell = np.uint64(cells[lane])
         for k in range(6):
@@ -166,7 +166,7 @@ def _load_point(cells: np.ndarray, point: int, state: SolidState, scratch: np.nd
 
 @block_kernel
 def _store_point(cells: np.ndarray, count: int, point: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Write back what the cells remember of a point."""
+    """Write the cell state of a point back."""
     for lane in range(count):
         cell = np.uint64(cells[lane])
         for k in range(6):

@@ -213,7 +213,7 @@ def solid_block(
 
 @block_kernel
 def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
-    """Bring what the cells remember together by lanes."""
+    """Gather the cell state into lanes."""
     slot = block * LANES
     start = address(state.stress)
     for first in range(0, LANES, WIDTH):
@@ -232,7 +232,7 @@ def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -
 
 @block_kernel
 def _fetch_next(block: int, grid: Grid, state: SolidState) -> None:
-    """Bring what the next block's cells remember near, while this block is computed."""
+    """Prefetch the cell state of the next block while this block is computed."""
     next_block = min(block + 1, len(grid.filled) - 1)
     start = address(state.hourglass) + np.uint64(next_block * 12 * LANES * 8)
     for line in range(12 * LANES * 8 // 64):
@@ -244,7 +244,7 @@ def _fetch_next(block: int, grid: Grid, state: SolidState) -> None:
 
 @block_kernel
 def store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
-    """Write back what the cells remember."""
+    """Write the cell state back."""
     start = address(state.stress)
     # Lanes that repeat the block's last cell hold the same.
     for first in range(0, LANES, WIDTH):

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LOG_COLUMNS", "PARTNERS", "Spheres", "Touch", "advance", "first_collisions", "strike_in_turn"]
 
-PARTNERS = 8  # that a fragment remembers
+PARTNERS = 8  # the last ones that a fragment struck
 # time; the two fragments; places (3, 3); velocities before (3, 3) and after (3, 3); speed of closing; energy lost (J)
 LOG_COLUMNS = 23
 
@@ -127,7 +127,7 @@ def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch:
 
 @njit(error_model="numpy", _nrt=False)
 def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
-    """Return whether the first fragment remembers to have struck the second after a time."""
+    """Whether the first fragment has struck the second after a time, as far as its partners are kept."""
     found = False
     for k in range(PARTNERS):
         found = found or (spheres.partners[i, k] == j and spheres.struck[i, k] > since)

@@ -94,7 +94,7 @@ class BurstTable(Table):
     """How the burst is computed."""
 
     cell_size: PositiveLength
-    """Edge of a cell: the only thing to say about the mesh."""
+    """Target edge length of the cells; the only mesh parameter."""
     geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
     """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
     convergence: Literal["auto", "off"] = "auto"

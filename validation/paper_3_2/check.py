@@ -204,8 +204,8 @@ def _sentence(met: Estimate | None, ratios: list[Estimate], words: str) -> str:
     return (
         f"On the {words} the number ratio of {wanted:g} is met by sectors of {met.value:.1f} ± {met.error:.1f} degrees "
         "on either side of the focus; narrower sectors hold more, wider ones less. The paper states no sector, so its "
-        "figure fixes the half-width, not the ratio; with nothing changed elsewhere and every hit kept it would be "
-        f"{_equal_lobes():.0f} degrees."
+        "figure fixes the half-width, not the ratio; if the density elsewhere stayed as for a single round and no "
+        f"hit were lost, the half-width would be {_equal_lobes():.0f} degrees."
     )
 
 
