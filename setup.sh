@@ -32,7 +32,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   install    set up only (default)
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
-  lint       ruff, mypy, import-linter
+  lint       ruff, mypy, import-linter, the list of words that are not used
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
   mutants    small faults in the physics, and the share that the tests notice; arguments: N SEED MINUTES, or "chosen"
   validate   the slow tests and the validation cases; arguments go to python -m validation
@@ -372,6 +372,8 @@ case $act in
             shift
             "$bin/$tool" "$@" || status=1
         done
+        say "vocabulary"
+        "$bin/python" -m tests.vocabulary || status=1
         exit "$status"
         ;;
     attack) exec "$bin/python" -m tests.attack "$@" ;;

@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any]]:
     """The figures of each benchmark, and what they were taken on; the time that each takes goes to stderr.
 
-    One whose run stops, with cells of a size that nobody tried, is told and left out.
+    One whose run stops, with cells of a size that nobody tried, is reported and left out.
     """
     from benchmarks.machine import Others, machine
     from benchmarks.readme import write_tables

@@ -23,7 +23,7 @@ _RUNS = 3
 
 
 def break_up(options: Options) -> dict[str, Any]:
-    """Seconds for 50,000 fragments of the paper's round just after it is lit: neither cells nor law know its age."""
+    """Seconds for 50,000 fragments of the paper's round just after initiation: neither cells nor law know its age."""
     from benchmarks.state import new_run
 
     run = new_run(options.cell_size, end_time=_END_TIME, subcycling=True)

@@ -12,11 +12,11 @@ from benchmarks.flight_growth import grown
 from benchmarks.flight_plain import PlainFlight, plain_seconds
 from benchmarks.goal import at_least, at_most
 from flight import Contact, Cylinder, Fragments, Panel, StandardAtmosphere, fly
-from flight.contact import Encounters
 from flight.drag import Drag
-from flight.integrator import Adaptive, Domain
-from flight.job import Job
-from flight.scene import Scene
+from flight.integrate.contact import Encounters
+from flight.integrate.integrator import Adaptive, Domain
+from flight.integrate.job import FlightJob
+from flight.scene.scene import Scene
 
 if TYPE_CHECKING:
     from benchmarks.options import Options
@@ -179,7 +179,7 @@ def _contact() -> dict[str, Any]:
 def _encounters(fragments: Fragments, **options: Any) -> Encounters:
     from benchmarks.timing import all_threads
 
-    job = Job(
+    job = FlightJob(
         fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, Scene(0.0), (), Adaptive(),
         Domain(), 3600.0, (0.0, 0.0),
     )  # fmt: skip

@@ -50,8 +50,9 @@ def _main(number: int) -> None:
     from benchmarks.flight import burst_cloud
     from benchmarks.fresh import peak_bytes
     from flight import Cylinder, fly
-    from flight.result import FlightResult, flat_columns
-    from flight.text_tables import write_columns
+    from flight.files.text_tables import write_columns
+    from flight.result import FlightResult
+    from flight.rows import flat_columns
 
     ring = Cylinder(name="ring", centre=(0.0, 0.0), radius=7.62)
     fragments = burst_cloud(number)

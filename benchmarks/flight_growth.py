@@ -39,8 +39,8 @@ def _fresh(number: int) -> dict[str, Any]:
     command = [sys.executable, "-m", "benchmarks.flight_growth", str(number)]
     root = Path(__file__).resolve().parent.parent
     done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, text=True, check=True)
-    told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return told
+    figures: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return figures
 
 
 def _main(number: int) -> None:
@@ -52,8 +52,8 @@ def _main(number: int) -> None:
     fly(fragments.select(slice(0, 5000)))
     began, worked = time.perf_counter(), time.process_time()
     landed = fly(fragments).summary["landed"]
-    told = {"seconds": time.perf_counter() - began, "core_seconds": time.process_time() - worked}
-    print(json.dumps({"fragments": number, "landed": landed, **told, "peak_bytes": peak_bytes()}))
+    figures = {"seconds": time.perf_counter() - began, "core_seconds": time.process_time() - worked}
+    print(json.dumps({"fragments": number, "landed": landed, **figures, "peak_bytes": peak_bytes()}))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A run in a process of its own: `python -m benchmarks.fresh CELL_SIZE END_TIME` tells its times and memory as JSON."""
+"""A run in a process of its own: `python -m benchmarks.fresh CELL_SIZE END_TIME` prints times and memory as JSON."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def fresh_run(cell_size: float, end_time: float, environment: Mapping[str, str] 
     done = subprocess.run(
         command, cwd=_ROOT, env={**os.environ, **(environment or {})}, stdout=subprocess.PIPE, text=True, check=True
     )
-    told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return {key: value - began if key.startswith("seconds_to") else value for key, value in told.items()}
+    figures: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return {key: value - began if key.startswith("seconds_to") else value for key, value in figures.items()}
 
 
 def peak_bytes() -> int:
@@ -54,14 +54,14 @@ def peak_bytes() -> int:
 def _main(cell_size: float, end_time: float) -> None:
     from benchmarks.state import new_run
 
-    told: dict[str, Any] = {"seconds_to_imports": time.monotonic()}
+    figures: dict[str, Any] = {"seconds_to_imports": time.monotonic()}
     run = new_run(cell_size, end_time=end_time, subcycling=True)
-    told["seconds_to_set_up"] = time.monotonic()
+    figures["seconds_to_set_up"] = time.monotonic()
     run.solver.step()
-    told["seconds_to_first_step"] = time.monotonic()
+    figures["seconds_to_first_step"] = time.monotonic()
     run.run()
     run.finish()
-    print(json.dumps({"cells": len(run.mesh.cells), **told, "peak_bytes": peak_bytes()}))
+    print(json.dumps({"cells": len(run.mesh.cells), **figures, "peak_bytes": peak_bytes()}))
 
 
 if __name__ == "__main__":

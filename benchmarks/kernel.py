@@ -36,7 +36,7 @@ def kernel_at(cell_size: float) -> dict[str, Any]:
                 "elastic": (_CALLS, forces_of_part(early, charge=False)),
                 "full": (2, forces_of_part(full, charge=False)),
                 "burnt": (_CALLS, forces_of_part(middle, charge=True)),
-                "unlit": (_CALLS, forces_of_part(early, charge=True)),
+                "unreacted": (_CALLS, forces_of_part(early, charge=True)),
             },
         )
     return {
@@ -50,6 +50,6 @@ def kernel_at(cell_size: float) -> dict[str, Any]:
         },
         "charge": {
             "seconds_per_cell_step": times["burnt"] / charge,
-            "seconds_per_cell_step_unlit": times["unlit"] / charge,
+            "seconds_per_cell_step_unreacted": times["unreacted"] / charge,
         },
     }

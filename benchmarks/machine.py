@@ -24,7 +24,7 @@ class Others:
 
     @property
     def cores(self) -> float | None:
-        """The mean number of cores; None where the system does not tell, or in less than a second."""
+        """The mean number of cores; None where the system does not say, or in less than a second."""
         passed, now = time.perf_counter() - self._began, _seconds_of_others()
         if self._before is None or now is None or passed < 1.0:
             return None

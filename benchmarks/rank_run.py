@@ -1,6 +1,6 @@
 """A burst on some ranks, watched: `mpirun -n N python -m benchmarks.rank_run CASE CELL_SIZE END_TIME [LEVELS]`.
 
-Rank 0 tells what was found as JSON; a single rank writes its cells' levels to the file LEVELS.
+Rank 0 prints what was found as JSON; a single rank writes its cells' levels to the file LEVELS.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.contact.collisions import CollidingSurfaces
+from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.simulation import Simulation
-from burst_fenicsx.subcycling import Subcycling
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
 
@@ -132,7 +132,7 @@ def _main(case: Path, cell_size: str, end_time: float, levels: Path | None) -> N
     )
     of_all = np.array(comm.allgather(own))
     if comm.rank == 0:
-        told: dict[str, Any] = {
+        figures: dict[str, Any] = {
             "ranks": comm.size,
             "cells": int(of_all[:, 5].sum()),
             "surface_nodes": len(run.contact.collisions.surfaces.node) if run.contact.collisions else 0,
@@ -154,7 +154,7 @@ def _main(case: Path, cell_size: str, end_time: float, levels: Path | None) -> N
             ordered = np.empty((len(watch.levels), mesh.cells), dtype=np.int8)
             ordered[:, mesh.cell] = watch.levels
             np.savez(levels, step=watch.steps, level=ordered)
-        print(json.dumps(told))
+        print(json.dumps(figures))
 
 
 if __name__ == "__main__":

@@ -95,8 +95,8 @@ def _measured(number: int, levels: Path) -> dict[str, Any]:
     done = subprocess.run(
         ["mpirun", "-n", str(number), *command], cwd=_ROOT, stdout=subprocess.PIPE, text=True, check=True
     )
-    told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return told
+    figures: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return figures
 
 
 def estimate(
@@ -173,14 +173,14 @@ def shared_nodes(mesh: HexahedralMesh, number: int) -> tuple[int, int]:
 def balance(steps: np.ndarray, levels: np.ndarray, number: int) -> float:
     """Time with runs of cells on `number` ranks over that with equal work: all wait for the slowest in every step.
 
-    `steps` (choices,) s are the longest steps chosen, `levels` (choices, cells) the cells' levels.
+    `steps` (choices,) s are the macro steps chosen, `levels` (choices, cells) the cells' levels.
     """
     owner = np.arange(levels.shape[1], dtype=np.int64) * number // levels.shape[1]
     slowest = mean = 0.0
     for step, level in zip(steps, levels, strict=True):
-        for least in range(int(level.max()) + 1):
-            active = np.bincount(owner[level >= least], minlength=number)
-            parts = 2 ** max(least - 1, 0) / step  # of the steps in a second
+        for min_level in range(int(level.max()) + 1):
+            active = np.bincount(owner[level >= min_level], minlength=number)
+            parts = 2 ** max(min_level - 1, 0) / step  # of the steps in a second
             slowest += parts * active.max()
             mean += parts * active.mean()
     return slowest / mean

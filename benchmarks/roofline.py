@@ -1,4 +1,4 @@
-"""The least time that the element forces could take here, by memory and by arithmetic, beside what they take."""
+"""The minimum time that the element forces could take here, by memory and by arithmetic, beside what they take."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The states that are timed: the 155 mm round of case 3.1 just lit, in the middle of its expansion, and made by hand.
+"""The states that are timed: the 155 mm round of case 3.1 just initiated, half-way expanded, and made by hand.
 
 How a run is stepped and how its element forces are computed alone stands here and nowhere else.
 """
@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
@@ -52,7 +52,7 @@ _POINTS = 8
 
 
 def one_step(run: Simulation) -> None:
-    """Advance by one step in which every cell is evaluated once: cells do not take steps of their own here."""
+    """Advance by one step in which every cell is evaluated once: without local time stepping here."""
     run.solver.step()
 
 
@@ -60,7 +60,7 @@ def one_step(run: Simulation) -> None:
 def forces_alone(run: Simulation) -> Iterator[Callable[[], None]]:
     """Give a function that computes the element forces of all cells, without contact, where the nodes now are.
 
-    The step that it is told is so small that stresses stay as they are, yet cells that flow still return to the limit.
+    The prescribed step is so small that stresses stay as they are, yet cells that flow still return to the limit.
     """
     solver, contact = run.solver, run.solver.contact
     step = _SMALL * solver.time_step
@@ -79,9 +79,9 @@ def new_run(
     *,
     subcycling: bool = False,
 ) -> Simulation:
-    """The case with cells of this size (m), at rest and unlit; its folder goes when the process ends.
+    """The case with cells of this size (m), at rest and unreacted; its folder goes when the process ends.
 
-    With `subcycling` cells take steps of their own, as they do by default.
+    With `subcycling` cells are stepped locally, as they are by default.
     """
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
     case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")

@@ -54,7 +54,7 @@ def _words(key: str) -> str:
 
 
 def shown(key: str, value: object) -> str:
-    """A value with its unit, which its key tells: everything is in SI."""
+    """A value with its unit, which its key names: everything is in SI."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     if "per_second" in key:

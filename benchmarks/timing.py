@@ -35,7 +35,7 @@ def best_of(repeats: int, actions: Mapping[str, tuple[int, Callable[[], object]]
 
     Parameters
     ----------
-    repeats : how often each is timed; what else the machine does disturbs the best the least.
+    repeats : how often each is timed; what else the machine does disturbs the best one little.
     actions : by name, how many calls are timed together, and what is called. All take turns, so that a slower spell of
         the machine meets them alike. Each is called once before, untimed.
     """

@@ -14,7 +14,7 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import LANES
 
 if TYPE_CHECKING:
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["STILL", "TRAFFIC", "Moved", "bytes_per_cell", "uncounted"]
 

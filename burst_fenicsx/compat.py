@@ -115,16 +115,16 @@ def _count_used(cells: np.ndarray) -> int:
 
 
 def _merged(cells: np.ndarray, twins: np.ndarray | None) -> np.ndarray:
-    """Cells by places: the nodes of each set of coincident ones replaced by the least of the set."""
+    """Cells by places: the nodes of each set of coincident ones replaced by the lowest of the set."""
     if twins is None or len(twins) == 0 or len(cells) == 0:
         return cells
     place = np.arange(max(int(cells.max()), int(twins.max())) + 1)
     while True:
-        least = np.minimum(place[twins[:, 0]], place[twins[:, 1]])
-        if (place[twins] == least[:, None]).all():
+        lowest = np.minimum(place[twins[:, 0]], place[twins[:, 1]])
+        if (place[twins] == lowest[:, None]).all():
             return place[cells]
         for side in range(2):
-            np.minimum.at(place, twins[:, side], least)
+            np.minimum.at(place, twins[:, side], lowest)
 
 
 def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:

@@ -1,6 +1,6 @@
 """What the burst stage is asked to compute: plain data in SI units, without defaults that hide a choice.
 
-The front door fills these from a case file; a user of the package may fill them by hand.
+`fragfield` fills these from a case file; a user of the package may fill them by hand.
 """
 
 from __future__ import annotations
@@ -69,10 +69,10 @@ class Explosive:
     density: float
     detonation_velocity: float
     heat_of_detonation: float
-    sound_speed: float  # bulk, of the unlit charge
+    sound_speed: float  # bulk, of the unreacted charge
     jwl: JonesWilkinsLee | None = None
-    shear_modulus: float = 3.5e9  # of the unlit charge (Pa)
-    shear_strength: float = 5.0e7  # of the unlit charge (Pa)
+    shear_modulus: float = 3.5e9  # of the unreacted charge (Pa)
+    shear_strength: float = 5.0e7  # of the unreacted charge (Pa)
     source: str = ""
     critical_energy: tuple[float, float] | None = None  # of initiation by shock: published range (J/m2)
     critical_energy_source: str = ""
@@ -96,10 +96,10 @@ class CasingMaterial:
 
 @dataclass(frozen=True)
 class IgnitionPoint:
-    """A point that lights the charge.
+    """A point that initiates the charge.
 
     `station` is measured along the axis from the nose end of the round (m), `offset` is the place
-    across the axis (m); `delay` is the time at which the point lights (s).
+    across the axis (m); `delay` is the time at which the point fires (s).
     """
 
     station: float
@@ -137,7 +137,7 @@ class Round:
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     ignition: tuple[IgnitionPoint, ...] = ()
-    initiation: ShockInitiation | None = None  # lit by shock as well as by its points
+    initiation: ShockInitiation | None = None  # initiated by shock as well as by its points
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ class RigidPlane:
 class TimeStep:
     """`fixed` (s) overrides the CFL step, which is `cfl` times the stable limit.
 
-    With `subcycling` cells take steps of their own, powers of two apart (see `burst_fenicsx.subcycling`).
+    With `subcycling` time stepping is local, with steps powers of two apart (see `burst_fenicsx.mechanics.subcycling`).
     """
 
     cfl: float = 0.8

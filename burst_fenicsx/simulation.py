@@ -12,27 +12,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.checks import check_planes, check_problem
 from burst_fenicsx.contact import ContactForces
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.exposure import ShockExposures
-from burst_fenicsx.fields import FUZE, BurstFields, make_fields
-from burst_fenicsx.gathered import output_fields, snapshot_fields
-from burst_fenicsx.initiation import ShockInitiations
-from burst_fenicsx.ledger import LEAST_WORK, Ledger
-from burst_fenicsx.measures import Measures, RoundMeasures
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.files.snapshot import write_snapshot
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.fields import FUZE, BurstFields, make_fields
+from burst_fenicsx.mechanics.initiation import ShockInitiations
+from burst_fenicsx.mechanics.ledger import MIN_WORK, Ledger
+from burst_fenicsx.mechanics.solver import BurstSolver, Hold
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.output import TimeSeries
-from burst_fenicsx.passage import Passage
 from burst_fenicsx.problem import BurstSettings, Part, Round
-from burst_fenicsx.records import round_records
-from burst_fenicsx.snapshot import write_snapshot
-from burst_fenicsx.solver import BurstSolver, Hold
-from burst_fenicsx.summary import Clocks, burst_summary
-from burst_fenicsx.surfaces import radial_surfaces
+from burst_fenicsx.records.clocks import Clocks
+from burst_fenicsx.records.exposure import ShockExposures
+from burst_fenicsx.records.gather import output_fields, snapshot_fields
+from burst_fenicsx.records.measures import Measures, RoundMeasures
+from burst_fenicsx.records.passage import Passage
+from burst_fenicsx.records.rounds import round_records
+from burst_fenicsx.records.summary import burst_summary
+from burst_fenicsx.records.surfaces import radial_surfaces
 from burst_fenicsx.symmetry import smallest_part
 from burst_fenicsx.symmetry.completion import Completion
 from burst_fenicsx.symmetry.words import symmetry_words
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.meshing.distributed import DistributedMesh
-    from burst_fenicsx.surfaces import RadialSurfaces
+    from burst_fenicsx.records.surfaces import RadialSurfaces
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
 
@@ -57,7 +58,7 @@ _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' st
 
 @dataclass(frozen=True)
 class BurstProgress:
-    """How far the burst is. Times in s; steps are the longest; `seconds_left` is a guess from the rate so far."""
+    """Progress of the burst. Times in s; macro steps; `seconds_left` is estimated from the rate so far."""
 
     time: float
     end_time: float
@@ -235,7 +236,7 @@ class Simulation:
         chemical = self.comm.allreduce(chemical)
         return Ledger(
             self.settings.energy_tolerance,
-            LEAST_WORK * float(chemical.sum()),
+            MIN_WORK * float(chemical.sum()),
             chemical,
             self.comm,
             balanced=self.part.held_directions,
@@ -328,9 +329,9 @@ class Simulation:
         return self.settings.end_time is None and self.acceleration_complete is not None
 
     def _burnt_out(self) -> bool:
-        """Whether no charge waits to be lit any more."""
-        light = self.fields.charge.ignition_time
-        latest = float(light[np.isfinite(light)].max(initial=0.0))
+        """Whether every charge has been initiated and has burnt out."""
+        ignition = self.fields.charge.ignition_time
+        latest = float(ignition[np.isfinite(ignition)].max(initial=0.0))
         return bool(self.comm.allreduce(latest, op=MPI.MAX) < self.solver.time)
 
     def _open_series(self) -> None:

@@ -10,19 +10,19 @@
 from __future__ import annotations
 
 from flight import shape
-from flight.air import VACUUM, ConstantAir, StandardAtmosphere
-from flight.bounce import Bounce
-from flight.contact import CONTACTS, Contact
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError
 from flight.fragments import Fragments
-from flight.height_map import HeightMap
-from flight.integrate import FlightProgress, fly
-from flight.integrator import Adaptive, Domain, FixedStep
-from flight.obstacles import Barricade, Building, Wall
+from flight.integrate.contact import CONTACTS, Contact
+from flight.integrate.fly import FlightProgress, fly
+from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
-from flight.targets import Cylinder, Panel, Polygon
-from flight.wind import Wind
+from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
+from flight.scene.bounce import Bounce
+from flight.scene.height_map import HeightMap
+from flight.scene.obstacles import Barricade, Building, Wall
+from flight.scene.targets import Cylinder, Panel, Polygon
+from flight.scene.wind import Wind
 
 __all__ = [
     "CONTACTS",

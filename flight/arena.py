@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
+from flight.files.text_tables import read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
-from flight.text_tables import read_columns, write_columns
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -167,7 +167,7 @@ class ArenaTable:
         self, seed: int, number: int = 0, *, position: ArrayLike = (0.0, 0.0, 1.0), axis: ArrayLike = (0.0, 0.0, 1.0),
         shape_factor: float = DEFAULT_SHAPE_FACTOR, round_number: int = 0,
     ) -> Fragments:  # fmt: skip
-        """Fragments of one round: directions at random within their zones, fractions of a number by chance.
+        """Fragments of one round: directions at random within their zones, fractions of a number at random.
 
         Parameters
         ----------

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.tables import evaluate_pieces, monotone_pieces
-from flight.text_tables import line_of_row, read_columns
+from flight.files.text_tables import line_of_row, read_columns
+from flight.scene.tables import evaluate_pieces, monotone_pieces
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:

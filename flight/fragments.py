@@ -9,25 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.shape import DEFAULT_SHAPE_FACTOR
+from flight.files import fragments as files
+from flight.shape_factors import DEFAULT_SHAPE_FACTOR
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ARRAYS", "FORMAT_NAME", "FORMAT_VERSION", "Fragments", "check_possible"]
+__all__ = ["ARRAYS", "Fragments", "check_possible"]
 
-FORMAT_NAME = "fragfield fragments"
-FORMAT_VERSION = 1
 # What files may hold.
 POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
-ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
+ARRAYS = files.ARRAYS
 
 
 @dataclass(frozen=True, eq=False)
 class Fragments:
-    """Fragments at the moment they are let go.
+    """Fragments at launch.
 
     Attributes
     ----------
@@ -143,9 +142,8 @@ class Fragments:
 
     def write(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
         """Write fragments.h5 (or .csv, by the ending); `provenance` entries become attributes or head lines."""
-        from flight import fragment_files
-
-        return fragment_files.write(self, Path(path), provenance or {})
+        arrays = {name: getattr(self, name) for name in ARRAYS}
+        return files.write(arrays, self.round_names, Path(path), provenance or {})
 
     @classmethod
     def read(cls, path: str | Path) -> Fragments:
@@ -156,9 +154,13 @@ class Fragments:
         InputError
             The file is missing, foreign, cut off, of a newer version, or holds what cannot be flown.
         """
-        from flight import fragment_files
-
-        return fragment_files.read(Path(path))
+        arrays, names = files.read(Path(path))
+        try:
+            found = cls.from_arrays(**arrays, round_names=names)
+            check_possible(found, "fragments")
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        return found
 
 
 def _as_array(name: str, value: object) -> NDArray[Any]:

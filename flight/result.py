@@ -3,123 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import IntEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.errors import InputError, nearest
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, flat_columns, to_pandas
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from flight.near_ground import PathLengths
-    from flight.obstacles import Obstacle
-    from flight.targets import Witness
+    from flight.hazard.near_ground import PathLengths
+    from flight.scene.obstacles import Obstacle
+    from flight.scene.targets import Witness
 
 __all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "FlightResult", "Status", "Trajectories", "to_pandas"]
-
-
-class Status(IntEnum):
-    """How a flight ended; every fragment has one."""
-
-    LANDED = 1
-    TIME_OUT = 2  # still in the air at the time limit
-    LEFT_DOMAIN = 3
-    STEP_LIMIT = 4  # gave up after too many steps
-    NOT_A_NUMBER = 5  # the equation of motion gave no number
-    STOPPED = 6  # by a wall, a barricade or a building
-
-
-LANDING = np.dtype(
-    [
-        ("fragment", "i8"),  # row in the fragments flown
-        ("status", "i1"),  # Status
-        ("round", "i4"),
-        ("segment", "i4"),
-        ("mass", "f8"),  # kg
-        ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s; of the end of the flight, as all that follows
-        ("position", "f8", 3),  # m
-        ("velocity", "f8", 3),  # m/s
-        ("speed", "f8"),  # m/s
-        ("energy", "f8"),  # J
-        ("distance", "f8"),  # horizontal, from the origin (m)
-        ("azimuth", "f8"),  # of the place seen from the origin (degrees, 0 to 360)
-        ("angle", "f8"),  # of the path below the horizontal (degrees)
-        ("bounces", "i4"),  # on the ground
-        ("rest_status", "i1"),  # Status at the very end: LANDED is at rest on the ground
-        ("obstacle", "i4"),  # index of the one that stopped it, -1: none
-        ("face", "i1"),  # of that obstacle, -1: none
-        ("rest_time", "f8"),  # s
-        ("rest_position", "f8", 3),  # m
-    ]
-)
-
-HITS = np.dtype(
-    [
-        ("witness", "i4"),  # index of the surface
-        ("fragment", "i8"),
-        ("round", "i4"),
-        ("segment", "i4"),
-        ("direction", "i1"),  # 1 outward or along the normal, -1 against
-        ("mass", "f8"),  # kg
-        ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s
-        ("position", "f8", 3),  # m
-        ("velocity", "f8", 3),  # m/s
-        ("speed", "f8"),  # m/s
-        ("energy", "f8"),  # J
-        ("azimuth", "f8"),  # of the place seen from the cylinder's axis, or from the origin (degrees, 0 to 360)
-        ("elevation", "f8"),  # of the velocity above the horizontal (degrees)
-    ]
-)
-
-OBSTACLE_HITS = np.dtype(
-    [
-        ("obstacle", "i4"),  # index of the obstacle
-        ("face", "i1"),  # of its `faces`
-        ("fragment", "i8"),
-        ("round", "i4"),
-        ("segment", "i4"),
-        ("stopped", "i1"),  # 1 it stayed there, 0 it was turned off
-        ("mass", "f8"),  # kg
-        ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s
-        ("position", "f8", 3),  # m
-        ("velocity", "f8", 3),  # m/s, at the impact
-        ("speed", "f8"),  # m/s
-        ("energy", "f8"),  # J
-    ]
-)
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectories:
-    """Paths of a sample of fragments as polylines.
-
-    Attributes
-    ----------
-    fragment : (n,) int64
-        Fragments sampled.
-    start : (n + 1,) int64
-        Row of each path's first point; the last entry is the number of points.
-    time : (p,) float64
-        Time of each point (s).
-    position, velocity : (p, 3) float64
-        Place (m) and velocity (m/s) of each point.
-    """
-
-    fragment: NDArray[np.int64]
-    start: NDArray[np.int64]
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        """Number of paths."""
-        return int(self.fragment.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +46,7 @@ class FlightResult:
         Walls, barricades and buildings, in the order `obstacle` counts.
     obstacle_hits : (o,) structured array of dtype `OBSTACLE_HITS`
         Every impact on an obstacle, by fragment and then time.
-    near_ground : flight.near_ground.PathLengths, optional
+    near_ground : flight.hazard.near_ground.PathLengths, optional
         Lengths of paths below a person's height, where `fly` was asked to count them.
     """
 
@@ -166,8 +67,6 @@ class FlightResult:
 
     def hits_on(self, witness: int | str) -> NDArray[Any]:
         """Crossings of one witness surface, by index or name; all there are, not copied, where it is the only one."""
-        from flight.errors import InputError, nearest
-
         if isinstance(witness, str):
             names = [surface.name for surface in self.witnesses]
             if witness not in names:
@@ -179,8 +78,8 @@ class FlightResult:
         return self.hits if here.all() else self.hits[here]
 
     def by_face(self, energy: float = 79.0) -> list[dict[str, Any]]:
-        """Hits on every obstacle by face; see `flight.obstacles.count_by_face`."""
-        from flight.obstacles import count_by_face
+        """Hits on every obstacle by face; see `flight.scene.obstacles.count_by_face`."""
+        from flight.scene.obstacles import count_by_face
 
         return count_by_face(self.obstacles, self.obstacle_hits, energy)
 
@@ -193,24 +92,42 @@ class FlightResult:
 
         With obstacles also obstacle_hits.h5, with contact between fragments contacts.h5.
         """
-        from flight import files
+        from flight.files import results as files
+        from flight.files.text_tables import Labels, write_columns
 
-        return files.write_result(self, folder, provenance or {}, csv=csv)
-
-
-def to_pandas(table: NDArray[Any]) -> Any:  # noqa: ANN401 - pandas need not be there
-    """Return a structured array as a pandas frame (vectors become three columns); pandas must be installed."""
-    import pandas as pd  # type: ignore[import-untyped,import-not-found,unused-ignore]
-
-    return pd.DataFrame(flat_columns(table))
-
-
-def flat_columns(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Columns of a structured array, each vector as its three components."""
-    columns: dict[str, NDArray[Any]] = {}
-    for name in table.dtype.names or ():
-        if table[name].ndim == 1:
-            columns[name] = table[name]
-        else:
-            columns |= {f"{name}_{axis}": table[name][:, i] for i, axis in enumerate("xyz")}
-    return columns
+        folder = Path(folder)
+        stamp = dict(provenance or {})
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be made a folder ({error})") from None
+        names = [witness.name for witness in self.witnesses]
+        written = [
+            files.write_landing(self.landing, folder / "landing.h5", stamp),
+            files.write_hits(self.hits, names, folder / "hits.h5", stamp),
+        ]
+        if csv:
+            written.append(write_columns(folder / "landing.csv", flat_columns(self.landing), stamp))
+            columns = flat_columns(self.hits)
+            written.append(
+                write_columns(folder / "witness.csv", {"name": Labels(names, columns["witness"]), **columns}, stamp)
+            )
+        if self.obstacles:
+            names = [obstacle.name for obstacle in self.obstacles]
+            written.append(files.write_obstacle_hits(self.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
+            if csv:
+                columns = flat_columns(self.obstacle_hits)
+                first = np.cumsum([0, *(len(obstacle.faces) for obstacle in self.obstacles)])
+                faces = [face for obstacle in self.obstacles for face in obstacle.faces]
+                labels = {
+                    "name": Labels(names, columns["obstacle"]),
+                    "face_name": Labels(faces, first[columns["obstacle"]] + columns["face"]),
+                }
+                written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
+        if self.contacts is not None:
+            written.append(files.write_contacts(self.contacts, folder / "contacts.h5", stamp))
+            if csv:
+                written.append(write_columns(folder / "contacts.csv", flat_columns(self.contacts), stamp))
+        if len(self.trajectories):
+            written += files.write_trajectories(self.trajectories, self.landing, folder / "trajectories.xdmf", stamp)
+        return written

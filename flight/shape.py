@@ -17,6 +17,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from flight.errors import InputError
+from flight.shape_factors import (
+    BOX_5_2_1_STEEL,
+    DEFAULT_SHAPE_FACTOR,
+    FORGED_STEEL_SHELL,
+    HEAVY_PIECES_OF_STACKS,
+    NATURAL_FRAGMENTS_MEAN,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -38,12 +45,6 @@ __all__ = [
     "shaped",
     "sphere_shape_factor",
 ]
-
-FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
-NATURAL_FRAGMENTS_MEAN = 2370.0  # kg/m3; mean over natural fragments
-HEAVY_PIECES_OF_STACKS = 4740.0  # kg/m3; chunky pieces from stacks
-BOX_5_2_1_STEEL = 3147.0  # kg/m3; tumbling 5:2:1 box of 7800 kg/m3, A = 8.5 (m/(10 rho))^(2/3)
-DEFAULT_SHAPE_FACTOR = FORGED_STEEL_SHELL
 
 
 def box_shape_factor(density: float, length: float, width: float, height: float) -> float:
@@ -95,7 +96,7 @@ class Lognormal:
         from flight.kernels.orientation import standard_normals
 
         normal = np.empty(len(fragments))
-        standard_normals(_chance(seed, identity)[:, :2].copy(), normal)
+        standard_normals(_uniform(seed, identity)[:, :2].copy(), normal)
         return np.array([self.median * math.exp(self.spread * x) for x in normal.tolist()])
 
 
@@ -137,7 +138,7 @@ class Box:
         sides = np.asarray(self.ratios, dtype=np.float64)
         sides = sides / (self.density * sides.prod()) ** (1.0 / 3.0)
         area = np.empty(len(fragments))
-        projected_areas(_chance(seed, identity), fragments.velocity, sides, area)
+        projected_areas(_uniform(seed, identity), fragments.velocity, sides, area)
         return 1.0 / (area * np.sqrt(area))
 
 
@@ -183,7 +184,7 @@ def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _chance(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
+def _uniform(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
     """Four numbers in [0, 1) for each fragment, (n, 4): those at its place in one counter-based stream.
 
     Philox gives four words for each count (Salmon et al. 2011), so the fragment's number is the count.
@@ -196,7 +197,7 @@ def _chance(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(-1, 4)[identity - first]
 
 
-_STREAM = 0x5AFE  # tells this stream from others of the same seed
+_STREAM = 0x5AFE  # distinguishes this stream from others of the same seed
 
 
 def _above_zero(model: str, name: str, value: float, unit: str) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_report", "gurney_constant", "gurney_speed"]
 
-_LEAST_WALL_CELLS = 2.0
+_MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
 _VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initial one
 
@@ -215,13 +215,14 @@ def _warnings(
     yield from arrangement_warnings(case)
     if settings.products == "landau":
         yield (
-            'burst.products = "landau" starts from the pressure of an instantaneous explosion: lit progressively, the '
-            'products do about 1.2 times the work rho Q; "landau_cj" and "jwl" close on the heat of detonation'
+            'burst.products = "landau" starts from the pressure of an instantaneous explosion: initiated '
+            "progressively, the products do about 1.2 times the work rho Q; "
+            '"landau_cj" and "jwl" close on the heat of detonation'
         )
     if settings.burn == "time" and settings.products != "jwl":
         yield (
             'burst.burn = "time" lets no steady front form with Landau products: cells ahead of it may be crushed; '
-            '"time_or_compression" lights them'
+            '"time_or_compression" ignites them'
         )
     if not settings.leakage.enabled:
         yield "burst.leakage.enabled = false: the products push without end, speeds are upper bounds"
@@ -271,10 +272,10 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
 
 def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
     walls = [segment["wall"] for segment in found.get("segments", []) if segment["kind"] == "wall"]
-    if walls and min(walls) < _LEAST_WALL_CELLS * settings.cell_size:
+    if walls and min(walls) < _MIN_WALL_CELLS * settings.cell_size:
         yield (
             f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
-            f"{settings.cell_size * 1e3:g} mm; {_LEAST_WALL_CELLS:g} or more are needed to bend"
+            f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to bend"
         )
     for name, error in found["mass_error_of_mesh"].items():
         if abs(error) > _MASS_TOLERANCE:

@@ -284,8 +284,8 @@ def sweep(
     Runs go as far as the flight and write no report, pictures and files for ParaView; `fragfield run CASE --out DIR
     --resume` adds the report to one of them.
 
-    A run that fails is told in the table and the others go on. Exit code 0 if all runs are done, 3 if one failed, 2 if
-    a key or a value is not allowed: then nothing runs.
+    A run that fails is recorded in the table and the others go on. Exit code 0 if all runs are done, 3 if one failed, 2
+    if a key or a value is not allowed: then nothing runs.
     """
     with _guarded(json=json, quiet=quiet):
         from fragfield.sweep import SweepOptions, plan_sweep, print_sweep, run_sweep
@@ -444,7 +444,7 @@ def _guarded(*, json: bool, quiet: bool) -> Iterator[None]:
         with to_stderr(quiet=quiet or launched_rank() > 0):
             yield
     except KeyboardInterrupt as error:
-        _tell(message_of(error), json=json)
+        _print_message(message_of(error), json=json)
         raise typer.Exit(EXIT_INTERRUPTED) from error
     except (typer.Exit, BrokenPipeError):
         raise
@@ -452,7 +452,7 @@ def _guarded(*, json: bool, quiet: bool) -> Iterator[None]:
         code, message = exit_code_of(error), message_of(error)
         if code == EXIT_FAULT:
             message += f"; please report it with {_log_of(error)}"
-        _tell(message, json=json, code=code)
+        _print_message(message, json=json, code=code)
         raise typer.Exit(code) from None
 
 
@@ -473,7 +473,7 @@ def _log_of(error: Exception) -> str:
     return name
 
 
-def _tell(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
+def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
     if launched_rank() > 0:
         return
     typer.echo(f"fragfield: {message}", err=True)

@@ -9,7 +9,7 @@ from fragfield.case.exposed_places import site_of
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from flight.ensemble import EnsembleHazard
+    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
     from fragfield.run_directory import RunDirectory
 
@@ -27,7 +27,7 @@ def write_contours(
     site = site_of(case)
     if site is None:
         return
-    from flight.contours import contours_of, write_geojson, write_kml
+    from flight.hazard.contours import contours_of, write_geojson, write_kml
     from fragfield.site_map import shapes_of, to_contours
 
     contours = contours_of(found, site) + to_contours(shapes_of(case, found, exposed), site, case.flight.origin)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.followed_quantities import QUANTITIES
 from fragfield.grid_convergence import grid_convergence
 from fragfield.run_directory import SCRATCH
 
@@ -27,20 +28,10 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
     from fragfield.ensemble import FlownEnsemble
-    from fragfield.stages import Job
+    from fragfield.job import Job
 
-__all__ = ["QUANTITIES", "convergence_of", "convergence_words", "with_cells"]
+__all__ = ["convergence_of", "convergence_words", "with_cells"]
 
-QUANTITIES = {
-    "mean_initial_speed": ("mean speed", "m/s"),
-    "max_initial_speed": ("largest speed of a cell", "m/s"),
-    "speed_99": ("speed that 99 % of the casing's mass does not exceed", "m/s"),
-    "outer_diameter": ("outer diameter", "m"),
-    "hazardous_fragments": ("hazardous fragments that landed, per event", ""),
-    "hazard_distance": ("distance of the expected density", "m"),
-    "hazard_distance_upper": ("hazard distance, upper bound (95 %)", "m"),
-}
-"""Names, words and units of what is followed."""
 _CONSOLE = (
     ("mean_initial_speed", "mean speed", 1.0, "m/s"),
     ("speed_99", "99 % of the mass", 1.0, "m/s"),
@@ -145,16 +136,16 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
     if "sizes" not in part:
         return [str(part["reason"])] if part.get("reason") else []
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
-    told = []
+    parts = []
     for name, words, factor, unit in _CONSOLE:
         entry = part["quantities"].get(name)
         if entry is None or entry["uncertainty"] is None:
             continue
         order = f", order {entry['order']:.2g}" if entry["order"] is not None else f", {_KINDS[entry['kind']]}"
-        told.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
-    if not told:
+        parts.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
+    if not parts:
         return [f"no grid convergence: {part['reason']}"] if part.get("reason") else []
-    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(told)}"]
+    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
 
 
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
 
 __all__ = ["expected_cost"]
 
-# Fitted to ten bursts: tube with 9 mm cells and grenade with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8, 10, 12 and
-# 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the cells, the
-# thinner the thinnest becomes: against the first stable step the mean one falls with the cell's size over the round's
-# radius, times this factor, and with one over the casing's expansion; acceleration is complete at about this expansion.
+# Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
+# 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
+# cells, the thinner the thinnest becomes: against the first stable step the mean one falls with the cell's size over
+# the round's radius, times this factor, and with one over the casing's expansion; acceleration is complete at about
+# this expansion.
 _THINNING = 8.5
 # Where cells take steps of their own, the mean one over the time in which a wave runs through the mean cell, by the
-# grenade with 3 and 8 mm cells (0.35 and 0.29).
+# projectile with 3 and 8 mm cells (0.35 and 0.29).
 _OWN_STEP = 0.32
 _EXPANSION_AT_END = 2.9
 _BYTES_PER_CELL = 1_300.0  # of one process, by the same bursts
@@ -41,9 +42,9 @@ class _Shell:
     growth: float
 
     @classmethod
-    def of(cls, entry: Round, found: dict[str, Any], lit: float) -> _Shell:
+    def of(cls, entry: Round, found: dict[str, Any], initiated: float) -> _Shell:
         passage = found["charge_length"] / entry.explosive.detonation_velocity
-        return cls(lit + 0.5 * passage, 2.0 * found["gurney_speed"] / found["outer_diameter"])
+        return cls(initiated + 0.5 * passage, 2.0 * found["gurney_speed"] / found["outer_diameter"])
 
     @property
     def complete(self) -> float:
@@ -86,8 +87,8 @@ def expected_cost(
         `cell_steps`, `memory_bytes`, `core_seconds`, and `per_round` with the mean of `cells`, `memory_bytes` and
         `core_seconds` over the rounds.
     """
-    lit = _times_lit(rounds, described)
-    shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, lit, strict=True)]
+    initiated = _times_initiated(rounds, described)
+    shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, initiated, strict=True)]
     different = {id(mesh): mesh for mesh in meshes}  # a stack has one
     sizes = {key: (mesh.shortest_edge, mesh.mean_edge) for key, mesh in different.items()}
     shortest, mean = zip(*(sizes[id(mesh)] for mesh in meshes), strict=True)
@@ -127,29 +128,29 @@ def expected_cost(
     }
 
 
-def _times_lit(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> NDArray[np.float64]:
-    """When the last ignition point of each round lights (s); without one, when a neighbour's casing reaches it.
+def _times_initiated(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> NDArray[np.float64]:
+    """When the last ignition point of each round fires (s); without one, when a neighbour's casing reaches it.
 
     Casings set out when the front has passed half of the charge and fly at Gurney's speed. Distances are those of the
     bases' centres less the radii, so that this is an estimate for rounds that stand side by side.
     """
     import numpy as np
 
-    lit = np.array([max((point.delay for point in entry.ignition), default=np.inf) for entry in rounds])
+    initiated = np.array([max((point.delay for point in entry.ignition), default=np.inf) for entry in rounds])
     place = np.array([entry.position for entry in rounds])
     radius = np.array([0.5 * found["outer_diameter"] for found in described])
     speed = np.array([found["gurney_speed"] for found in described])
     half = [0.5 * found["charge_length"] / found["detonation_velocity"] for found in described]
-    # In the order in which they light: each may be the donor of those that still wait.
-    waiting = np.isinf(lit)
+    # In the order in which they are initiated: each may be the donor of those that still wait.
+    waiting = np.isinf(initiated)
     done = np.zeros(len(rounds), dtype=bool)
     for _ in rounds:
-        donor = int(np.argmin(np.where(done, np.inf, lit)))
+        donor = int(np.argmin(np.where(done, np.inf, initiated)))
         done[donor] = True
         distance = np.linalg.norm(place - place[donor], axis=1) - radius - radius[donor]
-        arrival = lit[donor] + half[donor] + np.maximum(distance, 0.0) / speed[donor]
-        lit = np.where(waiting & ~done, np.minimum(lit, arrival), lit)
-    return lit
+        arrival = initiated[donor] + half[donor] + np.maximum(distance, 0.0) / speed[donor]
+        initiated = np.where(waiting & ~done, np.minimum(initiated, arrival), initiated)
+    return initiated
 
 
 def _stable_step(entry: Round, shortest: float) -> float:

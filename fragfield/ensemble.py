@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
-    from flight.balance import Balance
-    from flight.ensemble import EnsembleHazard
-    from flight.expected import ExpectedDistance
-    from flight.polar_grid import PolarGrid
-    from flight.tally import Tally
+    from flight.hazard.balance import Balance
+    from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.expected import ExpectedDistance
+    from flight.hazard.polar_grid import PolarGrid
+    from flight.hazard.tally import Tally
     from fragfield.case import Case
+    from fragfield.job import Job
     from fragfield.realisations import Realisations
-    from fragfield.stages import Job
     from transition import BreakUpResult
 
 __all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
@@ -54,7 +54,7 @@ class FlownEnsemble:
         The first realisation's flight, row by row.
     hazard : EnsembleHazard
         Over all.
-    witnesses : dict from a surface's name to (n, s) structured arrays of dtype flight.witness_hazard.SECTOR_HITS
+    witnesses : dict from a surface's name to (n, s) structured arrays of dtype flight.hazard.witness_hazard.SECTOR_HITS
         Hits by realisation and sector, of the first `KEPT` realisations.
     balance : Balance
         How the flights of all fragments ended.
@@ -83,7 +83,7 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     from fragfield.case.convert import break_up_settings
 
     team, seed = job.team, job.case.seed
-    snapshot = team.tell(transition.Snapshot.read(snapshot_file) if team.first else None)
+    snapshot = team.broadcast(transition.Snapshot.read(snapshot_file) if team.first else None)
     assert snapshot is not None
     prepared = transition.BreakUp(snapshot, break_up_settings(job.case))
     first = prepared.realisation(seed) if team.first else None
@@ -125,7 +125,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
         if found is not None:
             found.add(batch, parts)
         if done == target:
-            target = job.team.tell(found.wanted(done, more=source.more) if found is not None else None)
+            target = job.team.broadcast(found.wanted(done, more=source.more) if found is not None else None)
             flown.expected = target
     return None if found is None else found.result(flown.first, source)
 
@@ -134,8 +134,8 @@ class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
     def __init__(self, job: Job, *, arena: bool) -> None:
-        from flight.balance import Balance
-        from flight.expected import DensityGroups, Directions
+        from flight.hazard.balance import Balance
+        from flight.hazard.expected import DensityGroups, Directions
         from fragfield.arena import arena_basis
         from fragfield.case.convert import hazard_criteria, hazard_directions, kernel_degrees
         from fragfield.case.exposed_places import places_of
@@ -181,15 +181,15 @@ class _Found:
 
     def assess(self, *, quick: bool = False) -> ExpectedDistance:
         """The distance by what has been flown."""
-        from flight.expected import DRAWS, expected_distance
+        from flight.hazard.expected import DRAWS, expected_distance
 
         draws = DRAWS // 4 if quick else DRAWS
         return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=not quick)
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""
-        from flight.ensemble import assess_ensemble
-        from flight.tally import Tally
+        from flight.hazard.ensemble import assess_ensemble
+        from flight.hazard.tally import Tally
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
@@ -216,7 +216,7 @@ class _Flights:
     """The flights of one rank, one after the other, with one progress."""
 
     def __init__(self, job: Job) -> None:
-        from flight.near_ground import NearGround
+        from flight.hazard.near_ground import NearGround
         from fragfield.case.convert import flight_arguments, hazard_criteria
         from fragfield.exposed import ExposedPlaces
 
@@ -236,13 +236,13 @@ class _Flights:
     def fly(self, number: int, fragments: Fragments) -> _Part:
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
-        from flight.balance import Balance
-        from flight.near_ground import fields_of
-        from flight.tally import tally
-        from flight.witness_hazard import sector_hits
+        from flight.hazard.balance import Balance
+        from flight.hazard.fields import fields_of
+        from flight.hazard.tally import tally
+        from flight.hazard.witness_hazard import sector_hits
 
         ground = self.arguments["ground"]
-        fragments = above_ground(fragments, ground, tell=number == 0)
+        fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
         self.total = max(self.done + len(fragments), self._share_of(self.expected) * len(fragments))
         with warnings.catch_warnings():
@@ -280,21 +280,21 @@ class _Flights:
 
 def hazard_grid(case: Case) -> PolarGrid:
     """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
-    from flight.polar_grid import PolarGrid
+    from flight.hazard.polar_grid import PolarGrid
     from fragfield.case.convert import kernel_degrees
 
     hazard = case.hazard
     return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
 
 
-def above_ground(fragments: Fragments, ground: float | HeightMap, *, tell: bool = True) -> Fragments:
+def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:
     """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
     x, y, z = fragments.position.T
     height = np.full(len(z), ground) if isinstance(ground, float) else ground.at(x, y)
     below = z < height
     if not below.any():
         return fragments
-    if tell:
+    if warn:
         _log.warning(
             "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
             int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),

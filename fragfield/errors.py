@@ -32,7 +32,7 @@ EXIT_INTERRUPTED = 130
 
 _interrupts: list[int] = []  # signals that came, see `interrupt`
 
-# Looked up among the modules that are loaded, so that telling errors apart loads nothing.
+# Looked up among the modules that are loaded, so that distinguishing errors loads nothing.
 _INPUT_ERRORS = ("burst_fenicsx.errors", "transition.errors", "flight.errors", "transition", "flight")
 
 

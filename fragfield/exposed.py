@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightResult, Fragments
-    from flight.ensemble import EnsembleHazard
-    from flight.targets import Witness
+    from flight.hazard.ensemble import EnsembleHazard
+    from flight.scene.targets import Witness
     from fragfield.case import Case
 
 __all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
@@ -84,13 +84,13 @@ class ExposedPlaces:
     @property
     def surfaces(self) -> list[Witness]:
         """Witness surfaces of all places."""
-        from flight.exposed import surfaces_of
+        from flight.hazard.exposed import surfaces_of
 
         return surfaces_of([prism for place in self.places for prism in place.prisms])
 
     def count(self, result: FlightResult, fragments: Fragments, first: int) -> NDArray[Any]:
         """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`."""
-        from flight.exposed import count_exposed
+        from flight.hazard.exposed import count_exposed
 
         prisms = [prism for place in self.places for prism in place.prisms]
         if not prisms:
@@ -213,7 +213,7 @@ class ExposedSums:
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
         passed = self._mean("through", index, 1.0, 1.0)
         return {
-            "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.least_seen),
+            "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.min_shadow),
             "density_ground": None,
             "counted": None,
             "expected_hits": self._mean("hits", index, 1.0, 1.0),
@@ -234,7 +234,7 @@ def _all_round(case: Case, place: Place, found: EnsembleHazard) -> dict[str, dic
     They are not where directions differ, where the place has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.expected import KINDS
+    from flight.hazard.expected import KINDS
 
     expected, prism = found.expected, place.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height
@@ -302,7 +302,7 @@ def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
 
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
-    """Least distance of the place's edge beyond the hazard distance in its direction (m), or beyond its bound."""
+    """Smallest distance of the place's edge beyond the hazard distance in its direction (m), or beyond its bound."""
     expected = found.expected
     if expected is None or found.undetermined:
         return None

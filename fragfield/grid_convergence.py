@@ -112,7 +112,7 @@ def grid_convergence(
     values : (n,) floats
         What was computed with them.
     standard_errors : (n,) floats, optional
-        Statistical errors of the values; they decide whether a trend is more than chance and are not part of
+        Statistical errors of the values; they decide whether a trend is significant and are not part of
         `uncertainty`.
     at : float, optional
         Cell size whose value's uncertainty is asked for; left out: the smallest.

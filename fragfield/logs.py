@@ -29,16 +29,16 @@ class _Short(logging.Formatter):
     """Level and message, as a person at the terminal wants them."""
 
     def format(self, record: logging.LogRecord) -> str:
-        told = _WARNING.match(record.getMessage()) if record.name == "py.warnings" else None
-        return f"{record.levelname.lower()}: {told['text'] if told else record.getMessage()}"
+        found = _WARNING.match(record.getMessage()) if record.name == "py.warnings" else None
+        return f"{record.levelname.lower()}: {found['text'] if found else record.getMessage()}"
 
 
 def _concerns_the_user(record: logging.LogRecord) -> bool:
     """Whether a record is ours; of Python's warnings those of our own kinds, not a library's deprecations."""
     if record.name != "py.warnings":
         return True
-    told = _WARNING.match(record.getMessage())
-    return told is not None and not hasattr(builtins, told["kind"])
+    found = _WARNING.match(record.getMessage())
+    return found is not None and not hasattr(builtins, found["kind"])
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Ranks of an MPI launch, as far as the front door needs them: who prints, who waits, and how all end together."""
+"""Ranks of an MPI launch, as far as the command line needs them: who prints, who waits, and how all end together."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Team", "launched_rank", "launched_size"]
 
-Told = TypeVar("Told")
+Shared = TypeVar("Shared")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
 _SIZE_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 _POLL = 0.05  # s between two looks of a waiting rank: a waiting core is free for rank 0's threads
-_PATIENCE = 3.0  # s that other ranks leave rank 0 to tell of an error that all of them see
+_PATIENCE = 3.0  # s that other ranks leave rank 0 to report an error that all of them see
 _TAG = 20_240
 
 
@@ -64,19 +64,19 @@ class Team:
         """Whether this rank prints and writes."""
         return self.rank == 0
 
-    def tell(self, value: Told | None = None) -> Told:
+    def broadcast(self, value: Shared | None = None) -> Shared:
         """Rank 0's value, on every rank; the others give none."""
-        return cast("Told", value if self.comm is None else self.comm.bcast(value, root=0))
+        return cast("Shared", value if self.comm is None else self.comm.bcast(value, root=0))
 
-    def share(self, items: Sequence[Told]) -> Sequence[Told]:
+    def share(self, items: Sequence[Shared]) -> Sequence[Shared]:
         """Those of the items that this rank works on: every so many, from its own rank."""
         return items[self.rank :: self.size]
 
-    def collect(self, results: Sequence[Told]) -> list[Told]:
+    def collect(self, results: Sequence[Shared]) -> list[Shared]:
         """On rank 0, what all ranks made of their `share`, in the order of the items; on the others nothing."""
         if self.comm is None:
             return list(results)
-        parts: list[Sequence[Told]] | None = self.comm.gather(list(results), root=0)
+        parts: list[Sequence[Shared]] | None = self.comm.gather(list(results), root=0)
         if parts is None:
             return []
         number = sum(len(part) for part in parts)
@@ -95,7 +95,7 @@ class Team:
         return int(self.comm.recv(source=0, tag=_TAG))
 
     def give_others_time(self) -> None:
-        """On other ranks: leave the telling of an error to rank 0, which ends them if it sees the same one."""
+        """On other ranks: leave the report of an error to rank 0, which ends them if it sees the same one."""
         if not self.first:
             time.sleep(_PATIENCE)
 

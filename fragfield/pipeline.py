@@ -13,11 +13,12 @@ from fragfield.case import load_case
 from fragfield.case.bounds import outside_soft
 from fragfield.case.changes import load_set_case
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
+from fragfield.job import Job
 from fragfield.logs import logged
 from fragfield.parallel import Team
 from fragfield.progress import ProgressReporter
 from fragfield.run_directory import STAGES, RunDirectory
-from fragfield.stages import Job, perform
+from fragfield.stages import perform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -124,7 +125,7 @@ def run_chain(request: Request) -> dict[str, Any]:
 
 def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) -> dict[str, Any]:
     stages = list(STAGES.values())
-    done = team.tell(_done(directory, stages) if team.first and request.resume else 0)
+    done = team.broadcast(_done(directory, stages) if team.first and request.resume else 0)
     with _working(request, team, directory, fresh=not request.resume) as reporter, _drawing(request, team) as figures:
         _warn_of_values(case, team)
         job = Job(
@@ -223,10 +224,10 @@ def _prepared(
     takes none.
     """
     if not team.first:
-        told: tuple[Case | None, int] = team.tell()
-        if told[0] is None:
-            sys.exit(told[1])
-        return told[0], request.directory
+        received: tuple[Case | None, int] = team.broadcast()
+        if received[0] is None:
+            sys.exit(received[1])
+        return received[0], request.directory
     try:
         if stage.name == "burst":
             case = request.case()
@@ -236,9 +237,9 @@ def _prepared(
         else:
             case = _enter(request, stage, held)
     except BaseException as error:
-        team.tell((None, exit_code_of(error)))
+        team.broadcast((None, exit_code_of(error)))
         raise
-    team.tell((case, 0))
+    team.broadcast((case, 0))
     return case, request.directory
 
 
@@ -270,7 +271,7 @@ def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bo
 
 @contextmanager
 def _together(team: Team) -> Iterator[None]:
-    """Collective work: an error on one rank ends them all, told once."""
+    """Collective work: an error on one rank ends them all, reported once."""
     try:
         yield
     except BaseException as error:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.exposed_places import describe_exposed
 from fragfield.case.placing import heights, placed
 from fragfield.case.surroundings import describe_surroundings, ground_height
 
@@ -24,7 +25,7 @@ _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 
 
 def arrangement(case: Case) -> dict[str, Any]:
-    """Rounds, least clear distance, planes and contact of a resolved case.
+    """Rounds, smallest clear distance, planes and contact of a resolved case.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def arrangement(case: Case) -> dict[str, Any]:
     -------
     dict
         `rounds` (name, position, axis, number of ignition points, first and last delay, `initiation`),
-        `least_clearance` (two names and the clear distance, or None for a single round), `planes` (name, kind, the
+        `min_clearance` (two names and the clear distance, or None for a single round), `planes` (name, kind, the
         nearest round and its clear distance), `surroundings` (of the flight) and `contact`; SI, angles in degrees.
     """
     from fragfield.case.convert import burst_settings
@@ -54,9 +55,9 @@ def arrangement(case: Case) -> dict[str, Any]:
             }
             for entry in case.round
         ],
-        "least_clearance": _least(case, bodies),
+        "min_clearance": _min_clearance(case, bodies),
         "planes": [_plane(case, plane, bodies) for plane in case.plane],
-        "surroundings": describe_surroundings(case),
+        "surroundings": {**describe_surroundings(case), "exposed": describe_exposed(case)},
         "contact": {
             "charge_casing": contact.charge_casing,
             "cohesion": contact.cohesion,
@@ -68,10 +69,10 @@ def arrangement(case: Case) -> dict[str, Any]:
     }
 
 
-def _least(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
-    from burst_fenicsx.geometry.clearance import least_clearance
+def _min_clearance(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
+    from burst_fenicsx.geometry.clearance import min_clearance
 
-    found = least_clearance(bodies)
+    found = min_clearance(bodies)
     if found is None:
         return None
     first, second, gap = found
@@ -120,7 +121,7 @@ def arrangement_warnings(case: Case) -> Iterator[str]:
             yield (
                 f"burst.contact.surfaces = false: no shock reaches {waiting[0]}"
                 + (f" and {len(waiting) - 1} more" if len(waiting) > 1 else "")
-                + " without ignition points, so nothing lights the charge"
+                + " without ignition points, so nothing initiates the charge"
             )
     for number, plane in enumerate(case.plane, start=1):
         assert plane.normal is not None  # resolved

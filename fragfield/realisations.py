@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight import Fragments
-    from fragfield.stages import Job
+    from fragfield.job import Job
     from transition import BreakUp
 
 __all__ = ["Realisations"]
@@ -37,12 +37,12 @@ class Realisations:
     def __init__(self, job: Job, given: Sequence[Fragments]) -> None:
         self.job = job
         # A list is sent to the other ranks, of an ensemble in a file its place: each rank reads what it flies.
-        self._given = job.team.tell(given if job.team.first else None)
+        self._given = job.team.broadcast(given if job.team.first else None)
         self.count = len(self._given)
         self._prepared: BreakUp | None = None
         snapshot = job.source.file("burst_snapshot.h5")
-        self._snapshot = job.team.tell(snapshot if job.fragments is None and snapshot.is_file() else None)
-        self.arena = job.team.tell(read_arena(job.fragments) if job.team.first else None)
+        self._snapshot = job.team.broadcast(snapshot if job.fragments is None and snapshot.is_file() else None)
+        self.arena = job.team.broadcast(read_arena(job.fragments) if job.team.first else None)
 
     @property
     def more(self) -> bool:
@@ -68,6 +68,6 @@ class Realisations:
         from fragfield.case.convert import break_up_settings
 
         team = self.job.team
-        snapshot = team.tell(transition.Snapshot.read(self._snapshot) if team.first else None)
+        snapshot = team.broadcast(transition.Snapshot.read(self._snapshot) if team.first else None)
         assert snapshot is not None
         self._prepared = transition.BreakUp(snapshot, break_up_settings(self.job.case))

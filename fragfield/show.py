@@ -122,16 +122,16 @@ def _listed(names: list[str]) -> str:
 def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     """Places of the rounds, their nearest pair, planes and contact."""
     table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
-    for head in ("round", "x mm", "y mm", "z mm", "axis", "lit"):
+    for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
         table.add_column(head, justify="right" if head.endswith("mm") else "left")
     for entry in found["rounds"]:
         place = (f"{value * 1e3 + 0.0:.2f}" for value in entry["position"])
         axis = ", ".join(f"{value:g}" for value in entry["axis"])
-        table.add_row(entry["name"], *place, f"({axis})", _lighting(entry))
+        table.add_row(entry["name"], *place, f"({axis})", _ignition(entry))
     console.print(table)
-    if least := found["least_clearance"]:
-        first, second = least["rounds"]
-        console.print(f"least clear distance: {least['clearance'] * 1e3:.4g} mm, {first} to {second}")
+    if nearest := found["min_clearance"]:
+        first, second = nearest["rounds"]
+        console.print(f"smallest clear distance: {nearest['clearance'] * 1e3:.4g} mm, {first} to {second}")
     for plane in found["planes"]:
         normal = ", ".join(f"{value:.4g}" for value in plane["normal"])
         friction = plane["friction_angle_deg"]
@@ -185,8 +185,8 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
         )
 
 
-def _lighting(entry: Mapping[str, Any]) -> str:
-    """How a round is lit, in words."""
+def _ignition(entry: Mapping[str, Any]) -> str:
+    """How a round is initiated, in words."""
     words = []
     if entry["delays"] is not None:
         first, last = (f"{time * 1e6:.4g}" for time in entry["delays"])
@@ -239,7 +239,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     rounds = (summary.get("burst") or {}).get("rounds") or []
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:
-            table.add_row("burst", f"ignition of {entry['name']}", *_lit(entry["ignition"]))
+            table.add_row("burst", f"ignition of {entry['name']}", *_initiated(entry["ignition"]))
     for name, exposure, initiated in exposed_rounds(summary.get("burst") or {}):
         label = "initiated" if initiated else "not initiated"
         table.add_row("burst", f"{name}, {label}", exposure_words(exposure), "")
@@ -260,10 +260,10 @@ def print_summary(summary: Mapping[str, Any]) -> None:
         console.print(f"written to {summary['directory']}")
 
 
-def _lit(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
-    """When a round was lit and by what, as the value and the unit of a line."""
+def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
+    """When a round was initiated and by what, as the value and the unit of a line."""
     if not ignition:
-        return "never lit", ""
+        return "never initiated", ""
     by = "us, by shock" if ignition[0]["by"] == "shock" else "us"
     return f"{ignition[0]['time'] * 1e6:.4g}", by
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import HeightMap
-    from flight.contours import Contour, Site
-    from flight.ensemble import EnsembleHazard
+    from flight.hazard.contours import Contour, Site
+    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
 
     Array = NDArray[np.float64]
@@ -101,7 +101,7 @@ def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
 
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
     """Shapes other than distances as lines on the Earth, for GeoJSON and KML."""
-    from flight.contours import Contour
+    from flight.hazard.contours import Contour
 
     made = []
     for shape in shapes:
@@ -118,7 +118,7 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
 
 
 def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
-    from flight.contours import outline
+    from flight.hazard.contours import outline
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]

@@ -32,8 +32,8 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
     InputError
         The single round's run cannot be read, or counted other fragments as hazardous.
     """
-    from flight.ensemble_files import read_ensemble
-    from flight.stack_rules import effective_number, stack_rule
+    from flight.files.ensemble import read_ensemble
+    from flight.hazard.stack_rules import effective_number, stack_rule
     from fragfield.case.convert import hazard_criteria
 
     rule = case.hazard.stack_rule
@@ -76,7 +76,7 @@ def stack_counts(places: ArrayLike) -> tuple[int, int]:
     ----------
     places : (n, 3)
         Where the rounds stand (m), images behind planes of symmetry among them; their places are taken to
-        half of the least distance between two, so that rounds behind each other count once.
+        half of the smallest distance between two, so that rounds behind each other count once.
     """
     at = np.asarray(places, dtype=np.float64).reshape(-1, 3)
     if len(at) == 1:

@@ -3,93 +3,25 @@
 from __future__ import annotations
 
 import logging
-import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import fragfield
 from fragfield.arena import arena_realisation, read_arena, write_arena
-from fragfield.case import plain
 from fragfield.certainty import certainty
-from fragfield.provenance import provenance_of, versions
+from fragfield.job import Job
+from fragfield.provenance import provenance_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
+    from collections.abc import Callable
 
     from flight import Fragments
-    from fragfield.case import Case
-    from fragfield.parallel import Team
-    from fragfield.progress import ProgressReporter
-    from fragfield.report.side_by_side import FigureQueue
-    from fragfield.run_directory import RunDirectory, Stage
+    from fragfield.run_directory import Stage
 
 __all__ = ["Job", "break_up", "burst", "fly", "perform", "report"]
 
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Job:
-    """What a stage works on.
-
-    Attributes
-    ----------
-    case : Case
-        Resolved.
-    source, target : RunDirectory
-        Where the stage reads and writes; the same but for `--out`.
-    team : Team
-        The ranks of the launch.
-    reporter : ProgressReporter
-        Follows the stages on the terminal.
-    threads : int, optional
-        Threads of a rank; left out: all that the rank may use.
-    fragments : Path, optional
-        Fragments from elsewhere, to fly in place of the run's own.
-    resume : bool
-        Go on from a burst's checkpoint where there is one.
-    lean : bool
-        Numbers alone: no files for visualisation, no other cell sizes.
-    thorough : bool
-        Other cell sizes whatever time they take, each with all realisations.
-    figures : FigureQueue, optional
-        Draws the report's figures while the stages are computed.
-    began : float
-        Clock (s) at which the work began.
-    """
-
-    case: Case
-    source: RunDirectory
-    target: RunDirectory
-    team: Team
-    reporter: ProgressReporter
-    threads: int | None = None
-    fragments: Path | None = None
-    resume: bool = False
-    lean: bool = False
-    thorough: bool = False
-    figures: FigureQueue | None = None
-    began: float = field(default_factory=time.perf_counter)
-
-    def needed(self, stage: Stage) -> Path:
-        """The stage's input file."""
-        return self.source.file(stage.needs)
-
-    def note(self, parts: Mapping[str, Any]) -> None:
-        """Put parts into summary.json, beside those of earlier stages."""
-        summary = {
-            "case": plain(self.case),
-            "title": self.case.title,
-            "program_version": fragfield.__version__,
-            "versions": versions(),
-            "seed": self.case.seed,
-        }
-        earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
-        everything = {**summary, **earlier, **parts}
-        self.target.write_summary({key: _finite(value) for key, value in everything.items()})
 
 
 def perform(job: Job, stage: Stage) -> None:
@@ -129,12 +61,12 @@ def burst(job: Job, stage: Stage) -> None:
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
     if alone:
-        job.team.tell()
+        job.team.broadcast()
 
 
 def break_up(job: Job, stage: Stage) -> None:
     """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
-    from flight.ensemble_files import write_fragment_ensemble
+    from flight.files.ensemble import write_fragment_ensemble
     from fragfield.ensemble import break_up_all
 
     broken = break_up_all(job, job.needed(stage))
@@ -153,7 +85,7 @@ def break_up(job: Job, stage: Stage) -> None:
 def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
-    from flight.ensemble_files import write_ensemble
+    from flight.files.ensemble import write_ensemble
     from fragfield.case.convert import hazard_criteria
     from fragfield.contours import write_contours
     from fragfield.convergence import convergence_of
@@ -165,7 +97,7 @@ def fly(job: Job, stage: Stage) -> None:
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     seconds = time.perf_counter() - began
     if flown is None:
-        job.team.tell()
+        job.team.broadcast()
         return
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
@@ -187,7 +119,7 @@ def fly(job: Job, stage: Stage) -> None:
     obstacles = flown.first.by_face(criteria.energy)
     rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
     convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
-    job.team.tell()
+    job.team.broadcast()
     job.note(
         {
             "flight": summary,
@@ -204,7 +136,7 @@ def fly(job: Job, stage: Stage) -> None:
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     """The fragments of all realisations; of fragments from elsewhere there is one."""
     import flight
-    from flight.ensemble_files import read_fragment_ensemble, write_fragment_ensemble
+    from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
 
     arena = read_arena(job.fragments)
     if arena is not None:
@@ -256,16 +188,3 @@ _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
     "fly": fly,
     "report": report,
 }
-
-
-def _finite(value: object) -> object:
-    """JSON has no NaN and no infinity: what was never reached is null."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, dict):
-        return {str(key): _finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

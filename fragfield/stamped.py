@@ -13,16 +13,15 @@ import tomllib
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
+from fragfield.file_sizes import MOST_CASE
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["MOST_CASE", "read_stamped_json", "stamped_json", "stamped_toml", "stored_case_text"]
+__all__ = ["read_stamped_json", "stamped_json", "stamped_toml", "stored_case_text"]
 
-MOST_CASE = 1 << 26
-"""Bytes of a case file: 64 MB hold ten thousand rounds of inline points."""
 _MOST_SUMMARY = 1 << 29
 _KEY = "checksum"
 _LINE = re.compile(r"\n# checksum of the lines above: ([0-9a-f]{32})\n\Z")

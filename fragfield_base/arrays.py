@@ -30,8 +30,8 @@ def numbers(
     kind: str = "numbers",
     shape: tuple[int | None, ...] | None = None,
     finite: bool = False,
-    least: float | None = None,
-    most: float | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
 ) -> NDArray[Any]:
     """Read an array of numbers.
 
@@ -49,7 +49,7 @@ def numbers(
         Lengths of the axes, None for any.
     finite : bool
         Refuse NaN and infinity.
-    least, most : float, optional
+    minimum, maximum : float, optional
         Bounds, inclusive.
     """
     full = f"{file.name.rstrip('/')}/{name}"
@@ -68,8 +68,10 @@ def numbers(
     values = data[()]
     if finite and values.size and not np.isfinite(values).all():
         raise error(f"{where}: {full} holds a value that is not finite")
-    if values.size and ((least is not None and values.min() < least) or (most is not None and values.max() > most)):
-        found, bounds = (values.min(), values.max()), (least, most)
+    if values.size and (
+        (minimum is not None and values.min() < minimum) or (maximum is not None and values.max() > maximum)
+    ):
+        found, bounds = (values.min(), values.max()), (minimum, maximum)
         raise error(
             f"{where}: {full} holds values from {found[0]:g} to {found[1]:g}; allowed: {bounds[0]} to {bounds[1]}"
         )

@@ -26,8 +26,8 @@ def test_an_unknown_benchmark_is_refused_with_the_nearest_name(capsys):
     from benchmarks.__main__ import main
 
     assert main(["stepp"]) == 2
-    told = capsys.readouterr().err
-    assert "none is named 'stepp' (did you mean \"step\"?); there are kernel, step, plain_fenicsx, threads" in told
+    reported = capsys.readouterr().err
+    assert "none is named 'stepp' (did you mean \"step\"?); there are kernel, step, plain_fenicsx, threads" in reported
 
 
 def test_a_binary_of_lulesh_that_is_not_there_is_refused(capsys, tmp_path):
@@ -53,7 +53,7 @@ def test_json_is_one_object_with_ratios_beside_targets(capsys):
         assert found["threads"]["target"] == 1.85
 
 
-def test_a_run_that_stops_is_told_and_the_others_go_on(capsys, monkeypatch):
+def test_a_run_that_stops_is_reported_and_the_others_go_on(capsys, monkeypatch):
     from benchmarks import kernel, resources
     from benchmarks.__main__ import main
     from burst_fenicsx.errors import NumericalStop
@@ -64,12 +64,12 @@ def test_a_run_that_stops_is_told_and_the_others_go_on(capsys, monkeypatch):
     monkeypatch.setattr(kernel, "kernel", stops)
     monkeypatch.setattr(resources, "memory", lambda options: {"cells": 1})
     assert main(["kernel", "memory", "--json"]) == 3
-    told = capsys.readouterr()
-    assert "kernel stopped: the volume of cell 7 is not positive (at 80.00 us)" in told.err
-    assert set(json.loads(told.out)) == {"memory", "machine"}
+    reported = capsys.readouterr()
+    assert "kernel stopped: the volume of cell 7 is not positive (at 80.00 us)" in reported.err
+    assert set(json.loads(reported.out)) == {"memory", "machine"}
 
 
-def test_work_of_others_is_told_from_our_own(monkeypatch):
+def test_work_of_others_is_distinguished_from_our_own(monkeypatch):
     from benchmarks import machine
 
     seconds = iter([100.0, 103.0, 103.0])
@@ -93,12 +93,14 @@ def test_growth_is_a_power_of_the_number_of_cells():
     assert found["met"] == (abs(found["ratio"] - 1.0) <= 0.05)
 
 
-def test_a_fresh_process_tells_its_times_and_memory():
+def test_a_fresh_process_reports_its_times_and_memory():
     from benchmarks.fresh import fresh_run
 
-    told = fresh_run(COARSE, 1e-6)
-    assert 0.0 < told["seconds_to_imports"] < told["seconds_to_set_up"] < told["seconds_to_first_step"] < 120.0
-    assert 5e7 < told["peak_bytes"] < 1e9
+    reported = fresh_run(COARSE, 1e-6)
+    assert (
+        0.0 < reported["seconds_to_imports"] < reported["seconds_to_set_up"] < reported["seconds_to_first_step"] < 120.0
+    )
+    assert 5e7 < reported["peak_bytes"] < 1e9
 
 
 @pytest.mark.parametrize("points", [1, 8])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -60,3 +61,57 @@ import fragfield.cli
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["2"]
+
+
+def imported_modules(package: str, root: Path = ROOT) -> dict[str, set[str]]:
+    """Modules of a package and those of it that each names in an import, wherever: in functions, for types alone."""
+    files = {
+        ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path
+        for path in (root / package).rglob("*.py")
+    }
+    found: dict[str, set[str]] = {}
+    for name, path in files.items():
+        named = set()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                named |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                named |= {
+                    full if (full := f"{node.module}.{alias.name}") in files else str(node.module)
+                    for alias in node.names
+                }
+        found[name] = (named & set(files)) - {name}
+    return found
+
+
+def modules_in_rings(imports: dict[str, set[str]]) -> set[str]:
+    """Modules that reach themselves through the imports of others."""
+
+    def reached(start: str) -> set[str]:
+        seen: set[str] = set()
+        waiting = list(imports[start])
+        while waiting:
+            name = waiting.pop()
+            if name not in seen:
+                seen.add(name)
+                waiting += imports[name]
+        return seen
+
+    return {name for name in imports if name in reached(name)}
+
+
+@pytest.mark.parametrize("package", [*sorted(OURS), "fragfield_base"])
+def test_no_modules_import_each_other(package: str) -> None:
+    assert modules_in_rings(imported_modules(package)) == set()
+
+
+def test_the_check_sees_a_ring(tmp_path: Path) -> None:
+    """Also through three modules, one import in a function and one for types alone."""
+    folder = tmp_path / "ring"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "one.py").write_text("from ring import two\n")
+    (folder / "two.py").write_text("def f():\n    from ring.three import g\n")
+    (folder / "three.py").write_text("if TYPE_CHECKING:\n    import ring.one\n")
+    (folder / "four.py").write_text("import ring.one\n")
+    assert modules_in_rings(imported_modules("ring", tmp_path)) == {"ring.one", "ring.two", "ring.three"}

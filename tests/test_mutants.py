@@ -41,17 +41,17 @@ def test_every_kind_of_fault_is_found_and_its_text_is_a_module():
         text = fault.applied(SOURCE)
         assert ast.dump(ast.parse(text)) != plain, fault
         assert len(text.splitlines()) == len(SOURCE.splitlines())
-    told = {str(fault) for fault in found}
-    assert "line 5: 0.5 -> 0.4" in told
-    assert "line 10: range(n) -> range(n - 1)" in told
-    assert "line 11: total += _SHARE * pi * r ** 2 - r -> total -= _SHARE * pi * r ** 2 - r" in told
-    assert "line 11: total += _SHARE * pi * r ** 2 - r -> pass" in told
-    assert "line 11: _SHARE * pi * r ** 2 - r -> (_SHARE * pi * r ** 2)" in told
-    assert "line 12: r < 1.0 -> (r >= 1.0)" in told
-    assert "line 12: r < 1.0 and n > 2 -> (r < 1.0 or n > 2)" in told
-    assert "line 14: min(total, -r) -> max(total, -r)" in told
-    assert "line 14: [r, total][0] -> [r, total][1]" in told
-    assert "line 14: -r -> r" in told
+    reported = {str(fault) for fault in found}
+    assert "line 5: 0.5 -> 0.4" in reported
+    assert "line 10: range(n) -> range(n - 1)" in reported
+    assert "line 11: total += _SHARE * pi * r ** 2 - r -> total -= _SHARE * pi * r ** 2 - r" in reported
+    assert "line 11: total += _SHARE * pi * r ** 2 - r -> pass" in reported
+    assert "line 11: _SHARE * pi * r ** 2 - r -> (_SHARE * pi * r ** 2)" in reported
+    assert "line 12: r < 1.0 -> (r >= 1.0)" in reported
+    assert "line 12: r < 1.0 and n > 2 -> (r < 1.0 or n > 2)" in reported
+    assert "line 14: min(total, -r) -> max(total, -r)" in reported
+    assert "line 14: [r, total][0] -> [r, total][1]" in reported
+    assert "line 14: -r -> r" in reported
 
 
 def test_what_computes_nothing_is_left_alone():
@@ -80,9 +80,9 @@ def test_modules_with_physics_are_in_one_area_each():
     assert len(set(together)) == len(together)
     for module in (
         "burst_fenicsx/kernels/solid.py",
-        "burst_fenicsx/solver.py",
+        "burst_fenicsx/mechanics/solver.py",
         "transition/mott.py",
-        "flight/expected.py",
+        "flight/hazard/expected.py",
     ):
         assert module in together
 
@@ -111,11 +111,11 @@ def test_faults_chosen_by_hand_stand_in_the_sources():
 def test_faults_that_change_nothing_are_known_by_text_and_reason():
     known = mutants.equivalents()
     for module, before, after in known:
-        told = {
+        reported = {
             (" ".join(one.before.split()), " ".join(one.after.split()))
             for one in faults_of((ROOT / module).read_text())
         }
-        assert (before, after) in told, (module, before)
+        assert (before, after) in reported, (module, before)
     lines = (ROOT / "tests/mutants/equivalent.tsv").read_text().splitlines()[1:]
     assert all(len(line.split("\t")[3]) > 10 for line in lines)
 
@@ -125,7 +125,10 @@ def test_importers_are_found_through_others():
     assert "burst_fenicsx/kernels/solid.py" in found
     assert "burst_fenicsx/kernels/assembly.py" in found
     assert "burst_fenicsx/kernels/springs.py" not in found
-    assert importers(ROOT / "flight", "flight/expected.py") >= {"flight/expected.py", "flight/stack_rules.py"}
+    assert importers(ROOT / "flight", "flight/hazard/expected.py") >= {
+        "flight/hazard/expected.py",
+        "flight/hazard/stack_rules.py",
+    }
 
 
 class Trial(Workshop):
@@ -189,7 +192,7 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
             return Outcome("passed" if len(tried) == 2 else "failed", 1.0, "test_x")
 
     fault = faults_of("x = 1.0 - 2.0\n")[0]
-    faults = [(AREAS[number % 2].name, "flight/expected.py", fault) for number in range(10)]
+    faults = [(AREAS[number % 2].name, "flight/hazard/expected.py", fault) for number in range(10)]
     monkeypatch.setattr(mutants, "Workshop", Fake)
     monkeypatch.setattr(mutants, "_ROOT", ROOT)
     monkeypatch.setattr(mutants, "chosen_faults", lambda root, seed: iter(faults))
@@ -198,9 +201,9 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
         monkeypatch.setattr("sys.argv", ["mutants", str(number), "3"])
         assert mutants.main() == status
     assert len(tried) == 6
-    told = capsys.readouterr().out
-    assert "5 of 6 caught: 83.3 %" in told.replace("\u202f", " ").replace("%", " %").replace("  ", " ")
-    assert "SURVIVED flight/expected.py line 1: " in told
+    reported = capsys.readouterr().out
+    assert "5 of 6 caught: 83.3 %" in reported.replace("\u202f", " ").replace("%", " %").replace("  ", " ")
+    assert "SURVIVED flight/hazard/expected.py line 1: " in reported
 
 
 def test_caches_of_workers_are_linked_and_taken_over(tmp_path):

@@ -92,7 +92,7 @@ def machine(tmp_path: Path) -> Machine:
     return Machine(tmp_path)
 
 
-def test_unknown_act_is_told_the_known_ones(machine: Machine) -> None:
+def test_unknown_act_gets_the_known_ones_listed(machine: Machine) -> None:
     done = machine.run("instal")
     assert done.returncode == 2
     assert 'unknown act "instal"' in done.stderr

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from transition.isometry import Isometry
     from transition.meridian import HalfPlane
 
-__all__ = ["CasingSums", "Ledger", "casing_sums", "ledger", "ring_sums"]
+__all__ = ["CasingSums", "BreakUpLedger", "casing_sums", "ledger", "ring_sums"]
 
 
 @dataclass(frozen=True)
-class Ledger:
+class BreakUpLedger:
     """Mass, momentum and energy before and after. SI units.
 
     The casing's momentum and energy are those of its lumped nodal masses (an eighth of each cell's mass at each of
@@ -75,7 +75,7 @@ class Ledger:
 
 @dataclass(frozen=True)
 class CasingSums:
-    """Sums over a casing: see `Ledger`.
+    """Sums over a casing: see `BreakUpLedger`.
 
     Mass (kg), momentum (kg m/s), sum of mass times speed, angular momentum (kg m2/s), sum of mass times distance
     times speed, and energies (J).
@@ -151,7 +151,7 @@ def ring_sums(
     )
 
 
-def ledger(fragments: Fragments, spin: NDArray[np.float64], casing: CasingSums) -> Ledger:
+def ledger(fragments: Fragments, spin: NDArray[np.float64], casing: CasingSums) -> BreakUpLedger:
     """Compare fragments with the sums of the casing that they were made from.
 
     Parameters
@@ -170,7 +170,7 @@ def ledger(fragments: Fragments, spin: NDArray[np.float64], casing: CasingSums) 
     energy = 0.5 * float(mass @ np.einsum("ij,ij->i", velocity, velocity))
     difference = float(np.linalg.norm(momentum - casing.momentum))
     turning = float(np.linalg.norm(orbital + own - casing.angular_momentum))
-    return Ledger(
+    return BreakUpLedger(
         mass=total,
         casing_mass=casing.mass,
         mass_error=(total - casing.mass) / casing.mass,

@@ -38,7 +38,7 @@ def mott_linfoot(
     """Mean fragment mass m = C rho^(1/3) a^(4/3) W^(2/3) delta / v0^(4/3) (kg), Eq. 21.
 
     Mott and Linfoot (1943): the crack spacing in a ring that expands at the rate v0/a, for a crack energy W, with
-    C = 24^(2/3) kappa free of dimension in SI; kappa is the shape of the piece. At rest it is infinite.
+    C = 24^(2/3) kappa dimensionless in SI; kappa is the shape of the piece. At rest it is infinite.
 
     Parameters
     ----------

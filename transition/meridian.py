@@ -1,4 +1,4 @@
-"""The half plane of an axisymmetric burst: its frame, the ring measure of its quadrilaterals, and its checks.
+"""The half plane of an axisymmetric burst: its frame and the ring measure of its quadrilaterals.
 
 An axisymmetric snapshot holds quadrilaterals in one half plane through the round's axis. Every quadrilateral stands
 for the ring that it sweeps around the axis. The mass of a ring is distributed as the burst stage lumps it: constant
@@ -16,19 +16,15 @@ import numpy as np
 from transition.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
-    from transition.snapshot import Snapshot
-
-__all__ = ["HalfPlane", "bilinear", "check_meridian", "mass_density", "node_shares", "quad_modes", "ring_volumes"]
+__all__ = ["HalfPlane", "bilinear", "mass_density", "node_shares", "quad_modes", "ring_volumes"]
 
 QUAD_CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
 """Reference coordinates of the nodes, counter-clockwise (VTK's order)."""
 
 _XI, _ETA = QUAD_CORNERS.T
 _MODES_AT_CORNERS = np.stack([np.ones(4), _XI, _ETA, _XI * _ETA])
-_IN_PLANE = 1e-9  # of the largest coordinate, or of the largest speed
-_WHOLE_RING = 0.05  # the casing's mass may differ so much from density times ring volume
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +43,28 @@ class HalfPlane:
     frame: NDArray[np.float64]
 
     @classmethod
-    def of(cls, snapshot: Snapshot) -> HalfPlane:
-        """Half plane of a snapshot: from the axis of its round towards its outermost node before the burst.
+    def of(cls, position: ArrayLike, axis: ArrayLike, reference: NDArray[np.float64], where: str) -> HalfPlane:
+        """Half plane from the axis of a round towards its outermost node before the burst.
+
+        `position` is the centre of its base plane (m), `reference` (n, 3) are the nodes before the burst; `where`
+        names file and round in messages.
 
         Raises
         ------
         InputError
             All nodes lie on the axis.
         """
-        data = snapshot.rounds[0]
-        axis = np.asarray(data.axis, dtype=np.float64)
-        axis = axis / np.linalg.norm(axis)
-        origin = np.asarray(data.position, dtype=np.float64)
-        away = snapshot.reference - origin
-        away = away - np.outer(away @ axis, axis)
+        along = np.asarray(axis, dtype=np.float64)
+        along = along / np.linalg.norm(along)
+        origin = np.asarray(position, dtype=np.float64)
+        away = reference - origin
+        away = away - np.outer(away @ along, along)
         radius = np.linalg.norm(away, axis=1)
         farthest = int(radius.argmax())
         if not radius[farthest] > 0.0:
-            raise InputError(f"{snapshot.source}: all nodes lie on the axis of round {data.name!r}")
+            raise InputError(f"{where}: all nodes lie on its axis")
         outward = away[farthest] / radius[farthest]
-        return cls(origin, np.stack([outward, np.cross(axis, outward), axis]))
+        return cls(origin, np.stack([outward, np.cross(along, outward), along]))
 
     @property
     def axis(self) -> NDArray[np.float64]:
@@ -141,48 +139,3 @@ def node_shares(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     volumes = _node_volumes(corners)
     return np.asarray(volumes / volumes.sum(axis=1, keepdims=True))
-
-
-def check_meridian(snapshot: Snapshot) -> None:
-    """Check that an axisymmetric snapshot is one.
-
-    Raises
-    ------
-    InputError
-        Several rounds, nodes or velocities that leave the half plane, quadrilaterals that are not convex and
-        counter-clockwise, or masses that are not those of whole rings.
-    """
-    where = snapshot.source
-    if len(snapshot.rounds) != 1:
-        raise InputError(f"{where}: {len(snapshot.rounds)} rounds; an axisymmetric burst has one")
-    half = HalfPlane.of(snapshot)
-    largest = float(np.abs(snapshot.reference).max())
-    for name in ("reference", "position"):
-        out = np.abs((getattr(snapshot, name) - half.origin) @ half.frame[1])
-        if out.max() > _IN_PLANE * max(largest, float(np.abs(getattr(snapshot, name)).max())):
-            raise InputError(
-                f"{where}: {name} of node {out.argmax()} lies {out.max():.3g} m outside the half plane of the meridian"
-            )
-    across = np.abs(snapshot.velocity @ half.frame[1])
-    if across.max() > _IN_PLANE * float(np.abs(snapshot.velocity).max()):
-        raise InputError(
-            f"{where}: node {across.argmax()} has a velocity of {across.max():.3g} m/s across the half plane of the "
-            "meridian; an axisymmetric burst does not turn about its axis"
-        )
-    flat = half.coordinates(snapshot.reference)
-    if flat[:, 0].min() < -_IN_PLANE * largest:
-        raise InputError(f"{where}: node {flat[:, 0].argmin()} lies beyond the axis before the burst")
-    corners = flat[snapshot.cells]
-    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    turning = (ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]).min(axis=1)
-    if not (turning > 0.0).all():
-        raise InputError(
-            f"{where}: cell {turning.argmin()} is not convex and counter-clockwise seen in (r, z) before the burst"
-        )
-    mass = float(snapshot.mass[snapshot.casing].sum())
-    rings = snapshot.rounds[0].casing_density * float(ring_volumes(corners[snapshot.casing]).sum())
-    if abs(mass - rings) > _WHOLE_RING * rings:
-        raise InputError(
-            f"{where}: casing cells have {mass:.6g} kg, their rings {rings:.6g} kg by volume and density; "
-            "cells/mass must be that of whole rings"
-        )

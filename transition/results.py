@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from transition.attitude import Attitude
     from transition.directions import Directions
     from transition.laws import SegmentLaw
-    from transition.ledger import Ledger
+    from transition.ledger import BreakUpLedger
     from transition.mirroring import Image
     from transition.placing import Clusters
     from transition.points import MaterialPoints
@@ -88,9 +88,9 @@ class BreakUpResult:
         How all fragments were turned about the round's axis, and tilted.
     directions : tuple of (int, Directions)
         Directions by mass of each round that has fragments.
-    ledger : Ledger
+    ledger : BreakUpLedger
         Mass, momentum, angular momentum and energy handed over.
-    ledgers : tuple of (int, Ledger)
+    ledgers : tuple of (int, BreakUpLedger)
         The same of each round that has fragments.
     summary : dict
         The "break_up" part of summary.json; SI units.
@@ -102,6 +102,6 @@ class BreakUpResult:
     clusters: Clusters
     attitude: Attitude
     directions: tuple[tuple[int, Directions], ...]
-    ledger: Ledger
-    ledgers: tuple[tuple[int, Ledger], ...]
+    ledger: BreakUpLedger
+    ledgers: tuple[tuple[int, BreakUpLedger], ...]
     summary: dict[str, Any]

@@ -198,7 +198,7 @@ def _outline(snapshot: Snapshot, data: RoundData, cells: NDArray[np.int64]) -> f
     length = float(np.ptp(stations))
     bins = max(1, round(length / float(np.median(np.ptp(stations, axis=1)))))
     place = np.minimum((bins * (centre - stations.min()) / length).astype(int), bins - 1)
-    # Half of the cell's own taper lies beyond its middle: take the mean over the nodes of its outer face or edge.
+    # Half of the cell's own taper lies beyond its centre: take the mean over the nodes of its outer face or edge.
     outer = np.full(bins, 0.0)
     np.maximum.at(outer, place, np.sort(radii, axis=1)[:, radii.shape[1] // 2 :].mean(axis=1))
     return float(mass @ outer[place] / mass.sum())

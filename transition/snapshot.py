@@ -13,7 +13,8 @@ from fragfield_base.arrays import group_of, numbers
 from fragfield_base.hdf5_files import reading
 from transition.errors import InputError
 from transition.expansion import Expansion
-from transition.meridian import HalfPlane, check_meridian, node_shares
+from transition.meridian import HalfPlane, node_shares
+from transition.meridian_checks import check_meridian
 from transition.mirroring import SymmetryPlane
 
 if TYPE_CHECKING:
@@ -155,7 +156,8 @@ class Snapshot:
     @cached_property
     def half_plane(self) -> HalfPlane:
         """The half plane of an axisymmetric burst."""
-        return HalfPlane.of(self)
+        data = self.rounds[0]
+        return HalfPlane.of(data.position, data.axis, self.reference, f"{self.source}: round {data.name!r}")
 
     @cached_property
     def ring_shares(self) -> NDArray[np.float64]:
@@ -336,7 +338,12 @@ def _check(snapshot: Snapshot) -> None:
     if (segment < 0).any() or (segment >= numbers[of_round]).any():
         raise InputError(f"{where}: casing cells name segments that /rounds/<i>/segments does not list")
     if snapshot.is_axisymmetric:
-        check_meridian(snapshot)
+        if len(snapshot.rounds) != 1:
+            raise InputError(f"{where}: {len(snapshot.rounds)} rounds; an axisymmetric burst has one")
+        states = {name: getattr(snapshot, name) for name in ("reference", "position", "velocity")}
+        check_meridian(
+            where, snapshot.half_plane, states, snapshot.cells, snapshot.mass, casing, snapshot.rounds[0].casing_density
+        )
     _check_planes(snapshot)
 
 

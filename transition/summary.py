@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
     from transition.attitude import Attitude
     from transition.directions import Directions
-    from transition.ledger import Ledger
+    from transition.ledger import BreakUpLedger
     from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 
@@ -19,9 +19,9 @@ __all__ = ["summarised"]
 def summarised(
     rounds: Sequence[BrokenRound],
     results: Sequence[SegmentResult],
-    ledgers: Mapping[int, Ledger],
+    ledgers: Mapping[int, BreakUpLedger],
     directions: Mapping[int, Directions],
-    handed_over: Ledger,
+    handed_over: BreakUpLedger,
     settings: BreakUpSettings,
     outside: Mapping[str, Sequence[str]],
     attitude: Attitude,
@@ -36,7 +36,7 @@ def summarised(
         Segments of all of them.
     ledgers, directions : mappings from a round's number
         For the rounds that have fragments.
-    handed_over : Ledger
+    handed_over : BreakUpLedger
         Of all rounds together.
     settings : BreakUpSettings
         Choices of the break-up.
@@ -77,7 +77,7 @@ def summarised(
 
 
 def _round_summary(
-    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: Ledger, directions: Directions
+    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: BreakUpLedger, directions: Directions
 ) -> dict[str, Any]:
     return {
         "name": broken.name,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.ring_counts import RingCounts, count_by_azimuth
+from flight.hazard.ring_counts import RingCounts, count_by_azimuth
 from transition import BreakUp, Snapshot
 from transition.mirroring import images
 from validation.runs import StudyError

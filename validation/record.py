@@ -1,7 +1,7 @@
 """The validation's results as the report reads them: one JSON file that goes with the program.
 
 The file says of every case when, by which version and with which cells (`quick`) it was computed, so that a report can
-tell whether the evidence is of the very version that it reports on. A case computed again replaces its entry and leaves
+show whether the evidence is of the very version that it reports on. A case computed again replaces its entry and leaves
 the others::
 
     {"format": "fragfield validation", "format_version": 1,

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
 
-__all__ = ["LARGEST_MESH", "LEAST_SCALED_JACOBIAN", "MeridianMesh", "mesh_meridian", "meridian_quality"]
+__all__ = ["LARGEST_MESH", "MIN_SCALED_JACOBIAN", "MeridianMesh", "mesh_meridian", "meridian_quality"]
 
-LEAST_SCALED_JACOBIAN = 0.2
+MIN_SCALED_JACOBIAN = 0.2
 LARGEST_MESH = 5_000_000  # quadrilaterals
 _FEWEST_CORE_CELLS = 2
 _LARGEST_MASS_ERROR = 0.02
@@ -180,10 +180,10 @@ def meridian_quality(mesh: MeridianMesh, profile: Profile) -> MeshQuality:
 def _check_shape(mesh: MeridianMesh, profile: Profile, cell_size: float) -> None:
     found = meridian_quality(mesh, profile)
     where = f"{profile.name} meshed with {cell_size * 1e3:g} mm"
-    if found.min_scaled_jacobian < LEAST_SCALED_JACOBIAN:
+    if found.min_scaled_jacobian < MIN_SCALED_JACOBIAN:
         raise InputError(
             f"{where}: scaled Jacobian {found.min_scaled_jacobian:.3f} at station "
-            f"{mesh.station[found.worst_cell] * 1e3:.4g} mm; at least {LEAST_SCALED_JACOBIAN:g} is needed: make the "
+            f"{mesh.station[found.worst_cell] * 1e3:.4g} mm; at least {MIN_SCALED_JACOBIAN:g} is needed: make the "
             "contours there less steep, or the cells smaller"
         )
     for part, error in found.mass_errors.items():

@@ -17,11 +17,11 @@ from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.axisymmetric.solver import RingSolver
 from burst_fenicsx.axisymmetric.surfaces import meridian_surfaces
 from burst_fenicsx.errors import InputError, NumericalStop
-from burst_fenicsx.gathered import output_fields
+from burst_fenicsx.files.revolve import revolution, write_revolved
 from burst_fenicsx.meshing.placement import frame, place
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import Part
-from burst_fenicsx.revolve import revolution, write_revolved
+from burst_fenicsx.records.gather import output_fields
 from burst_fenicsx.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.problem import BurstSettings, Round
+    from burst_fenicsx.records.surfaces import RadialSurfaces
     from burst_fenicsx.simulation import BurstProgress, BurstResult
-    from burst_fenicsx.surfaces import RadialSurfaces
 
 __all__ = ["AxisymmetricSimulation", "one_thread"]
 

@@ -92,7 +92,7 @@ class LineInterface:
         self.contacts = LineContacts(
             slave=slave,
             share=np.bincount(slave, minlength=1)[slave].astype(float),
-            strength=np.full(count, parameters[PARAMETERS.index("unlit_strength")]),
+            strength=np.full(count, parameters[PARAMETERS.index("unreacted_strength")]),
             side=side,
             first_cell=first_cell,
             cell=cell,
@@ -118,7 +118,7 @@ class LineInterface:
         )
 
     @property
-    def booked(self) -> np.ndarray:
+    def energies(self) -> np.ndarray:
         """Spring energy now, friction and work given in the last step (J)."""
         total: np.ndarray = self.contacts.tally.sum(axis=0)[:3]
         return total

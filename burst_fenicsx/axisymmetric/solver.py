@@ -1,4 +1,4 @@
-"""The explicit step of the axisymmetric burst: as in three dimensions, with all parts of a longest step in one call."""
+"""The explicit step of the axisymmetric burst: as in three dimensions, with all parts of a macro step in one call."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from burst_fenicsx.kernels.assembly import make_scratch
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
-from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.mechanics.solver import BurstSolver
 
 if TYPE_CHECKING:
     from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.axisymmetric.slide_line import MeridianContact
-    from burst_fenicsx.detonation import LeakageParts
-    from burst_fenicsx.ledger import Ledger
+    from burst_fenicsx.mechanics.detonation import LeakageParts
+    from burst_fenicsx.mechanics.ledger import Ledger
     from burst_fenicsx.problem import BurstSettings
 
 __all__ = ["RingSolver"]
@@ -40,13 +40,13 @@ class RingSolver(BurstSolver):
         super().__init__(fields, settings, leakage, ledger, contact=contact)
 
     def advance(self, step: float) -> None:
-        """All parts of a longest step (s)."""
+        """All parts of a macro step (s)."""
         begin = self.time
         whole = advance_rings(
             begin, step, self.time_step, self.free_step, self.subcycling.highest, self.subcycling.moving, *self._arrays
         )
-        # With damping all cells take the longest step: the nodes have moved once, under the old forces.
-        self._book_work(0.5 * step)
+        # With damping all cells take the macro step: the nodes have moved once, under the old forces.
+        self._accumulate_work(0.5 * step)
         self.time = begin + step
         if not whole:
             self._take_sums()
@@ -54,10 +54,10 @@ class RingSolver(BurstSolver):
         self.leakage.update(self.fields.nodes.position, self.time)
         self.add_forces(step)
 
-    def add_forces(self, step: float, least: int = 0) -> None:
-        """Resultant at the new places of the nodes of cells of level `least` and higher, as in `BurstSolver`."""
-        moving = int(self.subcycling.moving[least])
-        add_ring_forces(step, self.free_step, self.time, least, moving, *self._arrays)
+    def add_forces(self, step: float, min_level: int = 0) -> None:
+        """Resultant at the new places of the nodes of cells of level `min_level` and higher, as in `BurstSolver`."""
+        moving = int(self.subcycling.moving[min_level])
+        add_ring_forces(step, self.free_step, self.time, min_level, moving, *self._arrays)
         if self._damping_force is not None:
             self._damping_force[:] = -self.settings.damping * self.fields.mass[:, None] * self.fields.nodes.velocity
             self.fields.nodes.force[:] += self._damping_force

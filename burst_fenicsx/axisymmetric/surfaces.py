@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.problem import Part
-from burst_fenicsx.surfaces import LATERAL, RadialSurfaces, cut_along
+from burst_fenicsx.records.surfaces import LATERAL, RadialSurfaces, cut_along
 
 if TYPE_CHECKING:
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
@@ -42,7 +42,7 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def meridian_surfaces(mesh: MeridianMesh, parts: int, bins: int) -> RadialSurfaces:
-    """Find the lateral lines of charge and casing and cut them along the axis, as `burst_fenicsx.surfaces`.
+    """Find the lateral lines of charge and casing and cut them along the axis, as `burst_fenicsx.records.surfaces`.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.booking import NodeContact
+from burst_fenicsx.contact.accounting import NodeContact
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
@@ -17,7 +17,7 @@ from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reaction
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["CollidingSurfaces"]
 
@@ -105,15 +105,15 @@ class CollidingSurfaces(NodeContact):
             normal=np.zeros((count, 3)),
             slip=slip,
             outward=np.zeros((count, 3)),
-            depth=np.zeros(count),
+            penetration=np.zeros(count),
             unloaded=np.zeros(count),
-            pressed=np.zeros(count),
-            held=np.zeros(count),
-            load=np.zeros(count),
+            active_penetration=np.zeros(count),
+            stiffness=np.zeros(count),
+            sharing=np.zeros(count),
             face=np.zeros(0, dtype=np.int32),
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
-            booked=np.zeros((0, 3)),
+            energies=np.zeros((0, 3)),
         )
 
     def _owners(self, count: int) -> np.ndarray:
@@ -188,7 +188,7 @@ class CollidingSurfaces(NodeContact):
             face=np.full(count, -1, dtype=np.int32),
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
-            booked=np.zeros((count, 3)),
+            energies=np.zeros((count, 3)),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True
@@ -200,7 +200,7 @@ class CollidingSurfaces(NodeContact):
         self._any_near = bool(len(own))
         if self._comm.size > 1:
             self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
-        self.state.load[~near] = 0.0
+        self.state.sharing[~near] = 0.0
 
     def _faces_within_reach(self, boxes: np.ndarray, places: np.ndarray, nodes: np.ndarray) -> np.ndarray:
         """Faces of surfaces, and those within casings whose boxes (faces, 6) meet the one around other rounds' nodes.
@@ -243,10 +243,10 @@ class CollidingSurfaces(NodeContact):
         state = self.state
         state.touching[nodes] = 0
         state.slip[nodes] = 0.0
-        state.depth[nodes] = 0.0
+        state.penetration[nodes] = 0.0
         state.unloaded[nodes] = 0.0
-        state.pressed[nodes] = 0.0
-        state.held[nodes] = 0.0
+        state.active_penetration[nodes] = 0.0
+        state.stiffness[nodes] = 0.0
 
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
@@ -264,14 +264,14 @@ class CollidingSurfaces(NodeContact):
         clear_rows(self._sums, self._halo.needed)
         add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
         self._halo.give(self._sums)
-        take_reactions(self._sums, rows, self._near_local, self.state.load, force)
+        take_reactions(self._sums, rows, self._near_local, self.state.sharing, force)
 
     def _exchange_motion(self, velocity: np.ndarray) -> None:
         """Bring places, speeds and loads of the near nodes to the ranks that need them."""
         rows, local = self._near_rows, self._near_local
         copy_rows(self._fields.nodes.position, local, rows, self._position)
         copy_rows(velocity, local, rows, self._velocity)
-        self._halo.fetch(self._position, self._velocity, self.state.load[:, None])
+        self._halo.fetch(self._position, self._velocity, self.state.sharing[:, None])
 
     @property
     def pushed(self) -> np.ndarray:
@@ -281,12 +281,12 @@ class CollidingSurfaces(NodeContact):
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.depth[self.state.node].max(initial=0.0))
+        return float(self.state.penetration[self.state.node].max(initial=0.0))
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes of casings."""
-        return float(self.state.depth[self.state.node[self._on_surface :]].max(initial=0.0))
+        return float(self.state.penetration[self.state.node[self._on_surface :]].max(initial=0.0))
 
 
 def _reached(boxes: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""All contact of a burst: bonds, colliding surfaces and planes, their forces and what they book (F^c of Eq. 2)."""
+"""All contact of a burst: bonds, colliding surfaces and planes, their forces and their energies (F^c of Eq. 2)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
@@ -156,7 +156,7 @@ class ContactForces:
         ----------
         stable_for : the step (s) for which the springs must be stable; 0 before the first step: no force.
         step : the step (s) that led here.
-        front_near : whether a detonation front runs or is being thrown back, for the record of penetrations.
+        front_near : whether a detonation front runs or is being reflected, for the record of penetrations.
         """
         if not self.exists or stable_for <= 0.0:
             return
@@ -167,7 +167,7 @@ class ContactForces:
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
         for part in self._parts:
-            _, friction, work = part.booked
+            _, friction, work = part.energies
             self.friction += friction
             self.stiffness_work += work
         add_rows(self._share, self.force, self._pushed, self._fields.nodes.force)
@@ -240,7 +240,7 @@ class ContactForces:
     @property
     def spring_energy(self) -> float:
         """Energy now in the springs (J), on this rank."""
-        return float(sum(part.booked[0] for part in self._parts))
+        return float(sum(part.energies[0] for part in self._parts))
 
     @property
     def energy(self) -> float:

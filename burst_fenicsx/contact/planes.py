@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.contact.booking import NodeContact
+from burst_fenicsx.contact.accounting import NodeContact
 from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import RigidPlane
 
@@ -78,9 +78,9 @@ class PlaneContact(NodeContact):
         self.state: PlaneState = PlaneState(
             node=np.asarray(nodes, dtype=np.int32),
             slip=np.zeros((count, 3)),
-            depth=np.zeros(count),
-            held=np.zeros(count),
-            booked=np.zeros((count, 3)),
+            penetration=np.zeros(count),
+            stiffness=np.zeros(count),
+            energies=np.zeros((count, 3)),
         )
 
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
@@ -95,9 +95,9 @@ class PlaneContact(NodeContact):
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.depth.max(initial=0.0))
+        return float(self.state.penetration.max(initial=0.0))
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes."""
-        return float(self.state.depth[self._on_surface :].max(initial=0.0))
+        return float(self.state.penetration[self._on_surface :].max(initial=0.0))

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_arrays", "own_sums", "restore_contact", "sums_of_ranks"]
 
+_OF_COLLISIONS = (
+    "touching", "normal", "slip", "penetration", "unloaded", "active_penetration", "stiffness", "sharing",
+)  # fmt: skip
+
 
 def sums_of_ranks(local: np.ndarray, comm: MPI.Comm) -> np.ndarray:
     """What every rank has summed up, (ranks, ...), on rank 0; to be ignored elsewhere. Collective.
@@ -38,12 +42,12 @@ def own_sums(rows: np.ndarray, comm: MPI.Comm, shape: tuple[int, ...]) -> np.nda
 
 
 def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
-    """Everything that contact remembers, by name; whole on rank 0, to be ignored elsewhere. Collective."""
+    """The whole state of contact, by name; whole on rank 0, to be ignored elsewhere. Collective."""
     comm = contact.comm
-    booked = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
+    sums = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
     deepest = contact.penetrations.over(comm)
     arrays = {
-        "booked": sums_of_ranks(booked, comm),
+        "sums": sums_of_ranks(sums, comm),
         "penetrations": np.array(astuple(deepest)),
     }
     if contact.interface is not None:
@@ -57,22 +61,22 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
 
 def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
     """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
-    booked = own_sums(arrays["booked"], contact.comm, (5 + contact.plane_force.size,))
-    contact.friction, contact.stiffness_work = float(booked[0]), float(booked[1])
-    contact.plane_impulse, contact.plane_force = booked[2:5].copy(), booked[5:].copy()
+    sums = own_sums(arrays["sums"], contact.comm, (5 + contact.plane_force.size,))
+    contact.friction, contact.stiffness_work = float(sums[0]), float(sums[1])
+    contact.plane_impulse, contact.plane_force = sums[2:5].copy(), sums[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
     if contact.interface is not None:
         contact.interface.restore({name: arrays[f"interface/{name}"] for name in contact.interface.array_names})
     if contact.collisions is not None:
         collisions = contact.collisions
-        for name in ("touching", "normal", "slip", "depth", "unloaded", "pressed", "held", "load"):
+        for name in _OF_COLLISIONS:
             getattr(collisions.state, name)[:] = arrays[f"collisions/{name}"]
         if len(arrays["collisions/searched_at"]):
             collisions.search_from(arrays["collisions/searched_at"])
             collisions.travel = float(arrays["collisions/travel"])
         collisions.searches = int(arrays["collisions/searches"])
     for number, plane in enumerate(contact.planes):
-        for name in ("slip", "depth", "held"):
+        for name in ("slip", "penetration", "stiffness"):
             getattr(plane.state, name)[:] = arrays[f"planes/{number}/{name}"][plane.rows]
 
 
@@ -84,11 +88,11 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
                 state.touching.astype(float),
                 state.slip,
                 state.normal,
-                state.depth,
+                state.penetration,
                 state.unloaded,
-                state.pressed,
-                state.held,
-                state.load,
+                state.active_penetration,
+                state.stiffness,
+                state.sharing,
             ]
         )
     )
@@ -96,11 +100,11 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
         "touching": kept[:, 0].astype(np.int32),
         "slip": kept[:, 1:4],
         "normal": kept[:, 4:7],
-        "depth": kept[:, 7],
+        "penetration": kept[:, 7],
         "unloaded": kept[:, 8],
-        "pressed": kept[:, 9],
-        "held": kept[:, 10],
-        "load": kept[:, 11],
+        "active_penetration": kept[:, 9],
+        "stiffness": kept[:, 10],
+        "sharing": kept[:, 11],
         "searched_at": collisions.searched_at,
         "travel": np.array(collisions.travel),
         "searches": np.array(collisions.searches),
@@ -109,9 +113,9 @@ def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:
 
 def _of_plane(comm: MPI.Comm, plane: PlaneContact) -> dict[str, np.ndarray]:
     state = plane.state
-    pieces = comm.gather((plane.rows, state.slip, state.depth, state.held))
+    pieces = comm.gather((plane.rows, state.slip, state.penetration, state.stiffness))
     if pieces is None:
         return {}
-    rows, slip, depth, held = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    rows, slip, penetration, stiffness = (np.concatenate(column) for column in zip(*pieces, strict=True))
     order = np.argsort(rows)
-    return {"slip": slip[order], "depth": depth[order], "held": held[order]}
+    return {"slip": slip[order], "penetration": penetration[order], "stiffness": stiffness[order]}

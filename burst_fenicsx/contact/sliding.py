@@ -25,7 +25,7 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from burst_fenicsx.fields import BurstFields
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import Contact
 
@@ -93,7 +93,7 @@ class SlidingInterface:
         of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
         of_round[mesh.cells] = mesh.round[:, None]
         material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
-        strength = fields.charge.parameters[material, PARAMETERS.index("unlit_strength")]
+        strength = fields.charge.parameters[material, PARAMETERS.index("unreacted_strength")]
         self.contacts = make_contacts(self.surface, group_row, slave, mine, strength)
         self._charge_faces = charge[faces].astype(np.int32)
         beside = np.zeros(len(faces), dtype=bool)
@@ -207,7 +207,7 @@ class SlidingInterface:
         return np.minimum(mean[self.contacts.row, 0], 1.0), mean[self.contacts.row, 1]
 
     @property
-    def booked(self) -> np.ndarray:
+    def energies(self) -> np.ndarray:
         """Spring energy now, friction and work given in the last step (J), on this rank's contacts."""
         total: np.ndarray = np.einsum("kj->j", self.contacts.tally[self.contacts.contact])[:3]
         return total
@@ -224,7 +224,7 @@ class SlidingInterface:
         return np.array([bonded.sum(), (touching & ~bonded).sum(), self.contacts.off[own].sum()], dtype=float)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What the contacts remember, whole on every rank; collective."""
+        """State of the contacts, whole on every rank; collective."""
         own, found = self.contacts.contact, {}
         for name in INTERFACE_STATE:
             values = getattr(self.contacts, name)

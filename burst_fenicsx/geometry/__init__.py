@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from burst_fenicsx.geometry.contour import Contour
 from burst_fenicsx.geometry.files import load_profile, profile_from_table, profile_names
-from burst_fenicsx.geometry.profile import Fuze, PartVolumes, Profile, Section
+from burst_fenicsx.geometry.profile import CrossSection, Fuze, PartVolumes, Profile
 from burst_fenicsx.geometry.segments import Segment, SegmentKind, automatic_segments
 
 __all__ = [
@@ -12,7 +12,7 @@ __all__ = [
     "Fuze",
     "PartVolumes",
     "Profile",
-    "Section",
+    "CrossSection",
     "Segment",
     "SegmentKind",
     "automatic_segments",

@@ -2,7 +2,7 @@
 
 A round is a union of convex pieces. For convex bodies A and B and a unit vector u let s(u) be the width of the gap
 between them along u; it is negative where their shadows on u overlap. The clear distance is the largest s(u) over all
-u, and where the bodies overlap minus that is the least translation that parts them. Apart, the best u comes from the
+u, and where the bodies overlap minus that is the smallest translation that parts them. Apart, the best u comes from the
 point of B - A nearest to the origin (Gilbert, Johnson and Keerthi 1988, IEEE J. Robotics Autom. 4, 193); overlapping,
 from a search over all directions.
 """
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Vectors = NDArray[np.float64]
 
-__all__ = ["Body", "clearance", "least_clearance", "near_pairs", "placed_body"]
+__all__ = ["Body", "clearance", "min_clearance", "near_pairs", "placed_body"]
 
 CONVERGED = 1e-10  # gap between the bounds of a distance (m)
 ALIKE = 1e-9  # distances that differ by less are equal, and the first pair counts (m)
@@ -41,7 +41,7 @@ class Body:
     pieces: tuple[Solid, ...]
 
     def reach(self, direction: ArrayLike) -> tuple[float, float]:
-        """Least and greatest x . u over the body (m) for a unit vector u (3,): its extent, or heights over a plane."""
+        """Minimum and maximum of x . u over the body (m) for a unit vector u (3,): its extent, or its heights."""
         both = np.array([direction, np.negative(direction)], dtype=np.float64)
         supports = np.array([piece.support(both) for piece in self.pieces])
         return -float(supports[:, 1].max()), float(supports[:, 0].max())
@@ -81,15 +81,15 @@ def placed_body(
 def clearance(first: Body, second: Body) -> float:
     """Return the clear distance of two bodies (m).
 
-    Negative where they overlap: minus the least translation that parts the pieces that reach into each other deepest;
-    exact where both are convex. 0 where they touch.
+    Negative where they overlap: minus the smallest translation that parts the pieces that reach into each other
+    deepest; exact where both are convex. 0 where they touch.
     """
     pairs = [(_bound(one, other), one, other) for one, other in product(first.pieces, second.pieces)]
-    least = np.inf
+    smallest = np.inf
     for bound, one, other in sorted(pairs, key=lambda pair: pair[0]):
-        if bound < least:
-            least = min(least, _convex_clearance(one, other, bound))
-    return float(least)
+        if bound < smallest:
+            smallest = min(smallest, _convex_clearance(one, other, bound))
+    return float(smallest)
 
 
 def near_pairs(bodies: Sequence[Body], within: float) -> Iterator[tuple[int, int, float]]:
@@ -101,7 +101,7 @@ def near_pairs(bodies: Sequence[Body], within: float) -> Iterator[tuple[int, int
                 yield i, j, found
 
 
-def least_clearance(bodies: Sequence[Body]) -> tuple[int, int, float] | None:
+def min_clearance(bodies: Sequence[Body]) -> tuple[int, int, float] | None:
     """Return the first pair i < j of the nearest bodies, with their clear distance (m); None for fewer than two."""
     if len(bodies) < 2:
         return None
@@ -224,7 +224,7 @@ def _nearest_in_simplex(corners: list[Vectors]) -> tuple[list[Vectors], Vectors]
 
 
 def _overlap(first: Solid, second: Solid) -> float:
-    """The largest s(u) over all directions of bodies that overlap: minus the least translation that parts them."""
+    """The largest s(u) over all directions of bodies that overlap: minus the smallest translation that parts them."""
     from scipy.optimize import minimize
 
     directions = np.concatenate([_likely(first, second), _sphere()])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry.contour import Contour
 
-__all__ = ["Fuze", "PartVolumes", "Profile", "Section"]
+__all__ = ["Fuze", "PartVolumes", "Profile", "CrossSection"]
 
 SAMPLES = 4001  # stations at which the wall is tested, besides the corners
 
@@ -40,7 +40,7 @@ class PartVolumes:
 
 
 @dataclass(frozen=True)
-class Section:
+class CrossSection:
     """Radii across the axis (m); `inner_radius` is 0 where the casing is solid, `charge_radius` 0 without charge."""
 
     outer_radius: NDArray[np.float64]
@@ -204,7 +204,7 @@ class Profile:
             void=0.0 if inert else front,
         )
 
-    def section(self, station: ArrayLike) -> Section:
+    def section(self, station: ArrayLike) -> CrossSection:
         """Return radii and wall at stations.
 
         Parameters
@@ -214,7 +214,7 @@ class Profile:
 
         Returns
         -------
-        Section
+        CrossSection
             Outer, inner and charge radius and wall (m), each of that shape. Where a section is solid the wall is
             the outer radius.
 
@@ -228,4 +228,4 @@ class Profile:
         hollow = (place >= self.cavity.start) & (place <= self.cavity.end)
         inner = np.where(hollow, self.cavity.radius(np.clip(place, self.cavity.start, self.cavity.end)), 0.0)
         charge = np.where(place >= self.charge_front, inner, 0.0)
-        return Section(outer, inner, outer - inner, charge)
+        return CrossSection(outer, inner, outer - inner, charge)

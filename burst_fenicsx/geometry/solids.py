@@ -63,7 +63,7 @@ class Revolved:
 
     @property
     def centre(self) -> Vectors:
-        """Middle of its part of the axis (m)."""
+        """Centre of its part of the axis (m)."""
         middle: Vectors = self.position + 0.5 * (self.heights[0] + self.heights[-1]) * self.axis
         return middle
 

@@ -46,7 +46,7 @@ def add_element_forces(
     threads: int,
     step: float,
     time: float,
-    least: int,
+    min_level: int,
     full_quadrature: bool,
     nodes: Nodes,
     motion: Motion,
@@ -58,9 +58,9 @@ def add_element_forces(
     totals: Totals,
     scratch: np.ndarray,
 ) -> None:
-    """Advance the cells of level `least` and higher to `time` (s); the forces of their nodes are set (N).
+    """Advance the cells of level `min_level` and higher to `time` (s); the forces of their nodes are set (N).
 
-    The work is shared by so many `threads`. `step` is the longest step (s); a cell of level l advances by `step` / 2^l,
+    The work is shared by so many `threads`. `step` is the macro step (s); a cell of level l advances by `step` / 2^l,
     and its forces count for that share of it. `moving` nodes, the first in order, belong to these cells. The stresses,
     pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the sums and limits of
     every chunk.
@@ -69,7 +69,19 @@ def add_element_forces(
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
         _run_chunks(
-            threads, chunks, step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, scratch
+            threads,
+            chunks,
+            step,
+            time,
+            min_level,
+            full_quadrature,
+            nodes,
+            grid,
+            schedule,
+            solid,
+            charge,
+            totals,
+            scratch,
         )
 
 
@@ -86,7 +98,7 @@ def _run_chunks(
     chunks: np.ndarray,
     step: float,
     time: float,
-    least: int,
+    min_level: int,
     full_quadrature: bool,
     nodes: Nodes,
     grid: Grid,
@@ -102,25 +114,25 @@ def _run_chunks(
     """
     for thread in numba.prange(threads):
         work = scratch[numba.get_thread_id()]
-        first = _share_begins(thread, threads, chunks, schedule.active, least)
-        last = _share_begins(thread + 1, threads, chunks, schedule.active, least)
+        first = _share_begins(thread, threads, chunks, schedule.active, min_level)
+        last = _share_begins(thread + 1, threads, chunks, schedule.active, min_level)
         for k in range(first, last):
             _run_chunk(
-                chunks[k], step, time, least, full_quadrature, nodes, grid, schedule, solid, charge, totals, work
+                chunks[k], step, time, min_level, full_quadrature, nodes, grid, schedule, solid, charge, totals, work
             )
 
 
 @kernel
-def _share_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, least: int) -> int:
+def _share_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, min_level: int) -> int:
     """First chunk of a thread's share of all blocks that take part; `active` as in `Schedule`."""
     if thread == threads:
         return chunks.size
     whole = 0
     for chunk in chunks:
-        whole += active[chunk, least, 0] + active[chunk, least, 1]
+        whole += active[chunk, min_level, 0] + active[chunk, min_level, 1]
     before = 0
     for k in range(chunks.size):
-        own = active[chunks[k], least, 0] + active[chunks[k], least, 1]
+        own = active[chunks[k], min_level, 0] + active[chunks[k], min_level, 1]
         # A chunk belongs to the share in which its middle lies.
         if (2 * before + own) * threads >= 2 * thread * whole:
             return k
@@ -133,7 +145,7 @@ def _run_chunk(
     chunk: int,
     step: float,
     time: float,
-    least: int,
+    min_level: int,
     full_quadrature: bool,
     nodes: Nodes,
     grid: Grid,
@@ -150,23 +162,23 @@ def _run_chunk(
     limits[0] = limits[1] = np.inf
     limits[2] = -1.0
     first = schedule.first_solid[chunk]
-    for block in range(first, first + schedule.active[chunk, least, 0]):
+    for block in range(first, first + schedule.active[chunk, min_level, 0]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
         if full_quadrature:
             solid_block_full(block, share * step, share, nodes, grid, solid, work, energy, limits)
         else:
             solid_block(block, share * step, share, nodes, grid, solid, work, energy, limits)
-    totals.given[chunk] = 0.0
+    totals.released[chunk] = 0.0
     first = schedule.first_charge[chunk]
-    for block in range(first, first + schedule.active[chunk, least, 1]):
+    for block in range(first, first + schedule.active[chunk, min_level, 1]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
         work_before, heat_before = energy[3], energy[4]
         charge_block(block, share * step, time, share, nodes, grid, charge, work, energy, limits)
         owner = grid.material[block] // _PARTS
-        totals.given[chunk, owner, 0] += energy[3] - work_before
-        totals.given[chunk, owner, 1] += energy[4] - heat_before
+        totals.released[chunk, owner, 0] += energy[3] - work_before
+        totals.released[chunk, owner, 1] += energy[4] - heat_before
     for i in range(5):
         totals.energy[chunk, i] = energy[i]
     totals.stable_step[chunk] = limits[0]
@@ -181,7 +193,7 @@ def move_nodes(
     levels: np.ndarray,
     lower: np.ndarray,
     inverse_mass: np.ndarray,
-    kick: float,
+    velocity_step: float,
     step: float,
     part: int,
     highest: int,
@@ -198,14 +210,14 @@ def move_nodes(
     Parameters
     ----------
     moving : how many nodes move, the first in order. order, levels, lower, inverse_mass : as in `Motion`.
-    kick : dt of the velocity (s). step : longest step (s).
+    velocity_step : interval of the velocity update (s). step : macro step (s).
     part : how many shortest steps, `step` / 2^highest, of the longest have gone by.
     force : (nodes, 3) N, the resultant of Eq. 2.
     velocity, position, mean : (nodes, 3) m/s, m and m/s, in place.
     """
     for k in numba.prange(moving):
         node, level = np.uint64(order[k]), levels[k]  # unsigned: no code for negative ones
-        own, push = step / (1 << level), kick * inverse_mass[k]
+        own, push = step / (1 << level), velocity_step * inverse_mass[k]
         x = velocity[node, 0] + push * force[node, 0]
         y = velocity[node, 1] + push * force[node, 1]
         z = velocity[node, 2] + push * force[node, 2]

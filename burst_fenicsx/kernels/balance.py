@@ -23,10 +23,10 @@ def node_sums(half_step: float, mass: np.ndarray, force: np.ndarray, velocity: n
         kinetic, px, py, pz, size = 0.0, 0.0, 0.0, 0.0, 0.0
         for node in range(part * count // parts, (part + 1) * count // parts):
             if mass[node] > 0.0:
-                kick = half_step / mass[node]
-                x = mass[node] * (velocity[node, 0] + kick * force[node, 0])
-                y = mass[node] * (velocity[node, 1] + kick * force[node, 1])
-                z = mass[node] * (velocity[node, 2] + kick * force[node, 2])
+                increment = half_step / mass[node]
+                x = mass[node] * (velocity[node, 0] + increment * force[node, 0])
+                y = mass[node] * (velocity[node, 1] + increment * force[node, 1])
+                z = mass[node] * (velocity[node, 2] + increment * force[node, 2])
                 square = x * x + y * y + z * z
                 kinetic += 0.5 * square / mass[node]
                 px, py, pz, size = px + x, py + y, pz + z, size + np.sqrt(square)

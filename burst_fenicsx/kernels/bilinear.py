@@ -15,7 +15,7 @@ _NEWTON_STEPS = 4
 def closest_point(x: float, y: float, z: float, corner: np.ndarray, result: np.ndarray) -> None:
     """Closest point of a bilinear face: xi, eta within [-1, 1], the place (3), the unit normal (3).
 
-    `corner` (4, 3) m in outward order; `result` (8,), overwritten. Gauss-Newton steps from the middle.
+    `corner` (4, 3) m in outward order; `result` (8,), overwritten. Gauss-Newton steps from the centre.
     """
     xi, eta = 0.0, 0.0
     for step in range(_NEWTON_STEPS + 1):

@@ -1,4 +1,4 @@
-"""Bounds of faces that tell at little cost which nodes cannot touch them.
+"""Bounds of faces that exclude at little cost the nodes that cannot touch them.
 
 A bilinear face lies within its corners, and each of its normals between those at its corners: a node above all corners
 along all four normals is in front of the face, and one so far below them is at least as deep.
@@ -26,7 +26,7 @@ def bound_faces(
     ball: np.ndarray,
     bound: np.ndarray,
 ) -> None:
-    """Bounds of the faces `near`, by which most candidates are told off: see `Collisions.ball` and `bound`."""
+    """Bounds of the faces `near`, by which most candidates are rejected: see `Collisions.ball` and `bound`."""
     parts = near.size // _RUN + 1
     for part in numba.prange(parts):
         x = np.empty((4, 3))

@@ -1,11 +1,11 @@
-"""Kernel of the charge: burn fraction, products' pressure, unlit explosive, hourglass control, nodal forces."""
+"""Kernel of the charge: burn fraction, products' pressure, unreacted explosive, hourglass control, nodal forces."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
-    BEARABLE,
+    COEFFICIENT_LIMIT,
     DAMPING,
     FORCE,
     FREE,
@@ -61,9 +61,9 @@ __all__ = [
 
 PARAMETERS = (
     "density",
-    "unlit_bulk_modulus",
-    "unlit_shear_modulus",
-    "unlit_strength",
+    "unreacted_bulk_modulus",
+    "unreacted_shear_modulus",
+    "unreacted_strength",
     "linear_viscosity",
     "quadratic_viscosity",
     "hourglass_viscous",
@@ -83,7 +83,7 @@ PARAMETERS = (
 Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone."""
 
 
-STRESS = FREE  # deviator of the unlit charge, 6 rows, Pa
+STRESS = FREE  # deviator of the unreacted charge, 6 rows, Pa
 _STORED = FREE + 6  # the same before the step
 _OLD_VOLUME = FREE + 12  # m3
 _OLD_PRESSURE, PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
@@ -129,19 +129,19 @@ def charge_block(
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
-    least_burn = load_state(block, time, material[8], grid, state, scratch)
+    min_burn = load_state(block, time, material[8], grid, state, scratch)
     move_cells(step, scratch)
-    if least_burn < 1.0:
+    if min_burn < 1.0:
         burn_by_compression(material, scratch)
     if material[9] == 0.0:
         press_by_landau(material, scratch)
     else:
         press_by_jwl(material, scratch)
     # The step in which a cell burns out still takes its deviator to zero.
-    if least_burn < 1.0:
+    if min_burn < 1.0:
         hold_by_strength(block, step, material, grid, state, scratch, energy)
-    coming = max(step, share * grid.longest)
-    bound_hourglass(coming, _stiffen(coming, material, scratch) > 0, scratch)
+    next_dt = max(step, share * grid.longest)
+    bound_hourglass(next_dt, _stiffen(next_dt, material, scratch) > 0, scratch)
     _resist(share, nodes.rounding, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     add_work(block, step, share, material, grid, state, scratch, energy, limits)
@@ -151,16 +151,16 @@ def charge_block(
 def load_state(
     block: int, time: float, by_compression: float, grid: Grid, state: ChargeState, scratch: np.ndarray
 ) -> float:
-    """Bring what the cells remember together by lanes and burn them as far as time does.
+    """Gather the cell state into lanes and burn cells as far as time does.
 
-    Returns the least fraction burnt before.
+    Returns the smallest fraction burnt before.
     """
     slot = block * LANES
-    least_burn = 1.0
+    min_burn = 1.0
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
         old = state.burn_fraction[cell]
-        least_burn = min(least_burn, old)
+        min_burn = min(min_burn, old)
         by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
         scratch[BURN * LANES + lane] = max(old, min(by_time, 1.0))
         scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
@@ -171,7 +171,7 @@ def load_state(
         scratch[_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
         scratch[STRESS * LANES + k] = 0.0
-    return least_burn
+    return min_burn
 
 
 @block_kernel
@@ -188,22 +188,22 @@ def burn_by_compression(material: np.ndarray, scratch: np.ndarray) -> None:
 def _mix(
     relative: float, products: float, stiffness: float, material: np.ndarray, scratch: np.ndarray, lane: int
 ) -> None:
-    """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unlit part."""
+    """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unreacted part."""
     xi = scratch[BURN * LANES + lane]
-    unlit_stiffness = material[1] / relative + 4.0 / 3.0 * material[2]
-    scratch[PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * _unlit_pressure(relative, material)
-    scratch[STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unlit_stiffness
+    unreacted_stiffness = material[1] / relative + 4.0 / 3.0 * material[2]
+    scratch[PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * _unreacted_pressure(relative, material)
+    scratch[STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
 
 
 @lane_function
-def _unlit_pressure(relative: float, material: np.ndarray) -> float:
-    """Pressure (Pa) of the unlit explosive at V/V0; pressed explosive parts in tension at about its strength."""
+def _unreacted_pressure(relative: float, material: np.ndarray) -> float:
+    """Pressure (Pa) of the unreacted explosive at V/V0; pressed explosive parts in tension at about its strength."""
     return max(material[1] * (1.0 / relative - 1.0), -material[3])
 
 
 @block_kernel
 def press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
-    """Pressure of the products on the isentrope of Landau and Stanyukovich, mixed with that of the unlit part."""
+    """Pressure of the products on the isentrope of Landau and Stanyukovich, mixed with that of the unreacted part."""
     widest_vectors()
     p0, pk, inverse_knee = material[10], material[11], 1.0 / material[12]
     for lane in range(LANES):
@@ -218,9 +218,9 @@ def press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
 
 @block_kernel
 def press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
-    """Pressure of Jones, Wilkins and Lee with its own internal energy, mixed with that of the unlit part.
+    """Pressure of Jones, Wilkins and Lee with its own internal energy, mixed with that of the unreacted part.
 
-    dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unlit part);
+    dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unreacted part);
     P is linear in E, so the implicit step is solved directly.
     """
     widest_vectors()
@@ -232,7 +232,7 @@ def press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
         change = v - scratch[_OLD_VOLUME * LANES + lane] * per_volume
         e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
         cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
-        others = scratch[_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * _unlit_pressure(v, material)
+        others = scratch[_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * _unreacted_pressure(v, material)
         rest = scratch[_CONTENT * LANES + lane] - 0.5 * others * change
         p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
         e = rest - 0.5 * xi * p * change
@@ -252,9 +252,9 @@ def hold_by_strength(
     scratch: np.ndarray,
     energy: np.ndarray,
 ) -> None:
-    """Weak strength of the unlit charge: elastic, ideally plastic (von Mises in shear), fading as it burns.
+    """Weak strength of the unreacted charge: elastic, ideally plastic (von Mises in shear), fading as it burns.
 
-    Its whole work is booked as plastic, since what is stored elastically is lost when the cell burns.
+    Its whole work is counted as plastic, since what is stored elastically is lost when the cell burns.
     """
     widest_vectors()
     for lane in range(LANES):
@@ -287,15 +287,15 @@ def hold_by_strength(
 
 
 @block_kernel
-def _stiffen(coming: float, material: np.ndarray, scratch: np.ndarray) -> int:
+def _stiffen(next_dt: float, material: np.ndarray, scratch: np.ndarray) -> int:
     """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
 
-    What they can bear hangs on the `coming` step (s).
+    Their limits depend on the next step, `next_dt` (s).
     """
     widest_vectors()
-    # While a cell may still light, the step allows for the products' sound speed at the front, 3/4 D.
+    # While a cell may still ignite, the step allows for the products' sound speed at the front, 3/4 D.
     front_speed = 0.75 * material[7]
-    per_mass = 1.0 / (8.0 * coming) if coming > 0.0 else np.inf
+    per_mass = 1.0 / (8.0 * next_dt) if next_dt > 0.0 else np.inf
     count = 0
     for lane in range(LANES):
         frequency, mass = scratch[FREQUENCY * LANES + lane], scratch[MASS * LANES + lane]
@@ -318,8 +318,8 @@ def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
     """Nodal forces of pressure, strength, artificial viscosity and hourglass control."""
     widest_vectors()
     for lane in range(LANES):
-        b3, b5 = scratch[BEARABLE * LANES + lane], scratch[(BEARABLE + 1) * LANES + lane]
-        b6, b7 = scratch[(BEARABLE + 2) * LANES + lane], scratch[(BEARABLE + 3) * LANES + lane]
+        b3, b5 = scratch[COEFFICIENT_LIMIT * LANES + lane], scratch[(COEFFICIENT_LIMIT + 1) * LANES + lane]
+        b6, b7 = scratch[(COEFFICIENT_LIMIT + 2) * LANES + lane], scratch[(COEFFICIENT_LIMIT + 3) * LANES + lane]
         damping = min(scratch[DAMPING * LANES + lane], MOST_DAMPED * min(b3, b5, b6, b7))
         q3, q5 = load_vector(scratch, HOURGLASS, lane), load_vector(scratch, HOURGLASS + 3, lane)
         q6, q7 = load_vector(scratch, HOURGLASS + 6, lane), load_vector(scratch, HOURGLASS + 9, lane)
@@ -343,7 +343,7 @@ def add_work(
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
-    """Add up the work of the step, find the limits and write back what the cells remember."""
+    """Add up the work of the step, find the limits and write the cell state back."""
     slot = block * LANES
     heat = work = hourglass = 0.0
     for lane in range(grid.filled[block]):

@@ -64,10 +64,10 @@ def _find_run(
     faces, face_body, edge, candidate = state.faces, state.face_body, state.edge, state.candidate
     ball, bound = state.ball, state.bound
     first, nodes, node_body, before = state.first, state.node, state.node_body, state.touching
-    booked, push, found, depths = state.booked, state.push, state.face, state.depth
+    energies, push, found, depths = state.energies, state.push, state.face, state.penetration
     for k in range(start, stop):
         node = nodes[k]
-        booked[k, 0], booked[k, 1], booked[k, 2] = 0.0, 0.0, 0.0
+        energies[k, 0], energies[k, 1], energies[k, 2] = 0.0, 0.0, 0.0
         push[k, 0], push[k, 1], push[k, 2], push[k, 3] = 0.0, 0.0, 0.0, 0.0
         found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]
@@ -76,7 +76,7 @@ def _find_run(
         best, nearest, unloaded = -1, np.inf, 0.0
         for c in range(first[k], first[k + 1]):
             face = candidate[c]
-            # Most candidates are told off here, without a call: too far from the face's ball, in front, or too deep to
+            # Most candidates are rejected here, without a call: too far from the face's ball, in front, or too deep to
             # have come in by this face. A node above all corners along all four normals is in front of whatever lies
             # between them.
             dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
@@ -124,11 +124,11 @@ def _find_run(
                 depth -= (position[node, i] - point[2 + i]) * point[5 + i]
             state.unloaded[node] = unloaded
             push_node(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
-            state.depth[node] = depth
+            state.penetration[node] = depth
             continue
         if touching != 0:
             state.touching[node] = 0
-            state.depth[node] = 0.0
+            state.penetration[node] = 0.0
             state.unloaded[node] = 0.0
             slacken(node, state)
 
@@ -137,9 +137,9 @@ def _find_run(
 def _lies_beyond(
     distance: float, dx: float, dy: float, dz: float, square: float, corner: np.ndarray, ball: np.ndarray
 ) -> bool:
-    """Whether a node is farther than `distance` (m) from a face, as far as its corners (4, 3) tell.
+    """Whether a node is farther than `distance` (m) from a face, as far as its corners (4, 3) show.
 
-    `dx`, `dy`, `dz` lead from the face's middle to the node, `square` is the square of their length: no point of the
+    `dx`, `dy`, `dz` lead from the face's centre to the node, `square` is the square of their length: no point of the
     face lies farther along them than some corner.
     """
     farthest = -np.inf
@@ -179,7 +179,7 @@ def _comes_first(
 ) -> bool:
     """Whether of two equally near faces `face`, at `trial`, is taken and not `best`, at `point`: by geometry alone.
 
-    The one that looks more towards the node's own surface; then the one whose middle comes first by x, y, z.
+    The one that looks more towards the node's own surface; then the one whose centre comes first by x, y, z.
     """
     facing = 0.0
     for i in range(3):
@@ -215,7 +215,7 @@ def _unloaded_depth(
     own, body = state.node_body[node], state.face_body[face]
     same_round = own // 2 == body // 2
     if state.touching[node] == 1 + body and along > _LIKE:
-        sunk = state.depth[node] + _ENTRY * law.step * np.sqrt(speed)
+        sunk = state.penetration[node] + _ENTRY * law.step * np.sqrt(speed)
         if depth <= sunk + _LATE * state.edge[face]:
             return max(min(state.unloaded[node], depth), depth - sunk)
     entered = _ENTRY * law.step * max(approach, 0.0)

@@ -15,7 +15,7 @@ _BITS = 64
 def colour_groups(
     order: np.ndarray, first: np.ndarray, dofmap: np.ndarray, taken: np.ndarray, colour: np.ndarray
 ) -> bool:
-    """Give each group of cells, one after another, the least colour that none of its nodes has seen.
+    """Give each group of cells, one after another, the lowest colour that none of its nodes has seen.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def colour_groups(
             for corner in range(dofmap.shape[1]):
                 for word in range(words):
                     seen[word] |= taken[dofmap[order[k], corner], word]
-        least = 0
-        while least < _BITS * words and (seen[least // _BITS] >> np.uint64(least % _BITS)) & np.uint64(1):
-            least += 1
-        if least == _BITS * words:
+        lowest = 0
+        while lowest < _BITS * words and (seen[lowest // _BITS] >> np.uint64(lowest % _BITS)) & np.uint64(1):
+            lowest += 1
+        if lowest == _BITS * words:
             return False
-        colour[group] = least
+        colour[group] = lowest
         for k in range(first[group], first[group + 1]):
             for corner in range(dofmap.shape[1]):
-                taken[dofmap[order[k], corner], least // _BITS] |= np.uint64(1) << np.uint64(least % _BITS)
+                taken[dofmap[order[k], corner], lowest // _BITS] |= np.uint64(1) << np.uint64(lowest % _BITS)
     return True

@@ -38,7 +38,7 @@ from burst_fenicsx.kernels.tensors import (
 )
 
 __all__ = [
-    "BEARABLE",
+    "COEFFICIENT_LIMIT",
     "DAMPING",
     "FORCE",
     "FREE",
@@ -68,16 +68,16 @@ __all__ = [
 POSITION, VELOCITY = 0, 24  # nodal values, m and m/s
 FORCE = 0  # nodal values, N; in the place of the positions
 GRADIENT = 48  # 18 rows, m2
-WARP = 66  # hourglass modes 3, 5, 6, 7 of the positions, 12 rows, m
+HOURGLASS_MODES = 66  # hourglass modes 3, 5, 6, 7 of the positions, 12 rows, m
 RATE = 78  # velocity gradient, 9 rows, 1/s
 HOURGLASS = 87  # hourglass rates of the modes 3, 5, 6, 7, 12 rows, m/s
 VOLUME = 99  # m3
 FREQUENCY = 100  # inverse of the length that governs the stable step, 1/m
-SLOPE = 101  # squares of the norms of the mean gradient over the nodes over the volume, 3 rows, 1/m2
+GRADIENT_SQUARES = 101  # squares of the norms of the mean gradient over the nodes over the volume, 3 rows, 1/m2
 MASS = 104  # kg
 VISCOUS, STABLE = 105, 106  # artificial viscous pressure, Pa; stable step, s
 DAMPING = 107  # viscous hourglass coefficient, N s/m
-BEARABLE = 108  # the most that each of the modes 3, 5, 6, 7 bears of it, 4 rows, N s/m
+COEFFICIENT_LIMIT = 108  # upper limit of it for each of the modes 3, 5, 6, 7, 4 rows, N s/m
 POWER = 112  # of the hourglass forces, W
 FREE = 113  # first row for the material's own
 
@@ -119,16 +119,16 @@ def move_cells(step: float, scratch: np.ndarray) -> None:
         store_vector(subtract_applied(velocity[6], rate, middle[6]), scratch, HOURGLASS + 9, lane)
         gradient, volume = cell_gradient(place)
         store_gradient(gradient, scratch, GRADIENT, lane)
-        store_vector(place[2], scratch, WARP, lane)
-        store_vector(place[4], scratch, WARP + 3, lane)
-        store_vector(place[5], scratch, WARP + 6, lane)
-        store_vector(place[6], scratch, WARP + 9, lane)
+        store_vector(place[2], scratch, HOURGLASS_MODES, lane)
+        store_vector(place[4], scratch, HOURGLASS_MODES + 3, lane)
+        store_vector(place[5], scratch, HOURGLASS_MODES + 6, lane)
+        store_vector(place[6], scratch, HOURGLASS_MODES + 9, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
         scratch[VOLUME * LANES + lane] = volume
         scratch[FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
         square = 8.0 * inverse * inverse
-        store_vector((square * xx, square * yy, square * zz), scratch, SLOPE, lane)
+        store_vector((square * xx, square * yy, square * zz), scratch, GRADIENT_SQUARES, lane)
 
 
 @lane_function
@@ -176,27 +176,27 @@ def trace_of_rate(scratch: np.ndarray, lane: int) -> float:
 
 
 @lane_function
-def _hourglass_square(warp: Vector, slope: Vector) -> float:
+def _hourglass_square(mode: Vector, gradient_norm: Vector) -> float:
     """Bound on the square of an hourglass vector, |gamma| <= sqrt(8) + sum over i of |h x_i| |b_i| / V.
 
-    8 in a brick; large where a cell is warped by more than it is thick. `warp` is the mode of the positions (m).
+    8 in a brick; large where a cell is warped by more than it is thick. `mode` is that of the positions (m).
     """
-    size = _ROOT_8 + abs(warp[0]) * slope[0] + abs(warp[1]) * slope[1] + abs(warp[2]) * slope[2]
+    size = _ROOT_8 + abs(mode[0]) * gradient_norm[0] + abs(mode[1]) * gradient_norm[1] + abs(mode[2]) * gradient_norm[2]
     return size * size
 
 
 @lane_function
-def may_overdo(coefficient: float, bearable: float, scratch: np.ndarray, lane: int) -> bool:
-    """Whether an hourglass coefficient may be more than a cell bears; `bearable` belongs to vectors of square one.
+def may_overdo(coefficient: float, coefficient_limit: float, scratch: np.ndarray, lane: int) -> bool:
+    """Whether an hourglass coefficient may exceed its limit; `coefficient_limit` is that of vectors of square one.
 
-    Told without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
-    A little more allows for rounding: a cell's forces may not hang on whether others of its block need the bound.
+    Without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
+    A little more allows for rounding: a cell's forces must not depend on whether others of its block need the bound.
     """
-    h3, h5 = load_vector(scratch, WARP, lane), load_vector(scratch, WARP + 3, lane)
-    h6, h7 = load_vector(scratch, WARP + 6, lane), load_vector(scratch, WARP + 9, lane)
-    warp = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
-    sx, sy, sz = load_vector(scratch, SLOPE, lane)
-    return coefficient * (10.01 + 5.01 * warp * (sx + sy + sz)) > bearable
+    h3, h5 = load_vector(scratch, HOURGLASS_MODES, lane), load_vector(scratch, HOURGLASS_MODES + 3, lane)
+    h6, h7 = load_vector(scratch, HOURGLASS_MODES + 6, lane), load_vector(scratch, HOURGLASS_MODES + 9, lane)
+    mode_square = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
+    sx, sy, sz = load_vector(scratch, GRADIENT_SQUARES, lane)
+    return coefficient * (10.01 + 5.01 * mode_square * (sx + sy + sz)) > coefficient_limit
 
 
 @block_kernel
@@ -205,20 +205,20 @@ def bound_hourglass(step: float, needed: bool, scratch: np.ndarray) -> None:
     widest_vectors()
     if not needed:
         for k in range(4 * LANES):
-            scratch[BEARABLE * LANES + k] = np.inf
+            scratch[COEFFICIENT_LIMIT * LANES + k] = np.inf
         return
     for lane in range(LANES):
-        sx, sy, sz = load_vector(scratch, SLOPE, lane)
-        slope = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
-        bearable = scratch[MASS * LANES + lane] / (8.0 * step)
+        sx, sy, sz = load_vector(scratch, GRADIENT_SQUARES, lane)
+        gradient_norm = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
+        coefficient_limit = scratch[MASS * LANES + lane] / (8.0 * step)
         for a in range(4):
-            square = _hourglass_square(load_vector(scratch, WARP + 3 * a, lane), slope)
-            scratch[(BEARABLE + a) * LANES + lane] = bearable / square
+            square = _hourglass_square(load_vector(scratch, HOURGLASS_MODES + 3 * a, lane), gradient_norm)
+            scratch[(COEFFICIENT_LIMIT + a) * LANES + lane] = coefficient_limit / square
 
 
 @lane_function
 def lower_limits(cell: int, stable: float, volume: float, share: float, limits: np.ndarray) -> None:
-    """Take a cell's stable step over `share` (s) and its volume (m3) into the least ones of `limits`."""
+    """Take a cell's stable step over `share` (s) and its volume (m3) into the smallest of `limits`."""
     if stable < share * limits[0]:
         limits[0] = stable / share
     if not volume >= limits[1]:
@@ -240,14 +240,14 @@ def force_modes(
     ----------
     stress : sigma with the viscous pressure taken off (Pa).
     resistance : generalised hourglass forces Q of the modes 3, 5, 6, 7 (N).
-    scratch : the rows `WARP`, `GRADIENT` and `VOLUME` are read.
+    scratch : the rows `HOURGLASS_MODES`, `GRADIENT` and `VOLUME` are read.
     """
     h3, h5, h6, h7 = resistance
     # The linear part of gamma acts like a stress, which need not be symmetric.
-    linear = outer(h3, load_vector(scratch, WARP, lane))
-    linear = add_outer(linear, h5, load_vector(scratch, WARP + 3, lane))
-    linear = add_outer(linear, h6, load_vector(scratch, WARP + 6, lane))
-    linear = add_outer(linear, h7, load_vector(scratch, WARP + 9, lane))
+    linear = outer(h3, load_vector(scratch, HOURGLASS_MODES, lane))
+    linear = add_outer(linear, h5, load_vector(scratch, HOURGLASS_MODES + 3, lane))
+    linear = add_outer(linear, h6, load_vector(scratch, HOURGLASS_MODES + 6, lane))
+    linear = add_outer(linear, h7, load_vector(scratch, HOURGLASS_MODES + 9, lane))
     xx, yy, zz, xy, yz, zx = stress
     pull = _opposed(linear, 1.0 / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
     p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)

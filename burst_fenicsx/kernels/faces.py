@@ -16,7 +16,7 @@ FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3,
 def face_neighbours(cells: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Find the cell behind every face of every cell (cells, 6), int32; -1 where there is none.
 
-    Faces are sorted by their least place, and compared with those few that share it. `cells` (cells, 8) in VTK order;
+    Faces are sorted by their lowest place, and compared with those few that share it. `cells` (cells, 8) in VTK order;
     `place` (nodes,) gives coincident nodes one number, below their count.
     """
     sorted_places = np.empty((6 * cells.shape[0], 4), dtype=np.int32)
@@ -32,14 +32,14 @@ def face_neighbours(cells: np.ndarray, place: np.ndarray) -> np.ndarray:
                     at -= 1
                 sorted_places[face, at] = value
             offset[sorted_places[face, 0] + 1] += 1
-    for least in range(place.size):
-        offset[least + 1] += offset[least]
+    for lowest in range(place.size):
+        offset[lowest + 1] += offset[lowest]
     entered = np.zeros(place.size, dtype=np.int32)
     entries = np.empty(6 * cells.shape[0], dtype=np.int32)
     neighbours = np.full((cells.shape[0], 6), -1, dtype=np.int32)
     for face in range(6 * cells.shape[0]):
-        least = sorted_places[face, 0]
-        for entry in range(offset[least], offset[least] + entered[least]):
+        lowest = sorted_places[face, 0]
+        for entry in range(offset[lowest], offset[lowest] + entered[lowest]):
             other = entries[entry]
             if (
                 sorted_places[other, 1] == sorted_places[face, 1]
@@ -48,6 +48,6 @@ def face_neighbours(cells: np.ndarray, place: np.ndarray) -> np.ndarray:
             ):
                 neighbours[face // 6, face % 6] = other // 6
                 neighbours[other // 6, other % 6] = face // 6
-        entries[offset[least] + entered[least]] = face
-        entered[least] += 1
+        entries[offset[lowest] + entered[lowest]] = face
+        entered[lowest] += 1
     return neighbours

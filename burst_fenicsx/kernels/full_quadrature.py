@@ -103,7 +103,7 @@ def solid_block_full(
         _store_point(cells, count, point, state, scratch)
     _finish(block, share, nodes.rounding, material, grid, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
-    _book(block, share, grid, scratch, energy, limits)
+    _accumulate(block, share, grid, scratch, energy, limits)
 
 
 @lane_function
@@ -155,7 +155,7 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
 
 @block_kernel
 def _load_point(cells: np.ndarray, point: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Bring what the cells remember of a point together by lanes."""
+    """Gather the cell state of a point into lanes."""
     for lane in range(LANES):
         cell = np.uint64(cells[lane])
         for k in range(6):
@@ -166,7 +166,7 @@ def _load_point(cells: np.ndarray, point: int, state: SolidState, scratch: np.nd
 
 @block_kernel
 def _store_point(cells: np.ndarray, count: int, point: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Write back what the cells remember of a point."""
+    """Write the cell state of a point back."""
     for lane in range(count):
         cell = np.uint64(cells[lane])
         for k in range(6):
@@ -328,7 +328,9 @@ def _finish(block: int, share: float, rounding: float, material: np.ndarray, gri
 
 
 @block_kernel
-def _book(block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray) -> None:
+def _accumulate(
+    block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray
+) -> None:
     """Add up the work of the step and find the limits."""
     slot = block * LANES
     plastic = viscous_work = 0.0

@@ -20,7 +20,7 @@ LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones. Loops over 8 would be unrolled, not vectorised."""
 
 # Sums keep their order and NaN stays visible. Nor may products be fused with sums ("contract"): where the compiler
-# does so hangs on how it inlines, so that code just compiled and code from the cache would round differently.
+# does so depends on how it inlines, so that code just compiled and code from the cache would round differently.
 _FAST_MATH = {"nsz"}
 
 
@@ -79,7 +79,10 @@ def _sources_of(module: str) -> str:
 
 def _files(*folders: str) -> list[Path]:
     package = Path(__file__).resolve().parent.parent
-    return [package / "detonation.py", *(path for folder in folders for path in (package / folder).glob("*.py"))]
+    return [
+        package / "mechanics" / "detonation.py",
+        *(path for folder in folders for path in (package / folder).glob("*.py")),
+    ]
 
 
 _SOURCES = digest_of(_files("kernels", "materials"))

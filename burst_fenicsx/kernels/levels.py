@@ -46,7 +46,7 @@ def raise_levels(dofmap: np.ndarray, finest: np.ndarray, level: np.ndarray) -> i
 def blocks_are_mixed(
     cells: np.ndarray, level: np.ndarray, dofmap: np.ndarray, finest: np.ndarray, mixed: np.ndarray
 ) -> None:
-    """Tell for each block whether a node of its cells takes shorter steps than they do, `mixed` (blocks,) int8.
+    """Return for each block whether a node of its cells takes shorter steps than they do, `mixed` (blocks,) int8.
 
     `cells` (blocks, LANES) int32; `level` (blocks,); `dofmap` (cells, corners) int32; `finest` (nodes,) as in `Nodes`.
     """
@@ -60,7 +60,7 @@ def blocks_are_mixed(
 
 @parallel_kernel
 def move_lanes(source: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
-    """Move rows of lanes, (blocks, rows LANES), to other blocks: `source` (slots,) int32 tells each slot's old one."""
+    """Move rows of lanes, (blocks, rows LANES), to other blocks: `source` (slots,) int32 is each slot's old one."""
     rows = old.shape[1] // LANES
     for slot in numba.prange(source.size):
         block, lane = slot // LANES, slot % LANES

@@ -29,9 +29,9 @@ class PlaneState(NamedTuple):
 
     node: np.ndarray  # (nodes,) int32, local
     slip: np.ndarray  # (nodes, 3) m
-    depth: np.ndarray  # (nodes,) m
-    held: np.ndarray  # (nodes,) N/m, stiffness of the last step
-    booked: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
+    penetration: np.ndarray  # (nodes,) m
+    stiffness: np.ndarray  # (nodes,) N/m, of the last step
+    energies: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
 
 
 @parallel_kernel
@@ -39,7 +39,7 @@ def push_from_plane(
     law: PlaneLaw, state: PlaneState, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, force: np.ndarray
 ) -> None:
     """Add the plane's forces (N) to `force` (nodes, 3)."""
-    nodes, held = state.node, state.held
+    nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
     parts = nodes.size // _RUN + 1
     for part in numba.prange(parts):
@@ -48,16 +48,16 @@ def push_from_plane(
             depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
             if depth > 0.0:
                 _push_node(k, depth, law, state, mass, velocity, force)
-            elif held[k] > 0.0:
-                _let_go(k, state)
+            elif stiffness[k] > 0.0:
+                _release(k, state)
 
 
 @kernel
-def _let_go(k: int, state: PlaneState) -> None:
-    state.booked[k, :] = 0.0
+def _release(k: int, state: PlaneState) -> None:
+    state.energies[k, :] = 0.0
     state.slip[k, :] = 0.0
-    state.depth[k] = 0.0
-    state.held[k] = 0.0
+    state.penetration[k] = 0.0
+    state.stiffness[k] = 0.0
 
 
 @kernel
@@ -72,12 +72,12 @@ def _push_node(
 ) -> None:
     node = state.node[k]
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    state.booked[k, :] = 0.0
+    state.energies[k, :] = 0.0
     stiffness = law.stiffness * mass[node]
     vx, vy, vz = velocity[node, 0], velocity[node, 1], velocity[node, 2]
     normal_speed = vx * nx + vy * ny + vz * nz
     sx, sy, sz = state.slip[k, 0], state.slip[k, 1], state.slip[k, 2]
-    old, old_depth, old_slip = state.held[k], state.depth[k], np.sqrt(sx * sx + sy * sy + sz * sz)
+    old, old_depth, old_slip = state.stiffness[k], state.penetration[k], np.sqrt(sx * sx + sy * sy + sz * sz)
     tx = sx + law.step * (vx - normal_speed * nx)
     ty = sy + law.step * (vy - normal_speed * ny)
     tz = sz + law.step * (vz - normal_speed * nz)
@@ -85,15 +85,15 @@ def _push_node(
     limit = law.friction * stiffness * depth
     if stiffness * length > limit:
         kept = limit / stiffness
-        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
         shrink = kept / length
         tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
     if old > 0.0:
-        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
-    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
+        state.energies[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
+    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
     state.slip[k, 0], state.slip[k, 1], state.slip[k, 2] = tx, ty, tz
-    state.depth[k] = depth
-    state.held[k] = stiffness
+    state.penetration[k] = depth
+    state.stiffness[k] = stiffness
     force[node, 0] += stiffness * (depth * nx - tx)
     force[node, 1] += stiffness * (depth * ny - ty)
     force[node, 2] += stiffness * (depth * nz - tz)

@@ -13,7 +13,7 @@ __all__ = [
     "edge_extremes",
     "folded_cells",
     "hexahedron_volumes",
-    "least_scaled_jacobians",
+    "min_scaled_jacobians",
 ]
 
 CORNER_NEIGHBOURS = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
@@ -26,7 +26,7 @@ _RUN = 256  # cells that share scratch
 
 
 @parallel_kernel
-def least_scaled_jacobians(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
+def min_scaled_jacobians(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Each cell's smallest scaled Jacobian over its corners and its centre (cells,).
 
     The determinant of the three edge vectors over the product of their lengths; at the centre of the three
@@ -40,17 +40,17 @@ def least_scaled_jacobians(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
             for n in range(8):
                 for i in range(3):
                     x[n, i] = nodes[cells[cell, n], i]
-            least = np.inf
+            minimum = np.inf
             for corner in range(8):
                 for k in range(3):
                     for i in range(3):
                         vectors[k, i] = x[CORNER_NEIGHBOURS[corner, k], i] - x[corner, i]
-                least = min(least, _scaled_determinant(vectors))
+                minimum = min(minimum, _scaled_determinant(vectors))
             for i in range(3):
                 vectors[0, i] = x[1, i] + x[2, i] + x[5, i] + x[6, i] - (x[0, i] + x[3, i] + x[4, i] + x[7, i])
                 vectors[1, i] = x[2, i] + x[3, i] + x[6, i] + x[7, i] - (x[0, i] + x[1, i] + x[4, i] + x[5, i])
                 vectors[2, i] = x[4, i] + x[5, i] + x[6, i] + x[7, i] - (x[0, i] + x[1, i] + x[2, i] + x[3, i])
-            smallest[cell] = min(least, _scaled_determinant(vectors))
+            smallest[cell] = min(minimum, _scaled_determinant(vectors))
     return smallest
 
 

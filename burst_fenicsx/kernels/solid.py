@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import (
-    BEARABLE,
+    COEFFICIENT_LIMIT,
     DAMPING,
     FORCE,
     FREE,
@@ -149,7 +149,7 @@ def elastic_trial(
 
 @lane_function
 def is_elastic(stress: Symmetric, tau: float, sigma: float) -> bool:
-    """Whether bounds without principal values tell that a stress keeps within the strengths `tau` and `sigma` (Pa).
+    """Whether bounds without principal values show that a stress keeps within the strengths `tau` and `sigma` (Pa).
 
     (s1 - s3)/2 <= sqrt(J2) and s1 <= mean + 2 sqrt(J2/3).
     """
@@ -165,9 +165,9 @@ def is_elastic(stress: Symmetric, tau: float, sigma: float) -> bool:
 def return_if_plastic(
     stress: Symmetric, tau: float, sigma: float, modulus: float, poisson: float
 ) -> tuple[Symmetric, float, float, float]:
-    """As `return_stress`, but what `is_elastic` tells to be elastic stays so, to the last bit.
+    """As `return_stress`, but what `is_elastic` finds elastic stays so, to the last bit.
 
-    It does so in a block without plastic cells, and what a cell does may not hang on the others of its block.
+    It does so in a block without plastic cells, and a cell's result must not depend on the other cells of its block.
     """
     elastic = is_elastic(stress, tau, sigma)
     return return_stress(stress, np.inf if elastic else tau, np.inf if elastic else sigma, modulus, poisson)
@@ -203,8 +203,8 @@ def solid_block(
     move_cells(step, scratch)
     if _try_elastic(step, material, scratch) > 0:
         return_plastic(material, scratch)
-    coming = max(step, share * grid.longest)
-    bound_hourglass(coming, _stiffen(step, coming, material, scratch) > 0, scratch)
+    next_dt = max(step, share * grid.longest)
+    bound_hourglass(next_dt, _stiffen(step, next_dt, material, scratch) > 0, scratch)
     _resist(share, nodes.rounding, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     store_state(block, grid, state, scratch)
@@ -213,7 +213,7 @@ def solid_block(
 
 @block_kernel
 def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
-    """Bring what the cells remember together by lanes."""
+    """Gather the cell state into lanes."""
     slot = block * LANES
     start = address(state.stress)
     for first in range(0, LANES, WIDTH):
@@ -232,19 +232,19 @@ def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -
 
 @block_kernel
 def _fetch_next(block: int, grid: Grid, state: SolidState) -> None:
-    """Bring what the next block's cells remember near, while this block is computed."""
-    coming = min(block + 1, len(grid.filled) - 1)
-    start = address(state.hourglass) + np.uint64(coming * 12 * LANES * 8)
+    """Prefetch the cell state of the next block while this block is computed."""
+    next_block = min(block + 1, len(grid.filled) - 1)
+    start = address(state.hourglass) + np.uint64(next_block * 12 * LANES * 8)
     for line in range(12 * LANES * 8 // 64):
         prefetch(start + np.uint64(64 * line))
     start = address(state.stress)
     for lane in range(LANES):
-        prefetch(start + _STRESS_BYTES * np.uint64(grid.cells[coming, lane]))
+        prefetch(start + _STRESS_BYTES * np.uint64(grid.cells[next_block, lane]))
 
 
 @block_kernel
 def store_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
-    """Write back what the cells remember."""
+    """Write the cell state back."""
     start = address(state.stress)
     # Lanes that repeat the block's last cell hold the same.
     for first in range(0, LANES, WIDTH):
@@ -311,19 +311,19 @@ def return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
 
 
 @block_kernel
-def _stiffen(step: float, coming: float, material: np.ndarray, scratch: np.ndarray) -> int:
+def _stiffen(step: float, next_dt: float, material: np.ndarray, scratch: np.ndarray) -> int:
     """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
 
     Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
-    given as a fraction of what full integration would give, about rho c^2 L / 36. What cells can bear hangs on the
-    `coming` step (s).
+    given as a fraction of what full integration would give, about rho c^2 L / 36. The limits depend on the
+    next step, `next_dt` (s).
     """
     widest_vectors()
     shear, lame = moduli(material)
     stiff = lame + 2.0 * shear
     # Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
     softened = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
-    per_mass = 1.0 / (8.0 * coming) if coming > 0.0 else np.inf
+    per_mass = 1.0 / (8.0 * next_dt) if next_dt > 0.0 else np.inf
     count = 0
     for lane in range(LANES):
         volume, frequency = scratch[VOLUME * LANES + lane], scratch[FREQUENCY * LANES + lane]
@@ -371,11 +371,11 @@ def resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
     forces have been turned with the cell; they are advanced.
     """
     rate = load_vector(scratch, HOURGLASS + 3 * a, lane)
-    bearable = scratch[(BEARABLE + a) * LANES + lane]
-    spring = min(scratch[SPRING * LANES + lane], _MOST_STIFF * bearable)
+    coefficient_limit = scratch[(COEFFICIENT_LIMIT + a) * LANES + lane]
+    spring = min(scratch[SPRING * LANES + lane], _MOST_STIFF * coefficient_limit)
     elastic = add_scaled(load_vector(scratch, STORED + 3 * a, lane), spring, rate)
     store_vector(elastic, scratch, STORED + 3 * a, lane)
-    force = add_scaled(elastic, min(scratch[DAMPING * LANES + lane], MOST_DAMPED * bearable), rate)
+    force = add_scaled(elastic, min(scratch[DAMPING * LANES + lane], MOST_DAMPED * coefficient_limit), rate)
     return force, dot(force, rate)
 
 

@@ -40,31 +40,31 @@ class Collisions(NamedTuple):
     node_body: np.ndarray  # (nodes,) int32
     edge: np.ndarray  # (faces,) m, square root of the initial area
     near: np.ndarray  # (near faces,) int32, the faces in `candidate`, each once
-    ball: np.ndarray  # (faces, 5) of `near`, in this step: the middle (m), radius of a ball around it that holds the
+    ball: np.ndarray  # (faces, 5) of `near`, in this step: the centre (m), radius of a ball around it that holds the
     # face (m), largest speed of a corner (m/s)
     bound: np.ndarray  # (faces, 20) of `near`, in this step, for each corner: the unit normal there and how low and how
-    # high the corners lie along it (m, from the middle)
+    # high the corners lie along it (m, from the centre)
     touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
     slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
-    depth: np.ndarray  # (nodes,) m, behind the face
+    penetration: np.ndarray  # (nodes,) m, behind the face
     unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
-    pressed: np.ndarray  # (nodes,) m, the part that did in the last step
-    held: np.ndarray  # (nodes,) N/m, stiffness of the last step
-    load: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
+    active_penetration: np.ndarray  # (nodes,) m, the part that pressed in the last step
+    stiffness: np.ndarray  # (nodes,) N/m, of the last step
+    sharing: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
     face: np.ndarray  # (slaves,) int32, the face in contact or -1
     weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
     push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
-    booked: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
+    energies: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
 
 
 @kernel
 def slacken(node: int, state: Collisions) -> None:
     """Slacken a node's springs: what held it to one body does not hold it to the next."""
     state.slip[node, :] = 0.0
-    state.pressed[node] = 0.0
-    state.held[node] = 0.0
+    state.active_penetration[node] = 0.0
+    state.stiffness[node] = 0.0
 
 
 @kernel
@@ -87,7 +87,7 @@ def push_node(
     state: Collisions,
     mass: np.ndarray,
 ) -> None:
-    """Spring and friction of the k-th node against the face that it has entered, and what they book, into `state`.
+    """Spring and friction of the k-th node against the face that it has entered, and their energies, into `state`.
 
     `depth` (m) is what presses behind the face, `normal` the face's, `relative` (m/s) the node's velocity against it.
     """
@@ -95,15 +95,15 @@ def push_node(
     if state.touching[node] != 1 + state.face_body[face]:
         slacken(node, state)
     inverse = 1.0 / mass[node]
-    crowd = state.load[node]
+    sharing = state.sharing[node]
     for corner in range(4):
         other = state.faces[face, corner]
         inverse += state.weight[k, corner] ** 2 / mass[other]
-        crowd = max(crowd, state.load[other])
+        sharing = max(sharing, state.sharing[other])
     reduced = 1.0 / inverse
-    # Where nodes crowd on one face its springs are softened, so that the step stays stable. By Jensen's inequality the
-    # springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
-    stiffness = 0.5 * law.budget * reduced / max(crowd, 1.6)
+    # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
+    # the springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
+    stiffness = 0.5 * law.budget * reduced / max(sharing, 1.6)
     trial = np.empty(3)
     along = 0.0
     for i in range(3):
@@ -114,25 +114,25 @@ def push_node(
         trial[i] -= along * normal[i]
         length += trial[i] ** 2
     length = np.sqrt(length)
-    old, old_depth = state.held[node], state.pressed[node]
+    old, old_depth = state.stiffness[node], state.active_penetration[node]
     old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
     limit = law.friction * stiffness * depth
     if stiffness * length > limit:
         kept = limit / stiffness
-        state.booked[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
         for i in range(3):
             trial[i] *= kept / length
         length = kept
     if old > 0.0:
-        state.booked[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
-    state.booked[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
+        state.energies[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
+    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
     for i in range(3):
         state.push[k, i] = stiffness * (depth * normal[i] - trial[i])
         state.slip[node, i] = trial[i]
         state.normal[node, i] = normal[i]
     state.push[k, 3] = reduced
-    state.pressed[node] = depth
-    state.held[node] = stiffness
+    state.active_penetration[node] = depth
+    state.stiffness[node] = stiffness
     state.touching[node] = 1 + state.face_body[face]
     state.face[k] = face
 

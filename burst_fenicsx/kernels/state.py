@@ -38,7 +38,7 @@ class Grid(NamedTuple):
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
     stable: np.ndarray  # (slots,) s, stable step of each cell
-    longest: float  # s, the longest step that is to come, where the state is computed anew without a step
+    longest: float  # s, the next macro step, where the state is computed again without a step
 
 
 class Schedule(NamedTuple):
@@ -52,7 +52,7 @@ class Schedule(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """How the nodes move between the steps of their cells (see `burst_fenicsx.subcycling`)."""
+    """How the nodes move between the steps of their cells (see `burst_fenicsx.mechanics.subcycling`)."""
 
     order: np.ndarray  # (nodes,) int32, those of short steps first; in this order ...
     level: np.ndarray  # (nodes,) int8, `Nodes.finest`
@@ -75,7 +75,7 @@ class ChargeState(NamedTuple):
     """The explosive and its products."""
 
     parameters: np.ndarray  # (materials, columns of charge.PARAMETERS)
-    stress: np.ndarray  # (cells, points, 6) Pa; deviator of the unlit charge
+    stress: np.ndarray  # (cells, points, 6) Pa; deviator of the unreacted charge
     pressure: np.ndarray  # (cells,) Pa
     burn_fraction: np.ndarray  # (cells,)
     energy: np.ndarray  # (cells,) J/m3 of initial volume (Jones-Wilkins-Lee)
@@ -90,7 +90,7 @@ class Totals(NamedTuple):
     """What each chunk adds up, reduced afterwards in a fixed order."""
 
     energy: np.ndarray  # (chunks, 5) J in this step: plastic, viscous, hourglass, charge's work, charge's viscous
-    given: np.ndarray  # (chunks, rounds, 2) J in this step: each charge's work, its own viscous heat
+    released: np.ndarray  # (chunks, rounds, 2) J in this step: each charge's work, its own viscous heat
     stable_step: np.ndarray  # (chunks,) s
     smallest_volume: np.ndarray  # (chunks,) m3
     smallest: np.ndarray  # (chunks,) int32, the cell of the smallest volume

@@ -33,7 +33,7 @@ class LandauProducts:
     density : initial (kg/m3).
     initial_pressure : P0, on the isentrope at v = 1 (Pa).
     knee_pressure, knee_volume : Pk (Pa) and vk.
-    energy : rho Q, what a progressively lit charge gives in all, per initial volume (J/m3).
+    energy : rho Q, what a progressively initiated charge gives in all, per initial volume (J/m3).
     cj_volume : v at the Chapman-Jouguet state.
     """
 
@@ -66,7 +66,7 @@ class LandauProducts:
         return np.where(v < self.knee_volume, dense, tail * (self.knee_volume / v) ** (1.0 / 3.0))
 
     def gurney_velocity(self, volume: float) -> float:
-        """sqrt(2 E(v)) (m/s), E the work of a progressively lit charge up to v, per mass of the charge."""
+        """sqrt(2 E(v)) (m/s), E the work of a progressively initiated charge up to v, per mass of the charge."""
         return float(np.sqrt(2.0 * (self.energy - float(self.remaining_work(volume))) / self.density))
 
 
@@ -131,11 +131,11 @@ def make_products(explosive: Explosive, model: ProductModel) -> Products:
     # The isentrope's own work from v = 1 to infinity, P0/2 (1 - x) + 3 P0 x with x = (Pk/P0)^(2/3) = vk^-2, is `work`.
     x = (2.0 * work / p0 - 1.0) / 5.0
     # For both models x > 0 is Q > D^2/16.
-    least = speed**2 / 16.0
+    minimum = speed**2 / 16.0
     if not x > 0.0:
         raise InputError(
             f"explosive '{explosive.name}': heat_of_detonation is {heat / 1e6:.4g} MJ/kg, but the Landau isentrope "
-            f"needs more than D^2/16 = {least / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose "
+            f"needs more than D^2/16 = {minimum / 1e6:.4g} MJ/kg at D = {speed:.5g} m/s; raise it, lower D, or choose "
             "the products jwl"
         )
     return LandauProducts(

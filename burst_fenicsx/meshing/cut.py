@@ -23,7 +23,7 @@ _IN_PLANE = 1e-9  # m, from a plane, up to which a node lies in it
 
 
 def turn_to(cuts: Sequence[Cut], axis: Sequence[float]) -> NDArray[np.float64]:
-    """Rotation about a round's axis that puts the middle lines of its grid into the planes.
+    """Rotation about a round's axis that puts the centre lines of its grid into the planes.
 
     Parameters
     ----------

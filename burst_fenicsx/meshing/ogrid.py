@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import Round
     from burst_fenicsx.symmetry.part import Cut
 
-__all__ = ["LEAST_SCALED_JACOBIAN", "mesh_profile", "mesh_round"]
+__all__ = ["MIN_SCALED_JACOBIAN", "mesh_profile", "mesh_round"]
 
-LEAST_SCALED_JACOBIAN = 0.2
+MIN_SCALED_JACOBIAN = 0.2
 LARGEST_MASS_ERROR = 0.02
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
@@ -144,14 +144,14 @@ def mesh_profile(
 
 
 def _check_ends(profile: Profile) -> None:
-    least = SMALLEST_END * profile.max_radius
+    minimum = SMALLEST_END * profile.max_radius
     for contour in (profile.outer, profile.cavity):
         for station, radius in ((contour.start, contour.radii[0]), (contour.end, contour.radii[-1])):
-            if radius < least:
+            if radius < minimum:
                 raise InputError(
                     f"{contour.name}: radius {radius * 1e3:.4g} mm at its end, station {station * 1e3:.6g} mm; "
                     f"an O-grid needs a flat end of at least {SMALLEST_END:g} of the largest radius "
-                    f"({least * 1e3:.4g} mm): cut the tip off"
+                    f"({minimum * 1e3:.4g} mm): cut the tip off"
                 )
 
 
@@ -204,11 +204,11 @@ def _used(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[NDArray
 
 def _check_shape(mesh: HexahedralMesh, profile: Profile, cell_size: float) -> None:
     found = quality(mesh, profile)
-    if found.min_scaled_jacobian < LEAST_SCALED_JACOBIAN:
+    if found.min_scaled_jacobian < MIN_SCALED_JACOBIAN:
         worst = mesh.station[found.worst_cell]
         raise InputError(
             f"{profile.name} meshed with {cell_size * 1e3:g} mm: scaled Jacobian {found.min_scaled_jacobian:.3f} "
-            f"at station {worst * 1e3:.4g} mm; at least {LEAST_SCALED_JACOBIAN:g} is needed: make the contours there "
+            f"at station {worst * 1e3:.4g} mm; at least {MIN_SCALED_JACOBIAN:g} is needed: make the contours there "
             "less steep, or the cells smaller"
         )
     for part, error in found.mass_errors.items():

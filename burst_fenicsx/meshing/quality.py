@@ -52,9 +52,9 @@ class MeshQuality:
 
 def scaled_jacobians(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return each cell's smallest scaled Jacobian over its corners and its centre, shape (m,)."""
-    from burst_fenicsx.kernels.shapes import least_scaled_jacobians  # kernels are imported where they are used
+    from burst_fenicsx.kernels.shapes import min_scaled_jacobians  # kernels are imported where they are used
 
-    found: NDArray[np.float64] = least_scaled_jacobians(mesh.nodes, mesh.cells)
+    found: NDArray[np.float64] = min_scaled_jacobians(mesh.nodes, mesh.cells)
     return found
 
 

@@ -72,9 +72,9 @@ def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) 
     """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
 
     The wall gets its mean thickness over the cell size, but never fewer than three cells. The other counts and the
-    axial spacing (within a quarter of the cell size) are those of the least misfit: of the number of cells to volume
+    axial spacing (within a quarter of the cell size) are those of the smallest misfit: of the number of cells to volume
     over cell size cubed, of core, ring and wall cells to each other, and of the spacing to the cell size. With
-    `even_core` the core's side has an even number of cells, so that its middle lines are lines of the grid.
+    `even_core` the core's side has an even number of cells, so that its centre lines are lines of the grid.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Parting of charge and casing: every node that they share becomes two, which contact joins."""
+"""Subdivision of the interface of charge and casing: every node that they share becomes two, which contact joins."""
 
 from __future__ import annotations
 

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.measures import RoundMeasures
+from burst_fenicsx.records.measures import RoundMeasures
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from burst_fenicsx.exposure import Exposure
-    from burst_fenicsx.initiation import Source
+    from burst_fenicsx.files.snapshot import RoundRecord
+    from burst_fenicsx.mechanics.initiation import Source
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.snapshot import RoundRecord
+    from burst_fenicsx.records.exposure import Exposure
     from burst_fenicsx.symmetry.part import SymmetricPart
 
     Arrays = dict[str, NDArray]

@@ -43,7 +43,7 @@ def cells_of(box: Array, size: float, cells: Whole) -> int:
 
 @njit(error_model="numpy", _nrt=False)
 def home(first: Whole, second: Whole, x: int, y: int, z: int) -> bool:
-    """Tell whether this cell is the lowest that both of two ranges of cells (6,) touch: there the pair is looked at."""
+    """Whether this cell is the lowest that both of two ranges of cells (6,) touch: there the pair is tested."""
     return (
         x == max(first[0], second[0])
         and y == max(first[1], second[1])

@@ -1,4 +1,4 @@
-"""One window of the flight of fragments that may strike each other: paths, first meetings, impacts in order of time."""
+"""One window of the flight of fragments that may strike each other: paths, first collisions, impacts by time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit
 
 from flight.kernels.cells import bucket_of, cells_of, home
+from flight.kernels.collision import SCRATCH_ROWS, first_collision, path_state, strike
 from flight.kernels.compiling import kernel
-from flight.kernels.meeting import SCRATCH_ROWS, first_meeting, path_state, strike
 from flight.kernels.motion import (
     AREA,
     HEIGHT,
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Whole = NDArray[np.int64]
 
-__all__ = ["LOG_COLUMNS", "PARTNERS", "Spheres", "Touch", "advance", "first_meetings", "strike_in_turn"]
+__all__ = ["LOG_COLUMNS", "PARTNERS", "Spheres", "Touch", "advance", "first_collisions", "strike_in_turn"]
 
-PARTNERS = 8  # that a fragment remembers
+PARTNERS = 8  # the last ones that a fragment struck
 # time; the two fragments; places (3, 3); velocities before (3, 3) and after (3, 3); speed of closing; energy lost (J)
 LOG_COLUMNS = 23
 
@@ -67,7 +67,7 @@ class Touch(NamedTuple):
 
     restitution: float
     friction: float  # coefficient
-    least_speed: float  # m/s
+    min_speed: float  # m/s
     duration: float  # s; within it a pair strikes once
     ground: float  # height (m) below which nothing is met; minus infinity: none
 
@@ -119,15 +119,15 @@ def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch:
     if a[0] > b[3] or b[0] > a[3] or a[1] > b[4] or b[1] > a[4] or a[2] > b[5] or b[2] > a[5]:
         return math.inf
     reach = spheres.radius[i] + spheres.radius[j]
-    return first_meeting(
-        spheres.path[i], spheres.since[i], spheres.path[j], spheres.since[j], until, reach, touch.least_speed,
+    return first_collision(
+        spheres.path[i], spheres.since[i], spheres.path[j], spheres.since[j], until, reach, touch.min_speed,
         scratch, roots,
     )  # fmt: skip
 
 
 @njit(error_model="numpy", _nrt=False)
 def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
-    """Tell whether the first fragment remembers to have struck the second after a time."""
+    """Whether the first fragment has struck the second after a time, as far as its partners are kept."""
     found = False
     for k in range(PARTNERS):
         found = found or (spheres.partners[i, k] == j and spheres.struck[i, k] > since)
@@ -163,11 +163,11 @@ def _enter(
 @njit(error_model="numpy", _nrt=False)
 def _search(
     first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch,
-    scratch: Array, roots: Array, meetings: Array, pairs: Whole,
+    scratch: Array, roots: Array, times: Array, pairs: Whole,
 ) -> tuple[int, int]:  # fmt: skip
     """Compare the pairs that share a cell of the buckets first..last-1.
 
-    Times and numbers of those that meet go into `meetings` and `pairs`. Returns how many were compared and how many
+    Times and numbers of those that meet go into `times` and `pairs`. Returns how many were compared and how many
     meet, -1 where there is no room for all.
     """
     compared = found = 0
@@ -184,16 +184,16 @@ def _search(
                     continue
                 time = _pair(min(i, j), max(i, j), spheres, until, touch, scratch, roots)
                 if time < math.inf:
-                    if found == meetings.size:
+                    if found == times.size:
                         return compared, -1
-                    meetings[found] = time
+                    times[found] = time
                     pairs[found, 0], pairs[found, 1] = min(i, j), max(i, j)
                     found += 1
     return compared, found
 
 
 @kernel
-def first_meetings(
+def first_collisions(
     first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch
 ) -> tuple[int, Array, Whole]:
     """When the pairs that share a cell of the buckets first..last-1 (see `fill_cells`) meet within the window.
@@ -201,24 +201,24 @@ def first_meetings(
     Returns how many were compared, and times and numbers (k, 2), the lower first, of those that meet.
     """
     scratch, roots = np.empty((SCRATCH_ROWS, LARGEST_DEGREE + 3)), np.empty(16)
-    meetings, pairs = np.empty(1024), np.empty((1024, 2), np.int64)
+    times, pairs = np.empty(1024), np.empty((1024, 2), np.int64)
     while True:
         compared, found = _search(
-            first, last, starts, member, place, spheres, until, touch, scratch, roots, meetings, pairs
+            first, last, starts, member, place, spheres, until, touch, scratch, roots, times, pairs
         )
         if found >= 0:
-            return compared, meetings[:found], pairs[:found]
-        meetings, pairs = np.empty(4 * meetings.size), np.empty((4 * meetings.size, 2), np.int64)
+            return compared, times[:found], pairs[:found]
+        times, pairs = np.empty(4 * times.size), np.empty((4 * times.size, 2), np.int64)
 
 
 @kernel
 def strike_in_turn(
-    active: Whole, starts: Whole, member: Whole, place: Whole, meetings: Array, pairs: Whole, spheres: Spheres,
+    active: Whole, starts: Whole, member: Whole, place: Whole, times: Array, pairs: Whole, spheres: Spheres,
     around: Surroundings, touch: Touch, until: float, cell: float, log: Array,
 ) -> tuple[int, Array]:  # fmt: skip
     """Bring the active fragments to the end `until` of the window through all their impacts, in order of time.
 
-    `cell` is the length of a cell (m), `meetings` and `pairs` what `first_meetings` found. Returns the rows used of
+    `cell` is the length of a cell (m), `times` and `pairs` what `first_collisions` found. Returns the rows used of
     `log` and the log itself, which grows where it is full. A fragment that was struck goes on along a new path, for
     which its neighbours are looked up again.
     """
@@ -226,9 +226,9 @@ def strike_in_turn(
     scratch, roots = np.empty((SCRATCH_ROWS, LARGEST_DEGREE + 3)), np.empty(16)
     rows = 0
     heap = [(math.inf, np.int64(0), np.int64(0), np.int64(0), np.int64(0))]
-    for k in range(meetings.size):
+    for k in range(times.size):
         i, j = pairs[k]
-        heap.append((meetings[k], i, j, spheres.changes[i], spheres.changes[j]))
+        heap.append((times[k], i, j, spheres.changes[i], spheres.changes[j]))
     heapq.heapify(heap)
     # fragments that enter cells on their new paths: chains beside the sorted entries, by bucket
     chain = np.full(buckets, -1, np.int64) if len(heap) > 1 else np.zeros(0, np.int64)
@@ -298,8 +298,8 @@ def strike_in_turn(
                             if not here or other == k or not home(spheres.cells[k], spheres.cells[other], x, y, z):
                                 continue
                             low, high = min(k, other), max(k, other)
-                            meeting = _pair(low, high, spheres, until, touch, scratch, roots)
-                            if meeting < math.inf:
+                            impact_time = _pair(low, high, spheres, until, touch, scratch, roots)
+                            if impact_time < math.inf:
                                 changes = spheres.changes
-                                heapq.heappush(heap, (meeting, low, high, changes[low], changes[high]))
+                                heapq.heappush(heap, (impact_time, low, high, changes[low], changes[high]))
     return rows, log

@@ -57,7 +57,7 @@ def heights_of(q: Array, lane: int) -> tuple[float, float]:
 
 @njit(error_model="numpy")
 def may_end(low: float, high: float, limits: Limits) -> bool:
-    """Tell whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
+    """Whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
     return low < limits.ground or low < limits.floor or high > limits.ceiling or limits.domain_radius < np.inf
 
 
@@ -104,7 +104,7 @@ def ending_in_scene(
 
 @njit(error_model="numpy")
 def outside(q: Array, lane: int, limits: Limits) -> bool:
-    """Tell whether a fragment starts outside the domain."""
+    """Return whether a fragment starts outside the domain."""
     dx, dy = q[STATE * LANES + lane] - limits.origin_x, q[(STATE + 1) * LANES + lane] - limits.origin_y
     z = q[(STATE + 2) * LANES + lane]
     return z > limits.ceiling or z < limits.floor or dx * dx + dy * dy >= limits.domain_radius * limits.domain_radius

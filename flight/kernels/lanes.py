@@ -36,7 +36,7 @@ __all__ = ["SMALLEST_FACTOR", "load", "move_lane", "prepare", "step_factors"]
 
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 6.0
 FIRST_STEP = 0.15  # times the time in which drag and gravity would undo the velocity
-LEAST_SPEED = 1.0  # m/s; below it the tolerance is absolute
+MIN_SPEED = 1.0  # m/s; below it the tolerance is absolute
 
 
 @njit(error_model="numpy")
@@ -69,7 +69,7 @@ def prepare(
         for j in range(3):
             size += ahead[(SLOPE + j) * LANES + lane] ** 2
             speed += ahead[(STATE + 3 + j) * LANES + lane] ** 2
-        h = FIRST_STEP * math.sqrt(max(speed, LEAST_SPEED) / size) if size > 0.0 else limits.time_limit
+        h = FIRST_STEP * math.sqrt(max(speed, MIN_SPEED) / size) if size > 0.0 else limits.time_limit
         ahead[STEP * LANES + lane] = h if limits.fixed_step <= 0.0 else limits.fixed_step
 
 
@@ -100,12 +100,12 @@ def move_lane(q: Array, source: int, target: int) -> None:
 
 @njit(error_model="numpy")
 def step_factors(q: Array, factors: Array, limits: Limits) -> None:
-    """Factor of the next step of every lane; below zero where this step is rejected, nan where it gave no number.
+    """Factor of the next step of every lane; below zero where this step is rejected, nan where it failed.
 
     The exponent 3/16 stands for the classical 1/5: it needs square roots only, which the processor takes for all
     lanes together.
     """
-    smallest = LEAST_SPEED * LEAST_SPEED
+    smallest = MIN_SPEED * MIN_SPEED
     sharpness = limits.tolerance * limits.tolerance
     for i in range(LANES):
         h = q[STEP * LANES + i]

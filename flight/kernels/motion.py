@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["LANES", "ROWS", "Surroundings", "accelerate", "place_points", "take_step", "velocity_points"]
 
 LANES = 32
-EARTH_RADIUS = 6_356_766.0  # m, as in flight.air
+EARTH_RADIUS = 6_356_766.0  # m, as in flight.scene.air
 
 # rows of the scratch array; place and velocity at the start and at the end of the step, accelerations of the stages
 STATE, NEW, SLOPE = 0, 6, 12
@@ -42,7 +42,7 @@ ROWS = 61
 
 
 class Surroundings(NamedTuple):
-    """Air, wind, drag and gravity as tables; see `table` of flight.air, flight.wind and flight.drag."""
+    """Air, wind, drag and gravity as tables; see `table` of flight.scene.air, flight.scene.wind and flight.drag."""
 
     air_bottom: float
     air_step: float
@@ -120,7 +120,7 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     table, bins = around.drag_rows, around.drag_bins
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
-    for i in range(LANES):  # looked up anew only where a lane has left its piece: single lanes, unlike the rest
+    for i in range(LANES):  # looked up again only where a lane has left its piece: single lanes, unlike the rest
         piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
         if q[PIECE * LANES + i] != piece + 1.0:
             q[PIECE * LANES + i] = piece + 1.0

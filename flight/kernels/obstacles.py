@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from flight.kernels.roots import sign_changes
-from flight.kernels.surfaces import least, most
+from flight.kernels.surfaces import highest_of, lowest_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,9 +31,9 @@ def enter_obstacles(
 ) -> tuple[float, int, int]:
     """Find the first place on the step, before `until`, where it enters an obstacle (2.0: none), and the face."""
     theta, which, face = NOWHERE, -1, -1
-    x_low, x_high = least(points[0], 0), most(points[0], 0)
-    y_low, y_high = least(points[1], 0), most(points[1], 0)
-    z_low, z_high = least(points[2], 0), most(points[2], 0)
+    x_low, x_high = lowest_of(points[0], 0), highest_of(points[0], 0)
+    y_low, y_high = lowest_of(points[1], 0), highest_of(points[1], 0)
+    z_low, z_high = lowest_of(points[2], 0), highest_of(points[2], 0)
     for index in range(obstacles.shape[0]):
         row = obstacles[index]
         if x_high < row[1] or x_low > row[2] or y_high < row[3] or y_low > row[4] or z_high < row[5] or z_low > row[6]:

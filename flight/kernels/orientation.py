@@ -1,4 +1,4 @@
-"""Areas of boxes and shape factors drawn by chance, one by one: numpy's vectorised functions round by a row's place."""
+"""Areas of boxes and shape factors drawn at random, one by one: numpy's vectorised functions round by a row's place."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ __all__ = ["projected_areas", "standard_normals"]
 
 
 @kernel
-def projected_areas(chance: NDArray[Any], direction: NDArray[Any], sides: NDArray[Any], result: NDArray[Any]) -> None:
+def projected_areas(uniform: NDArray[Any], direction: NDArray[Any], sides: NDArray[Any], result: NDArray[Any]) -> None:
     """Area that a box with these sides (3,), turned at random, shows in a direction of flight (rows, 3).
 
     Each row's orientation is a uniform rotation from three numbers in [0, 1) (Shoemake 1992); the area is the sum over
     the faces of area times cosine. A fragment at rest is looked at from above.
     """
     a, b, c = sides[1] * sides[2], sides[2] * sides[0], sides[0] * sides[1]
-    for row in range(chance.shape[0]):
+    for row in range(uniform.shape[0]):
         u, v, w = direction[row]
         size = math.sqrt(u * u + v * v + w * w)
         if size > 0.0:
             u, v, w = u / size, v / size, w / size
         else:
             u, v, w = 0.0, 0.0, 1.0
-        near, far = math.sqrt(1.0 - chance[row, 0]), math.sqrt(chance[row, 0])
-        one, other = 2.0 * math.pi * chance[row, 1], 2.0 * math.pi * chance[row, 2]
+        near, far = math.sqrt(1.0 - uniform[row, 0]), math.sqrt(uniform[row, 0])
+        one, other = 2.0 * math.pi * uniform[row, 1], 2.0 * math.pi * uniform[row, 2]
         x, y, z, s = near * math.sin(one), near * math.cos(one), far * math.sin(other), far * math.cos(other)
         # rows of the rotation (x, y, z, s) on the direction: cosines to the box's axes
         first = (1.0 - 2.0 * (y * y + z * z)) * u + 2.0 * (x * y - z * s) * v + 2.0 * (x * z + y * s) * w
@@ -39,8 +39,8 @@ def projected_areas(chance: NDArray[Any], direction: NDArray[Any], sides: NDArra
 
 
 @kernel
-def standard_normals(chance: NDArray[Any], result: NDArray[Any]) -> None:
+def standard_normals(uniform: NDArray[Any], result: NDArray[Any]) -> None:
     """A standard normal number for each row from two numbers in [0, 1) (Box and Muller 1958)."""
-    for row in range(chance.shape[0]):
-        radius = math.sqrt(-2.0 * math.log(1.0 - chance[row, 0]))
-        result[row] = radius * math.cos(2.0 * math.pi * chance[row, 1])
+    for row in range(uniform.shape[0]):
+        radius = math.sqrt(-2.0 * math.log(1.0 - uniform[row, 0]))
+        result[row] = radius * math.cos(2.0 * math.pi * uniform[row, 1])

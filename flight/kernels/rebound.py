@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LIFT", "MOST_CONTACTS", "rebound", "slide"]
 
-LIFT = 1e-9  # m off the surface at which a fragment starts anew, so that rounding does not put it below
+LIFT = 1e-9  # m off the surface at which a fragment starts again, so that rounding does not put it below
 MOST_CONTACTS = 500  # of one fragment; then it bounces no more
 MOST_PARTS = 1_000_000  # of one slide
 STILL = 1e-3  # m/s
@@ -144,7 +144,7 @@ def slide(
 @njit(error_model="numpy")
 def _time_to_line(place: float, line: float, step: float, speed: float, acceleration: float) -> float:
     """Time until a cell's lower or upper line is passed along one axis; infinite if neither is."""
-    least = np.inf
+    earliest = np.inf
     for k in range(2):
         way = line + k * step - place
         if abs(way) < ON_A_LINE * step:
@@ -155,9 +155,9 @@ def _time_to_line(place: float, line: float, step: float, speed: float, accelera
         root = math.copysign(math.sqrt(root), speed)
         # the roots of way = speed t + acceleration t^2 / 2, each without cancellation
         for time in (2.0 * way / (speed + root), -(speed + root) / acceleration):
-            if 0.0 < time < least:
-                least = time
-    return least
+            if 0.0 < time < earliest:
+                earliest = time
+    return earliest
 
 
 @njit(error_model="numpy")

@@ -27,9 +27,9 @@ __all__ = [
     "cross_plane",
     "dense_state",
     "inside_outline",
-    "least",
+    "lowest_of",
     "misses_box",
-    "most",
+    "highest_of",
 ]
 
 CYLINDER, RECTANGLE, POLYGON, GROUP = 0, 1, 2, 3
@@ -46,14 +46,14 @@ NARROWEST_PIECE = 2.0**-50
 
 
 @njit(error_model="numpy", _nrt=False)
-def least(row: Array, first: int) -> float:
-    """Least of the six coefficients from the column `first`: no point of the curve lies below it."""
+def lowest_of(row: Array, first: int) -> float:
+    """Smallest of the six coefficients from the column `first`: no point of the curve lies below it."""
     a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
     return min(a, b, c, d, e, f)
 
 
 @njit(error_model="numpy", _nrt=False)
-def most(row: Array, first: int) -> float:
+def highest_of(row: Array, first: int) -> float:
     """Greatest of the six coefficients from the column `first`: no point of the curve lies above it."""
     a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
     return max(a, b, c, d, e, f)
@@ -61,7 +61,7 @@ def most(row: Array, first: int) -> float:
 
 @njit(error_model="numpy")
 def misses_box(points: Array, row: Array) -> bool:
-    """Tell whether the hull of the step's control points lies wholly off the witness's box."""
+    """Return whether the hull of the step's control points lies wholly off the witness's box."""
     for axis in range(3):
         p = points[axis]
         if max(p[0], p[1], p[2], p[3], p[4], p[5]) < row[_BOX + 2 * axis]:
@@ -140,7 +140,7 @@ def cross_cylinder(
 
 @njit(error_model="numpy")
 def _one_sided(p: Array, radius: float) -> bool:
-    """Tell whether one coordinate's hull lies wholly beyond the radius on one side."""
+    """Return whether one coordinate's hull lies wholly beyond the radius on one side."""
     return max(p[0], p[1], p[2], p[3], p[4], p[5]) < -radius or min(p[0], p[1], p[2], p[3], p[4], p[5]) > radius
 
 
@@ -173,7 +173,7 @@ def dense_state(points: Array, theta: float, out: Array) -> None:
 
 @njit(error_model="numpy")
 def inside_outline(row: Array, vertices: Array, x: float, y: float, z: float) -> bool:
-    """Tell whether a place on a witness's plane or cylinder lies within its outline or height (edges belong to it)."""
+    """Whether a position on a witness's plane or cylinder lies within its outline or height (edges belong to it)."""
     kind = int(row[0])
     if kind == CYLINDER:
         return row[_NORMAL + 1] <= z <= row[_NORMAL + 2]

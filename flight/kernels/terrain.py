@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from flight.kernels.roots import PRODUCT, sign_changes
-from flight.kernels.surfaces import cross_plane, least, most
+from flight.kernels.surfaces import cross_plane, highest_of, lowest_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -104,13 +104,16 @@ def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> 
     east = terrain.west + (terrain.heights.shape[1] - 1) * terrain.step_x
     north = terrain.south + (terrain.heights.shape[0] - 1) * terrain.step_y
     x, y = points[0], points[1]
-    if least(x, 0) < terrain.west and cross_plane(points, terrain.west, 0.0, 0.0, 1.0, 0.0, 0.0, stack, roots) > 0:
+    if lowest_of(x, 0) < terrain.west and cross_plane(points, terrain.west, 0.0, 0.0, 1.0, 0.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
-    if most(x, 0) > east and cross_plane(points, east, 0.0, 0.0, -1.0, 0.0, 0.0, stack, roots) > 0:
+    if highest_of(x, 0) > east and cross_plane(points, east, 0.0, 0.0, -1.0, 0.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
-    if least(y, 0) < terrain.south and cross_plane(points, 0.0, terrain.south, 0.0, 0.0, 1.0, 0.0, stack, roots) > 0:
+    if (
+        lowest_of(y, 0) < terrain.south
+        and cross_plane(points, 0.0, terrain.south, 0.0, 0.0, 1.0, 0.0, stack, roots) > 0
+    ):
         theta = min(theta, roots[0])
-    if most(y, 0) > north and cross_plane(points, 0.0, north, 0.0, 0.0, -1.0, 0.0, stack, roots) > 0:
+    if highest_of(y, 0) > north and cross_plane(points, 0.0, north, 0.0, 0.0, -1.0, 0.0, stack, roots) > 0:
         theta = min(theta, roots[0])
     return theta
 
@@ -123,7 +126,7 @@ def cross_terrain(
 
     Landing is the first place below, not a sign change: a step that is below by rounding between two cells lands there.
     """
-    if least(points[2], 0) > terrain.highest:
+    if lowest_of(points[2], 0) > terrain.highest:
         return NOWHERE
     for j in range(3):
         for i in range(6):
@@ -136,13 +139,13 @@ def cross_terrain(
         piece = pieces[depth]
         if piece[_LOW] >= until:
             return NOWHERE
-        lowest = least(piece, 12)
+        lowest = lowest_of(piece, 12)
         if lowest > terrain.highest:
             continue
-        west = _index(least(piece, 0), terrain.west, terrain.step_x, columns)
-        east = _index(most(piece, 0), terrain.west, terrain.step_x, columns)
-        south = _index(least(piece, 6), terrain.south, terrain.step_y, rows)
-        north = _index(most(piece, 6), terrain.south, terrain.step_y, rows)
+        west = _index(lowest_of(piece, 0), terrain.west, terrain.step_x, columns)
+        east = _index(highest_of(piece, 0), terrain.west, terrain.step_x, columns)
+        south = _index(lowest_of(piece, 6), terrain.south, terrain.step_y, rows)
+        north = _index(highest_of(piece, 6), terrain.south, terrain.step_y, rows)
         if lowest > _greatest(terrain, south, north, west, east):
             continue
         if (east - west <= 1 and north - south <= 1) or depth + 2 > _DEEPEST:

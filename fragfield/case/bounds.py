@@ -183,7 +183,7 @@ COUNTS: dict[str, tuple[int, str]] = {
     "break_up.segments": (1000, "segments of a casing"),
     "flight.wind.heights": (10_000, "heights of a sounding"),
     "stack.delays": (10_000, "one for each round"),
-    "uncertainty.input": (200, "more inputs than samples can tell apart"),
+    "uncertainty.input": (200, "more inputs than samples can distinguish"),
 }
 """Entries that a list may have."""
 
@@ -214,7 +214,7 @@ def _values(path: str, value: object, field: FieldInfo) -> Iterator[tuple[str, o
 
 
 def bounds_of(path: str, field: FieldInfo) -> Bounds | None:
-    """Bounds of a key; None where it is no number."""
+    """Bounds of a key; None where it is not numeric."""
     key = _NUMBER.sub("", path)
     if key in KEYS:
         return KEYS[key]

@@ -52,7 +52,7 @@ class BreakUpTable(Table):
     """Speed in Eq. 21: from the burst, or Eqs. 23-24."""
     sampler: Literal["quantile", "graded"] = "quantile"
     """Stratified inverse of the law, closing on the mass; or the paper's grades (Eqs. 26-29)."""
-    graded_m0: Annotated[float, Quantity("kg", "0 g", least=0.0)] = 0.0
+    graded_m0: Annotated[float, Quantity("kg", "0 g", minimum=0.0)] = 0.0
     """Mass of grade 0, for sampler = "graded"."""
     graded_dm: Mass = 1e-4
     """Mass between two grades, for sampler = "graded"."""

@@ -94,7 +94,7 @@ class BurstTable(Table):
     """How the burst is computed."""
 
     cell_size: PositiveLength
-    """Edge of a cell: the only thing to say about the mesh."""
+    """Target edge length of the cells; the only mesh parameter."""
     geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
     """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
     convergence: Literal["auto", "off"] = "auto"
@@ -119,7 +119,7 @@ class BurstTable(Table):
     """Never longer than this."""
     energy_tolerance: float = Field(default=0.05, gt=0.0, le=1.0)
     """The burst stops when its energies miss the work of the products by more than this fraction."""
-    damping: Annotated[float, Quantity("1/s", "100 / s", least=0.0)] = 0.0
+    damping: Annotated[float, Quantity("1/s", "100 / s", minimum=0.0)] = 0.0
     """Resistance of the nodes in proportion to mass and velocity."""
     time_step: TimeStepTable = TimeStepTable()
     leakage: LeakageTable = LeakageTable()

@@ -23,7 +23,7 @@ _EVERY = "*"
 
 
 def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
-    """Read, check and resolve a case file with some of its values replaced; the title tells which.
+    """Read, check and resolve a case file with some of its values replaced; the title names them.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
         As `fragfield.case.load_case`: an unknown key with the nearest valid name, a value that is not allowed.
     """
     document = read_document(path)
-    told = ", ".join(f"{key} = {value}" for key, value in changes.items())
-    source = f"{path} with {told}" if told else str(path)
+    words = ", ".join(f"{key} = {value}" for key, value in changes.items())
+    source = f"{path} with {words}" if words else str(path)
     changed = changed_document(document, changes, source=source, folder=path.parent)
     if changes and "title" not in changes:
-        changed["title"] = f"{document.get('title', path.stem)}: {told}"
+        changed["title"] = f"{document.get('title', path.stem)}: {words}"
     changed.setdefault("title", path.stem)
     return case_from_document(changed, source=source, folder=path.parent)
 

@@ -82,7 +82,7 @@ def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
             faults += _ignition(f"round[{number}]", entry)
     if case.round and not any(entry.ignition for entry in case.round):
         faults.append(
-            "round: found no ignition point in any round, so nothing makes the shock that lights them; allowed: at "
+            "round: found no ignition point in any round, so nothing makes the shock that initiates them; allowed: at "
             "least one round with an ignition point"
         )
     return faults or list(check_places(case, stacked))
@@ -133,7 +133,7 @@ def _round(key: str, entry: RoundTable) -> Iterator[str]:
         yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
     if entry.ignition is not None and not entry.ignition and entry.initiation is None:
         yield (
-            f"{key}.ignition: found no ignition point, so nothing lights the charge; allowed: at least one point, "
+            f"{key}.ignition: found no ignition point, so nothing initiates the charge; allowed: at least one point, "
             'for example ignition = [{ station = "nose" }], or leave the key out for that one; or '
             'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock'
         )
@@ -221,11 +221,11 @@ def _products(key: str, products: str, explosive: ExplosiveTable) -> Iterator[st
         if explosive.jwl is None:
             yield f'{key}.jwl: missing for "{explosive.name}"; burst.products = "jwl" needs A, B, R1, R2, omega and E0'
         return
-    least = explosive.detonation_velocity**2 / 16.0
-    if not explosive.heat_of_detonation > least:
+    minimum = explosive.detonation_velocity**2 / 16.0
+    if not explosive.heat_of_detonation > minimum:
         yield (
             f"{key}.heat_of_detonation: found Q = {explosive.heat_of_detonation / 1e6:.4g} MJ/kg for {explosive.name}; "
-            f"allowed with burst.products = {show(products)}: more than D^2/16 = {least / 1e6:.4g} MJ/kg "
+            f"allowed with burst.products = {show(products)}: more than D^2/16 = {minimum / 1e6:.4g} MJ/kg "
             f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"'
         )
 

@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.contours import Site
-    from flight.exposed import Prism
-    from flight.walls import Wall
+    from flight.hazard.contours import Site
+    from flight.hazard.exposed import Prism
+    from flight.scene.walls import Wall
     from fragfield.case.exposed_table import BarrierTable, ExposedTable
     from fragfield.case.ground_table import ObstacleTable
     from fragfield.case.schema import Case
 
     Array = NDArray[np.float64]
 
-__all__ = ["Place", "check_exposed", "outline_of", "places_of", "resolved_exposed", "site_of"]
+__all__ = ["Place", "check_exposed", "describe_exposed", "outline_of", "places_of", "resolved_exposed", "site_of"]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24
@@ -79,7 +79,7 @@ class Place:
 
 def site_of(case: Case) -> Site | None:
     """The case's site in degrees, free of what the way over radians adds in the last digits."""
-    from flight.contours import Site
+    from flight.hazard.contours import Site
 
     if case.site is None:
         return None
@@ -209,7 +209,7 @@ def outline_of(obstacle: ObstacleTable) -> Array:
 
 
 def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
-    from flight.exposed import Prism
+    from flight.hazard.exposed import Prism
 
     if entry.obstacle is not None:
         standing = next(one for one in case.obstacle if one.name == entry.obstacle)
@@ -231,7 +231,7 @@ def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[A
 
 
 def _wall(table: BarrierTable | None) -> Wall | None:
-    from flight.walls import Wall
+    from flight.scene.walls import Wall
 
     return None if table is None else Wall(**table.model_dump())
 
@@ -313,7 +313,7 @@ def _clipped(corners: Array, axis: int, bound: float, sign: float) -> Array:
 
 
 def _prism(case: Case, piece: Array, height: float, energy: float) -> Prism:
-    from flight.exposed import Prism
+    from flight.hazard.exposed import Prism
 
     x, y = piece.mean(axis=0).tolist()
     ground = [ground_height(case, *corner) for corner in [(x, y), *piece.tolist()]]
@@ -348,3 +348,16 @@ def _contains(corners: Array, point: tuple[float, ...]) -> bool:
         if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
             inside = not inside
     return inside
+
+
+def describe_exposed(case: Case) -> list[dict[str, Any]]:
+    """Exposed places for `fragfield check`: name, kind, distance and azimuth of the nearest edge, pieces."""
+    found = []
+    for place in places_of(case):
+        away = place.edge() - np.asarray(case.flight.origin)
+        distance = np.hypot(away[:, 0], away[:, 1])
+        nearest = int(np.argmin(distance))
+        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
+        entry = {"name": place.table.name, "kind": place.table.kind, "distance": float(distance[nearest])}
+        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(place.prisms)})
+    return found

@@ -22,13 +22,13 @@ from fragfield.case.table import Table
 
 __all__ = ["AreaTable", "BarrierTable", "ExposedBuildingTable", "ExposedTable", "PersonTable", "RoadTable"]
 
-_LATITUDE = Quantity("rad", "51.5 deg", least=-degrees(89.0), most=degrees(89.0))
-_LONGITUDE = Quantity("rad", "7.25 deg", least=-2.0 * math.pi, most=2.0 * math.pi)
+_LATITUDE = Quantity("rad", "51.5 deg", minimum=-degrees(89.0), maximum=degrees(89.0))
+_LONGITUDE = Quantity("rad", "7.25 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi)
 Latitude = Annotated[float | None, _LATITUDE]
 Longitude = Annotated[float | None, _LONGITUDE]
 OnEarth = Annotated[
     tuple[float, float],
-    Vector(2, Quantity("rad", "0 deg", least=-2.0 * math.pi, most=2.0 * math.pi), '["51.5 deg", "7.25 deg"]'),
+    Vector(2, Quantity("rad", "0 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi), '["51.5 deg", "7.25 deg"]'),
 ]
 
 
@@ -90,9 +90,9 @@ class RoadTable(_TargetTable):
     kind: Literal["road"]
     """A strip along a line."""
     points: list[Offset] | None = Field(default=None, min_length=2)
-    """x and y of its middle line; or `points_on_earth`."""
+    """x and y of its centre line; or `points_on_earth`."""
     points_on_earth: list[OnEarth] | None = Field(default=None, min_length=2)
-    """Latitude and longitude of its middle line, with a table [site]."""
+    """Latitude and longitude of its centre line, with a table [site]."""
     width: PositiveLength = 6.0
     """Width."""
 
@@ -116,7 +116,7 @@ class ExposedBuildingTable(_ExposedTable):
     obstacle: str | None = None
     """Name of an [[obstacle]] of kind "building" whose box this is; then it shields what lies behind it."""
     place: Offset | None = None
-    """x and y of the middle of its plan; or latitude and longitude."""
+    """x and y of the centre of its plan; or latitude and longitude."""
     latitude: Latitude = None
     """In place of `place`, with a table [site]."""
     longitude: Longitude = None
@@ -130,7 +130,7 @@ class ExposedBuildingTable(_ExposedTable):
     azimuth: Angle = 0.0
     """Direction of its length, from +x counter-clockwise."""
     base: Length | None = None
-    """z from which its height counts; left out: the ground at its middle."""
+    """z from which its height counts; left out: the ground at its centre."""
     wall: BarrierTable | None = None
     """Its walls, to show which hazardous fragments they stop; left out: none is shown to be stopped."""
     roof: BarrierTable | None = None

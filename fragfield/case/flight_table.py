@@ -55,7 +55,7 @@ class AirTable(Table):
     """The US Standard Atmosphere 1976, or one density everywhere."""
     altitude: Length = 0.0
     """Altitude of z = 0 above sea level, for model = "standard"."""
-    density: Annotated[float | None, Quantity("kg/m^3", "1.225 kg/m^3", least=0.0)] = None
+    density: Annotated[float | None, Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0)] = None
     """For model = "constant"; 0 is a vacuum."""
     sound_speed: Speed = 340.294
     """For model = "constant"."""
@@ -66,7 +66,7 @@ class WindTable(Table):
 
     model: Literal["constant", "power_law", "profile"] = "constant"
     """The same at all heights, growing with height, or given at heights."""
-    speed: Annotated[float, Quantity("m/s", "5 m/s", least=0.0)] = 0.0
+    speed: Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)] = 0.0
     """Speed; for model = "power_law" the one at `reference_height`."""
     towards: Angle = 0.0
     """Azimuth that the wind blows towards, from +x counter-clockwise."""
@@ -76,7 +76,7 @@ class WindTable(Table):
     """For model = "power_law"."""
     heights: list[Length] | None = None
     """For model = "profile": heights z, rising."""
-    speeds: list[Annotated[float, Quantity("m/s", "5 m/s", least=0.0)]] | None = None
+    speeds: list[Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]] | None = None
     """For model = "profile": one speed for each height."""
     directions: list[Angle] | None = None
     """For model = "profile": one azimuth for each height."""
@@ -114,7 +114,7 @@ class CollisionsTable(Table):
     density: Density = 7850.0
     """Of the casing, for spheres of the fragments' volume."""
     restitution: float = Field(default=0.3, ge=0.0, le=1.0)
-    """Speed of parting over speed of closing."""
+    """Speed of separation over speed of closing."""
     friction_angle: FrictionAngle = degrees(20.0)
     """Of fragment on fragment."""
     distance: PositiveLength = 10.0
@@ -128,7 +128,7 @@ class FlightTable(Table):
 
     air: AirTable = AirTable()
     wind: WindTable = WindTable()
-    gravity: Annotated[float, Quantity("m/s^2", "9.80665 m/s^2", least=0.0)] = 9.80665
+    gravity: Annotated[float, Quantity("m/s^2", "9.80665 m/s^2", minimum=0.0)] = 9.80665
     """Downward acceleration."""
     drag: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[float, Tag("<number>")], Discriminator(_name_or_number)
@@ -235,7 +235,7 @@ class HazardTable(Table):
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: PositiveLength = 10.0
     """Width of the distance cells of tables and curves; the hazard distance is estimated in cells a tenth as wide."""
-    kernel: Annotated[float, Quantity("rad", "10 deg", above=0.0, most=3.2)] = degrees(10.0)
+    kernel: Annotated[float, Quantity("rad", "10 deg", above=0.0, maximum=3.2)] = degrees(10.0)
     """Half-width of the raised cosine that smooths the density over azimuth where directions differ: narrower than the
     jets between neighbouring rounds (about 10 degrees to either side), wide enough to hold many fragments."""
     tolerance: float = Field(default=0.02, gt=0.0, lt=1.0)
@@ -244,7 +244,7 @@ class HazardTable(Table):
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
     person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
     """Area of a person that a fragment may hit."""
-    person_height: Annotated[float, Quantity("m", "1.8 m", least=0.0)] = 1.8
+    person_height: Annotated[float, Quantity("m", "1.8 m", minimum=0.0)] = 1.8
     """Height of a person: a fragment passing lower may hit."""
     stack_rule: StackRuleTable | None = None
     """Beside the direct result of a stack, the rule of DDESB TP-12."""

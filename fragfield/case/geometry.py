@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from fragfield.case.convert_burst import burst_rounds, settings_in
+
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
 
@@ -53,6 +55,5 @@ def check_geometry(case: Case) -> list[str]:
 def _obstacle(case: Case) -> str | None:
     """Why the burst cannot be axisymmetric; None where it can."""
     from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
-    from fragfield.case.convert import burst_rounds, burst_settings
 
-    return why_not_axisymmetric(burst_rounds(case), burst_settings(case, geometry="3d"))
+    return why_not_axisymmetric(burst_rounds(case), settings_in(case, "3d"))

@@ -45,7 +45,7 @@ class _StandingTable(Table):
     name: str = Field(min_length=1)
     """A name of its own."""
     base: Length | None = None
-    """z from which its height counts; left out: the ground at its middle."""
+    """z from which its height counts; left out: the ground at its centre."""
     ricochet: Surface | None = None
     """What fragments are turned off like; left out: they stop."""
 
@@ -56,7 +56,7 @@ class WallTable(_StandingTable):
     kind: Literal["wall"]
     """An upright wall."""
     start: Offset
-    """x and y of one end of its middle line."""
+    """x and y of one end of its centre line."""
     end: Offset
     """x and y of the other end; left and right are as seen from start to end."""
     height: PositiveLength
@@ -88,7 +88,7 @@ class BuildingTable(_StandingTable):
     kind: Literal["building"]
     """A box; hits are counted on its four walls and its roof."""
     centre: Offset
-    """x and y of the middle of its plan."""
+    """x and y of the centre of its plan."""
     length: PositiveLength
     """Along `azimuth`."""
     width: PositiveLength

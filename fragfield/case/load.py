@@ -20,7 +20,7 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTabl
 from fragfield.case.schema import Case
 from fragfield.case.stack import expanded, stacked_names
 from fragfield.errors import InputError
-from fragfield.stamped import MOST_CASE
+from fragfield.file_sizes import MOST_CASE
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
-    rounds = _told(partial(expanded, case.model_copy(update={"round": rounds})), source)
+    rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
     changes["exposed"] = resolved_exposed(case)
@@ -196,8 +196,8 @@ def named_material(kind: str, name: str, *, where: str, folder: Path) -> Materia
 
     located = _located(name, folder)
     if kind == "explosive":
-        return _as_table(_told(partial(load_explosive, located), where), ExplosiveTable)
-    return _as_table(_told(partial(load_casing, located), where), CasingTable)
+        return _as_table(_with_location(partial(load_explosive, located), where), ExplosiveTable)
+    return _as_table(_with_location(partial(load_casing, located), where), CasingTable)
 
 
 def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
@@ -206,9 +206,9 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.convert import burst_round
+    from fragfield.case.convert_burst import burst_round
 
-    mesh = _told(lambda: mesh_round(burst_round(entry, where), 1.0), where)
+    mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
     stations = mesh.lengths[0] - (nodes - np.array(entry.position)) @ axis
@@ -220,7 +220,7 @@ def _located(name: str, folder: Path) -> str:
     return str(folder / name) if name.partition("#")[0].endswith(".toml") else name
 
 
-def _told(load: Callable[[], Loaded], where: str = "") -> Loaded:
+def _with_location(load: Callable[[], Loaded], where: str = "") -> Loaded:
     """What `load` returns; its error as ours, with file and key of the case before a message that lacks them."""
     from burst_fenicsx.errors import InputError as BurstInputError
 
@@ -247,9 +247,9 @@ def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tu
     from burst_fenicsx.geometry.files import PROFILES
 
     if isinstance(value, dict):
-        return value, _told(partial(profile_from_table, value, where=where))
+        return value, _with_location(partial(profile_from_table, value, where=where))
     assert value is not None  # checked before: a round has a profile or a mesh
-    profile = _told(partial(load_profile, _located(value, folder)), where)
+    profile = _with_location(partial(load_profile, _located(value, folder)), where)
     file = folder / value if value.endswith(".toml") else PROFILES / f"{value}.toml"
     return {"name": profile.name, **read_document(file)}, profile
 

@@ -53,12 +53,12 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
     """One line per fault, `key: found ...; allowed: ...`, in the order of the schema."""
     faults = error.errors(include_url=False)
     meant = {_meant(fault["loc"], model) for fault in faults if fault["type"] == "extra_forbidden"}
-    told = [fault for fault in faults if not (fault["type"] == "missing" and fault["loc"] in meant)]
-    return [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in told]
+    shown = [fault for fault in faults if not (fault["type"] == "missing" and fault["loc"] in meant)]
+    return [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in shown]
 
 
 def _meant(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[int | str, ...]:
-    """Where a misspelt key belongs: a needed key that is missing because of it is not told a second time."""
+    """Where a misspelt key belongs: a needed key that is missing because of it is not reported a second time."""
     close = nearest_name(str(location[-1]), _keys_beside(location, model))
     return location[:-1] if close is None else (*location[:-1], close)
 

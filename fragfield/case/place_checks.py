@@ -141,7 +141,7 @@ def _near(size: float | None, bodies: Sequence[Body]) -> float:
 
 
 def _span(body: Body) -> tuple[float, float]:
-    """Reach of a body about its middle across its axis (m)."""
+    """Reach of a body about its centre across its axis (m)."""
     import numpy as np
 
     across = np.linalg.svd(body.directions[:1])[2][1]

@@ -24,7 +24,7 @@ def placed(entry: RoundTable) -> Body:
     from burst_fenicsx.geometry.clearance import Body, placed_body
     from burst_fenicsx.geometry.solids import Hull
     from burst_fenicsx.meshing import mesh_round
-    from fragfield.case.convert import burst_round
+    from fragfield.case.convert_burst import burst_round
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)
@@ -67,7 +67,7 @@ def _grid(table: str, cell_size: float) -> tuple[NDArray[np.float64], float]:
 
 
 def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
-    """Least and greatest height (m) of a body over a resolved plane."""
+    """Smallest and greatest height (m) of a body over a resolved plane."""
     assert plane.normal is not None  # resolved
     assert plane.point is not None
     low, high = body.reach(plane.normal)

@@ -129,8 +129,8 @@ class Quantity:
         SI unit, as messages and resolved cases write it.
     example : str
         A value as a user may write it.
-    above, least, most : float, optional
-        Bounds in SI: greater than `above`, at least `least`, at most `most`.
+    above, minimum, maximum : float, optional
+        Bounds in SI: greater than `above`, at least `minimum`, at most `maximum`.
     words : tuple of str
         Words that stand for a choice in place of a value.
     """
@@ -138,8 +138,8 @@ class Quantity:
     symbol: str
     example: str
     above: float | None = None
-    least: float | None = None
-    most: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
     words: tuple[str, ...] = ()
 
     @property
@@ -151,7 +151,7 @@ class Quantity:
         return f'{words}{article} {name} with its unit as a string, for example "{self.example}"{self._bounds()}'
 
     def _bounds(self) -> str:
-        shown = (("greater than", self.above), ("at least", self.least), ("at most", self.most))
+        shown = (("greater than", self.above), ("at least", self.minimum), ("at most", self.maximum))
         limits = [f"{text} {limit:g} {self.symbol}" for text, limit in shown if limit is not None]
         return ", " + " and ".join(limits) if limits else ""
 
@@ -212,8 +212,8 @@ class Quantity:
         inside = (
             math.isfinite(number)
             and (self.above is None or number > self.above)
-            and (self.least is None or number >= self.least)
-            and (self.most is None or number <= self.most)
+            and (self.minimum is None or number >= self.minimum)
+            and (self.maximum is None or number <= self.maximum)
         )
         if not inside:
             raise _fault(f"found {show(text)}; allowed: {self.allowed}")
@@ -355,7 +355,7 @@ Time = Annotated[float, Quantity("s", "120 us", above=0.0)]
 Mass = Annotated[float, Quantity("kg", "0.1 g", above=0.0)]
 Speed = Annotated[float, Quantity("m/s", "6940 m/s", above=0.0)]
 Density = Annotated[float, Quantity("kg/m^3", "1.63 g/cm^3", above=0.0)]
-Pressure = Annotated[float, Quantity("Pa", "800 MPa", least=0.0)]
+Pressure = Annotated[float, Quantity("Pa", "800 MPa", minimum=0.0)]
 Energy = Annotated[float, Quantity("J", "79 J", above=0.0)]
 EnergyPerMass = Annotated[float, Quantity("J/kg", "4.52 MJ/kg", above=0.0)]
 EnergyPerArea = Annotated[float, Quantity("J/m^2", "14.7e4 J/m^2", above=0.0)]
@@ -364,7 +364,7 @@ EnergyRange = Annotated[
 ]
 ArealDensity = Annotated[float, Quantity("1/m^2", "1 / (55.7 m^2)", above=0.0)]
 Angle = Annotated[float, Quantity("rad", "5 deg")]
-FrictionAngle = Annotated[float, Quantity("rad", "20 deg", least=0.0, most=1.5)]
+FrictionAngle = Annotated[float, Quantity("rad", "20 deg", minimum=0.0, maximum=1.5)]
 Place = Annotated[tuple[float, float, float], Vector(3, Quantity("m", "0 mm"), '["0 mm", "0 mm", "1 m"]')]
 Offset = Annotated[tuple[float, float], Vector(2, Quantity("m", "0 mm"), '["0 mm", "5 mm"]')]
 Velocity = Annotated[tuple[float, float, float], Vector(3, Quantity("m/s", "0 m/s"), '["5 m/s", "0 m/s", "0 m/s"]')]

@@ -65,11 +65,11 @@ class ExplosiveTable(Table):
     heat_of_detonation: EnergyPerMass
     """Heat Q of detonation; the Landau models need more than D^2 / 16."""
     sound_speed: Speed
-    """Bulk sound speed of the unlit charge."""
+    """Bulk sound speed of the unreacted charge."""
     shear_modulus: PositivePressure = 3.5e9
-    """Of the unlit charge."""
+    """Of the unreacted charge."""
     shear_strength: Pressure = 5.0e7
-    """Of the unlit charge."""
+    """Of the unreacted charge."""
     jwl: JwlTable | None = None
     """Constants for products = "jwl"."""
     source: str = ""
@@ -107,22 +107,22 @@ class CasingTable(Table):
 
 
 class IgnitionTable(Table):
-    """A point that lights the charge."""
+    """A point that initiates the charge."""
 
     station: Annotated[float | str, Quantity("m", "30 mm", words=("nose", "middle", "base"))] = "nose"
     """Place along the axis from the round's nose end; or the nose end, the middle or the base end of the charge."""
     offset: Offset = (0.0, 0.0)
     """Place across the axis."""
-    delay: Annotated[float, Quantity("s", "0 us", least=0.0)] = 0.0
-    """Time at which the point lights."""
+    delay: Annotated[float, Quantity("s", "0 us", minimum=0.0)] = 0.0
+    """Time at which the point fires."""
 
 
 class InitiationTable(Table):
-    """Initiation of the charge by the shock of a neighbour: every cell that was pressed hard and long enough lights."""
+    """Initiation of the charge by the shock of a neighbour: every cell pressed hard and long enough ignites."""
 
     pressure: Annotated[float | None, Quantity("Pa", "5 GPa", above=0.0)] = None
     """Pressure that a cell must hold; left out: no pressure initiates it, and only what the shock does is reported."""
-    duration: Annotated[float, Quantity("s", "0.2 us", least=0.0)] = 0.0
+    duration: Annotated[float, Quantity("s", "0.2 us", minimum=0.0)] = 0.0
     """Time for which it must hold it without a break."""
     floor: PositivePressure = 1e9
     """Pressure below which a pulse does not count for the energy that is reported against the critical one."""
@@ -148,6 +148,6 @@ class RoundTable(Table):
     axis: Direction = (0.0, 0.0, 1.0)
     """Direction from the base to the nose; z is up."""
     ignition: list[IgnitionTable] | None = None
-    """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: lit by `initiation` alone."""
+    """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: by `initiation` alone."""
     initiation: InitiationTable | None = None
     """Initiation by a neighbour's shock, besides the ignition points; left out: by them alone."""

@@ -49,11 +49,11 @@ def expanded(case: Case) -> list[RoundTable]:
         return list(case.round)
     template = _template(case, stack)
     places = _places(template, stack)
-    lit = _lit(case, stack)
+    initiated = _initiated(case, stack)
     copies = []
     for index, (name, place) in enumerate(zip(stacked_names(case), places, strict=True)):
         delay = stack.delays[index] if stack.delays is not None else 0.0
-        ignition = [_later(point, delay) for point in template.ignition or []] if index in lit else []
+        ignition = [_later(point, delay) for point in template.ignition or []] if index in initiated else []
         position = tuple(float(value) for value in place)
         copies.append(template.model_copy(update={"name": name, "position": position, "ignition": ignition}))
     at = case.round.index(template)
@@ -92,7 +92,7 @@ def _template(case: Case, stack: StackTable) -> RoundTable:
     return next(entry for entry in case.round if stack.round in (None, entry.name))
 
 
-def _lit(case: Case, stack: StackTable) -> set[int]:
+def _initiated(case: Case, stack: StackTable) -> set[int]:
     """Indices of the rounds that have ignition points."""
     if stack.initiated is None:
         return set(range(stack.size))
@@ -160,16 +160,17 @@ def _ignited(case: Case, stack: StackTable) -> Iterator[str]:
     yield from (f"stack.initiated: {fault}" for fault in faults)
     if faults:
         return
-    lit = _lit(case, stack)
+    initiated = _initiated(case, stack)
     if template.ignition is not None and not template.ignition:
         yield f'stack.initiated: found, but round "{template.name}" has no ignition point that they could have'
-    if len(lit) < stack.size and template.initiation is None:
+    if len(initiated) < stack.size and template.initiation is None:
         yield (
-            f'stack.initiated: found {len(lit)} of {stack.size} rounds; the others need round "{template.name}" to '
-            'have initiation = { pressure = "5 GPa", duration = "0.2 us" }, by which the shock lights them'
+            f"stack.initiated: found {len(initiated)} of {stack.size} rounds; the others need round "
+            f'"{template.name}" to have '
+            'initiation = { pressure = "5 GPa", duration = "0.2 us" }, by which the shock initiates them'
         )
     for index, delay in enumerate(stack.delays or []):
-        if delay > 0.0 and index not in lit and index < stack.size:
+        if delay > 0.0 and index not in initiated and index < stack.size:
             yield f"stack.delays: found {delay:g} s for {names[index]}, which waits for the shock; allowed: 0 s for it"
 
 

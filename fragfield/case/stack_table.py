@@ -88,13 +88,13 @@ class StackTable(Table):
     """Rounds of a row, or of the first row of a triangle (left out: 2, which gives three rounds)."""
     counts: Annotated[tuple[int, int, int] | None, _Counts()] = None
     """Rounds of a pallet along x, along y and of layers."""
-    gap: Annotated[float, Quantity("m", "21.7 mm", least=0.0)]
+    gap: Annotated[float, Quantity("m", "21.7 mm", minimum=0.0)]
     """Clear distance between neighbours, at their largest diameters."""
-    layer_gap: Annotated[float | None, Quantity("m", "50 mm", least=0.0)] = None
+    layer_gap: Annotated[float | None, Quantity("m", "50 mm", minimum=0.0)] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""
     base: Length | None = None
     """z of the ground or deck on which the lowest layer stands; left out: as the round that is copied."""
-    delays: list[Annotated[float, Quantity("s", "5 us", least=0.0)]] | None = None
+    delays: list[Annotated[float, Quantity("s", "5 us", minimum=0.0)]] | None = None
     """One time for each round, added to the delays of its ignition points; left out: none."""
     initiated: list[Annotated[str | int, _Reference()]] | None = None
     """Rounds that have the ignition points, by name or number; the others wait for the shock. Left out: all."""

@@ -12,7 +12,7 @@ from fragfield.case.ground_table import BarricadeTable, BuildingTable, WallTable
 
 if TYPE_CHECKING:
     from flight import Bounce, HeightMap
-    from flight.obstacles import Obstacle
+    from flight.scene.obstacles import Obstacle
     from fragfield.case.ground_table import GroundTable
     from fragfield.case.schema import Case
 
@@ -49,7 +49,7 @@ def check_surroundings(case: Case) -> None:
     """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
     import numpy as np
 
-    from flight.scene import Scene
+    from flight.scene.scene import Scene
 
     found = surroundings(case)
     scene = Scene(found["ground"], found["bounce"], tuple(found["obstacles"]))
@@ -64,32 +64,14 @@ def describe_surroundings(case: Case) -> dict[str, Any]:
     described: dict[str, Any] = {"height": ground} if isinstance(ground, float) else _map_extent(ground)
     obstacles = []
     for obstacle, entry in zip(found["obstacles"], case.obstacle, strict=True):
-        base = ground_height(case, *obstacle.middle) if obstacle.base is None else obstacle.base
+        base = ground_height(case, *obstacle.plan_centre) if obstacle.base is None else obstacle.base
         standing = {"name": entry.name, "kind": entry.kind, "base": base, "top": base + obstacle.height}
         obstacles.append({**standing, "ricochet": entry.ricochet})
     return {
         "ground": described,
         "bounce": None if bounce is None else asdict(bounce),
         "obstacles": obstacles,
-        "exposed": _exposed(case),
     }
-
-
-def _exposed(case: Case) -> list[dict[str, Any]]:
-    """Exposed places: name, kind, distance and azimuth of the nearest edge, pieces."""
-    import numpy as np
-
-    from fragfield.case.exposed_places import places_of
-
-    found = []
-    for place in places_of(case):
-        away = place.edge() - np.asarray(case.flight.origin)
-        distance = np.hypot(away[:, 0], away[:, 1])
-        nearest = int(np.argmin(distance))
-        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        entry = {"name": place.table.name, "kind": place.table.kind, "distance": float(distance[nearest])}
-        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(place.prisms)})
-    return found
 
 
 def _map_extent(ground: HeightMap) -> dict[str, Any]:
@@ -117,7 +99,7 @@ def _read_map(
 
 def _bounce(table: GroundTable) -> Bounce | None:
     from flight import Bounce
-    from flight.bounce import SURFACES
+    from flight.scene.bounce import SURFACES
 
     if not table.bounce:
         return None

@@ -38,7 +38,7 @@ _OWN = ("uncertainty", "seed", "title", "document")
 
 @dataclass(frozen=True)
 class Target:
-    """What a dotted key of the schema holds: its SI unit (empty: a pure number), or None where it is no number."""
+    """What a dotted key of the schema holds: its SI unit (empty: a pure number), or None where it is not numeric."""
 
     key: str
     unit: str | None
@@ -129,7 +129,7 @@ def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[str]:
             continue
         if not target.is_number and (entry.distribution != "discrete" or entry.applies != "value"):
             yield (
-                f'{where}.keys[{place}]: {show(key)} is no number; allowed with it: distribution = "discrete" and '
+                f'{where}.keys[{place}]: {show(key)} is not a number; allowed with it: distribution = "discrete" and '
                 'applies = "value"'
             )
     units = set()

@@ -64,8 +64,8 @@ def compare_runs(
         if not by_distance:
             notes.append("densities are not compared: hazard.distance_cell or hazard.sectors differ")
     return {
-        "run": _told(run),
-        "reference": _told(reference),
+        "run": _described(run),
+        "reference": _described(reference),
         "differences": differences_of(run, reference),
         "notes": notes,
         "all_round": all_round,
@@ -81,7 +81,7 @@ def compare_runs(
     }
 
 
-def _told(run: ComparedRun) -> dict[str, Any]:
+def _described(run: ComparedRun) -> dict[str, Any]:
     return {
         "directory": str(run.folder),
         "title": str(run.case.get("title", "")),

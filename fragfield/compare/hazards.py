@@ -9,8 +9,8 @@ import numpy as np
 from fragfield.compare.estimates import Estimates, compared, estimate
 
 if TYPE_CHECKING:
-    from flight.ensemble import EnsembleHazard
-    from flight.tally import Tally
+    from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.tally import Tally
     from fragfield.compare.runs import ComparedRun
 
 _DISTANCES = (

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.ensemble import EnsembleHazard
+    from flight.hazard.ensemble import EnsembleHazard
 
 __all__ = ["ComparedRun", "check_alike", "differences_of", "notes_on", "read_compared_run"]
 
@@ -40,7 +40,7 @@ class ComparedRun:
         summary.json.
     hazard : EnsembleHazard, optional
         Over its realisations; None where it has not been flown, or by a version that knew no ensembles.
-    hits : dict from a surface's name to (n, s) structured arrays of dtype flight.witness_hazard.SECTOR_HITS
+    hits : dict from a surface's name to (n, s) structured arrays of dtype flight.hazard.witness_hazard.SECTOR_HITS
         Hits by realisation and sector.
     """
 
@@ -80,7 +80,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
     hazard: EnsembleHazard | None = None
     hits: dict[str, NDArray[Any]]
     if directory.file("ensemble.h5").is_file():
-        from flight.ensemble_files import read_ensemble
+        from flight.files.ensemble import read_ensemble
 
         hazard, hits = read_ensemble(directory.file("ensemble.h5"))
     else:
@@ -90,7 +90,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
 
 def _one_realisation(surface: dict[str, Any]) -> NDArray[Any]:
     """Hits (1, s) of a run without ensemble, from its summary."""
-    from flight.witness_hazard import SECTOR_HITS
+    from flight.hazard.witness_hazard import SECTOR_HITS
 
     rows = surface["by_azimuth"]
     table = np.zeros((1, len(rows)), dtype=SECTOR_HITS)
@@ -149,7 +149,7 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     elif seeds[0] != seeds[1]:
         notes.append(f"the seeds differ, {seeds[0]} and {seeds[1]}")
     else:
-        notes.append(f"both have the seed {seeds[0]}; standard errors of ratios take their chances for independent")
+        notes.append(f"both have the seed {seeds[0]}; standard errors of ratios take the realisations for independent")
     for one in (run, reference):
         realisations = one.part("flight").get("realisations") or 1
         if not one.flown:

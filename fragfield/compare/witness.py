@@ -58,7 +58,7 @@ def compare_hits(
 
     Parameters
     ----------
-    run, reference : (n, s) and (m, s) structured arrays of dtype flight.witness_hazard.SECTOR_HITS
+    run, reference : (n, s) and (m, s) structured arrays of dtype flight.hazard.witness_hazard.SECTOR_HITS
         Hits by realisation and sector.
     together : int
         Sectors that make one of the comparison.

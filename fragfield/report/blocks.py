@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from fragfield.report.findings import Finding
     from fragfield.report.quantities import Row
 
-__all__ = ["Beside", "Block", "Card", "Cards", "Findings", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text"]  # fmt: skip  # noqa: E501
+__all__ = ["Beside", "Block", "Card", "Cards", "Finding", "Findings", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text", "Weight"]  # fmt: skip  # noqa: E501
+
+Weight = Literal["stop", "warning", "note", "good"]
+"""How grave a finding is."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,19 @@ class Cards:
 
     items: tuple[Card, ...]
     kind: str = "cards"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One statement on the run: "stop" (do not use), "warning", "note", or "good" (a check that passed)."""
+
+    weight: Weight
+    text: str
+
+    @property
+    def label(self) -> str:
+        """The weight in a word, so that it does not depend on colour."""
+        return {"stop": "Do not use", "warning": "Warning", "note": "Note", "good": "Passed"}[self.weight]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.convergence import QUANTITIES
+from fragfield.followed_quantities import QUANTITIES
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.drawing import ACCENT, GREY, LINES, new_figure
 from fragfield.report.quantities import SPACE, UNKNOWN, number

@@ -14,7 +14,7 @@ from fragfield.report.quantities import SPACE, number
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from flight.ensemble import EnsembleHazard
+    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["density_table", "distance_table", "sector_table", "stack_rule_table"]

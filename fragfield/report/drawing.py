@@ -23,7 +23,7 @@ ACCENT = "#b3361e"
 SPEED_MAP = "cividis"
 """Colour map of speeds; its lightness grows evenly, so that it survives a grey copy."""
 
-# Colours differ in lightness, and every line has its own dashes, so that a grey print still tells them apart.
+# Colours differ in lightness, and every line has its own dashes, so that a grey print still distinguishes them.
 LINES: tuple[dict[str, Any], ...] = (
     {"color": "#16365c", "linestyle": "-"},
     {"color": "#c4601d", "linestyle": (0, (5, 1.6))},

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.certainty import certainty
 from fragfield.exposure_words import exposed_rounds, exposure_words
-from fragfield.report.ignition_table import lit_by_shock, never_lit
+from fragfield.report.blocks import Finding
+from fragfield.report.ignition_table import initiated_by_shock, never_initiated
 from fragfield.report.mesh_quality import scaled_jacobian
 from fragfield.report.quantities import number, si_value
 from fragfield.report.validation_status import read_record, validation_words
 
 if TYPE_CHECKING:
+    from fragfield.report.blocks import Weight
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["Finding", "findings"]
+__all__ = ["findings"]
 
-Weight = Literal["stop", "warning", "note", "good"]
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
 _MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
 _MOST_HOURGLASS = 0.1
@@ -33,26 +33,13 @@ _ENSEMBLE_WARNING = re.compile(r"the hazard distance (is not determined|to |has 
 _LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
 
 
-@dataclass(frozen=True)
-class Finding:
-    """One statement on the run: "stop" (do not use), "warning", "note", or "good" (a check that passed)."""
-
-    weight: Weight
-    text: str
-
-    @property
-    def label(self) -> str:
-        """The weight in a word, so that it does not hang on colour."""
-        return {"stop": "Do not use", "warning": "Warning", "note": "Note", "good": "Passed"}[self.weight]
-
-
 def findings(run: RunFiles) -> list[Finding]:
     """All findings of a run, the gravest first."""
     found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_imprint(run)]
     found += [*_grid_convergence(run), *_log(run)]
     if run.provenance:
-        told = (run.provenance.get(key, "") for key in ("program_version", "revision"))
-        found.append(Finding(*validation_words(read_record(), *told)))
+        version = (run.provenance.get(key, "") for key in ("program_version", "revision"))
+        found.append(Finding(*validation_words(read_record(), *version)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 
@@ -151,7 +138,7 @@ def _burst(run: RunFiles) -> list[Finding]:
                     "casing is coarse: repeat with smaller cells and compare.",
                 )
             )
-    found += [*_contact(run, size), *_passed_through(run), *_unlit(run)]
+    found += [*_contact(run, size), *_passed_through(run), *_unreacted(run)]
     if "acceleration_complete" in part and part["acceleration_complete"] is None:
         growth = _value(part, "kinetic_energy_growth")
         how = (
@@ -190,8 +177,9 @@ def _contact(run: RunFiles, size: float) -> list[Finding]:
         if isinstance(contact, dict) and (value := _value(contact, key)) is not None
     ]
     if not overlaps:
-        told = part.get("max_penetration")
-        values = [_value(told, key) for key in told] if isinstance(told, dict) else [_value(part, "max_penetration")]
+        deepest = part.get("max_penetration")
+        keyed = deepest if isinstance(deepest, dict) else None
+        values = [_value(keyed, key) for key in keyed] if keyed is not None else [_value(part, "max_penetration")]
         overlaps = [("Surfaces in contact overlap", value, 0.05) for value in values if value is not None]
     if not overlaps or not size > 0:
         return found
@@ -228,16 +216,16 @@ def _passed_through(run: RunFiles) -> list[Finding]:
     return [Finding("good", f"{words} of the casings passed through a plane or into another round.")]
 
 
-def _unlit(run: RunFiles) -> list[Finding]:
-    """Rounds that were never lit, that a shock lit, or whose products gave less than half of their charge's heat."""
-    dark = never_lit(run)
+def _unreacted(run: RunFiles) -> list[Finding]:
+    """Rounds that were never initiated, that a shock initiated, or whose products gave less than half its heat."""
+    unreacted = never_initiated(run)
     found = [
         Finding(
             "warning",
-            f"Round “{name}” was never lit: its charge did not detonate in the time computed, and its casing is not "
-            "that of a detonated round.",
+            f"Round “{name}” was never initiated: its charge did not detonate in the time computed, and its casing is "
+            "not that of a detonated round.",
         )
-        for name in dark
+        for name in unreacted
     ]
     found += [
         Finding(
@@ -253,19 +241,19 @@ def _unlit(run: RunFiles) -> list[Finding]:
     found += [
         Finding(
             "warning",
-            f"Round “{name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was lit late, in "
-            "part, or not at all, and its casing is not that of a detonated round.",
+            f"Round “{name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was initiated "
+            "late, in part, or not at all, and its casing is not that of a detonated round.",
         )
         for name, share in shares
-        if share is not None and share < 0.5 and name not in dark
+        if share is not None and share < 0.5 and name not in unreacted
     ]
     found += [
         Finding(
             "note",
-            f"Round “{name}” was lit by shock, at {number(1e6 * time, 3)} µs. Whether and when a "
-            "shock lights a charge rests on `initiation` and on the cell size: repeat with other values of both.",
+            f"Round “{name}” was initiated by shock, at {number(1e6 * time, 3)} µs. Whether and when a "
+            "shock initiates a charge rests on `initiation` and on the cell size: repeat with other values of both.",
         )
-        for name, time in lit_by_shock(run)
+        for name, time in initiated_by_shock(run)
     ]
     return found
 
@@ -429,6 +417,6 @@ def _log(run: RunFiles) -> list[Finding]:
         if match:
             text = _PYTHON_WARNING.sub("", match[2].strip())
             if not text or any(known.search(text) for known in (_DRAG_WARNING, _ALONE_WARNING, _ENSEMBLE_WARNING)):
-                continue  # told above, from summary.json and the case
+                continue  # reported above, from summary.json and the case
             texts.setdefault(text[0].upper() + text[1:], "warning")
     return [Finding(weight, f"{text} (from run.log)") for text, weight in texts.items()]

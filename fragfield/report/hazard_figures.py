@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from flight.ensemble import Curve
-    from flight.expected import ExpectedDistance
+    from flight.hazard.ensemble import Curve
+    from flight.hazard.expected import ExpectedDistance
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["density_curve", "distance_by_azimuth", "hit_probability", "landing_map", "polar_by_sector"]
 
-_SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still told apart
+_SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
 _NOTHING = 1e-12  # of a logarithmic axis
 _HATCHES = ("", "////", "....")
 

@@ -1,4 +1,4 @@
-"""The report's table of how each round was lit: when, where, and by what."""
+"""The report's table of how each round was initiated: when, where, and by what."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ if TYPE_CHECKING:
 
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["ignition_table", "lit_by_shock", "never_lit"]
+__all__ = ["ignition_table", "initiated_by_shock", "never_initiated"]
 
 _BY = {"point": "own point", "delay": "own point, delayed", "shock": "shock"}
 _NOTE = (
     "Places are those at rest. Shock: the first cell of the charge that held the pressure of `initiation` for its "
-    "time. A point that a front reached before its own time lit nothing and is left out."
+    "time. A point that a front reached before its own time initiated nothing and is left out."
 )
 
 
-def _lighting(run: RunFiles) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """Name of each round and what lit it, in order of time; runs of older versions tell nothing."""
+def _ignition(run: RunFiles) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+    """Name of each round and what initiated it, in order of time; runs of older versions have none."""
     for entry in run.part("burst").get("rounds") or []:
         if isinstance(entry.get("ignition"), list):
             yield str(entry.get("name")), entry["ignition"]
 
 
-def never_lit(run: RunFiles) -> list[str]:
-    """Names of the rounds that nothing lit."""
-    return [name for name, found in _lighting(run) if not found]
+def never_initiated(run: RunFiles) -> list[str]:
+    """Names of the rounds that nothing initiated."""
+    return [name for name, found in _ignition(run) if not found]
 
 
-def lit_by_shock(run: RunFiles) -> list[tuple[str, float]]:
-    """Names of the rounds that a shock lit before any point of their own, with the time (s)."""
-    return [(name, float(found[0]["time"])) for name, found in _lighting(run) if found and found[0]["by"] == "shock"]
+def initiated_by_shock(run: RunFiles) -> list[tuple[str, float]]:
+    """Names of the rounds that a shock initiated before any point of their own, with the time (s)."""
+    return [(name, float(found[0]["time"])) for name, found in _ignition(run) if found and found[0]["by"] == "shock"]
 
 
 def ignition_table(run: RunFiles) -> Iterator[Table]:
-    """When, where and by what each round was lit; one line for each place from which it burnt."""
+    """When, where and by what each round was initiated; one line for each place from which it burnt."""
     lines = []
-    for name, found in _lighting(run):
-        lines += [_line(name, one) for one in found] or [(name, "never lit", "–", "–", "–", "–", "–")]
+    for name, found in _ignition(run):
+        lines += [_line(name, one) for one in found] or [(name, "never initiated", "–", "–", "–", "–", "–")]
     if lines:
-        head = ("Round", "Lit by", "At (µs)", "x (mm)", "y (mm)", "z (mm)", "From the nose (mm)")
+        head = ("Round", "Initiated by", "At (µs)", "x (mm)", "y (mm)", "z (mm)", "From the nose (mm)")
         yield Table("Ignition of the rounds", head, tuple(lines), _NOTE)
 
 

@@ -33,7 +33,7 @@ def input_tables(run: RunFiles) -> Iterator[Rows]:
 
 
 def _rounds(rounds: list[dict[str, Any]]) -> Iterator[Rows]:
-    """Rounds of one kind once; what tells them apart stands in the table of the arrangement."""
+    """Rounds of one kind once; what distinguishes them stands in the table of the arrangement."""
     for group in alike(rounds):
         names = [f"“{entry.get('name', '')}”" for entry in group]
         listed = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}, {len(names)} alike"

@@ -12,7 +12,7 @@ from fragfield.report.quantities import si_value
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.ensemble import EnsembleHazard
+    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["Landings", "ensemble", "hazard_density", "hazard_energy", "landings"]

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["SegmentLaw", "number_above", "segment_laws"]
+__all__ = ["NumberLaw", "number_above", "segment_laws"]
 
 
 @dataclass(frozen=True)
-class SegmentLaw:
+class NumberLaw:
     """N(m) = sum over the terms of n0 exp(-(m/mu)^exponent); one term, or two for the mixture."""
 
     round_index: int
@@ -28,14 +28,14 @@ class SegmentLaw:
     """The segment's line in summary.json."""
 
 
-def segment_laws(run: RunFiles) -> list[SegmentLaw]:
+def segment_laws(run: RunFiles) -> list[NumberLaw]:
     """Laws of all segments of all rounds; empty while the break-up has not been run."""
     laws = []
     for round_index, item in enumerate(run.part("break_up").get("rounds") or []):
         for segment_index, line in enumerate(item.get("segments") or []):
             terms = _terms(line)
             if terms:
-                laws.append(SegmentLaw(round_index, segment_index, str(line.get("name", segment_index)), terms, line))
+                laws.append(NumberLaw(round_index, segment_index, str(line.get("name", segment_index)), terms, line))
     return laws
 
 
@@ -50,6 +50,6 @@ def _terms(line: dict[str, Any]) -> tuple[tuple[float, float, float], ...]:
     )
 
 
-def number_above(law: SegmentLaw, mass: NDArray[np.float64]) -> NDArray[np.float64]:
+def number_above(law: NumberLaw, mass: NDArray[np.float64]) -> NDArray[np.float64]:
     """Expected number of fragments heavier than `mass` (kg) from the segment (Eq. 19)."""
     return np.sum([n0 * np.exp(-((mass / mu) ** exponent)) for n0, mu, exponent in law.terms], axis=0)

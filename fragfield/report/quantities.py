@@ -138,8 +138,8 @@ def _practical(value: float, unit: str) -> tuple[float, str]:
     if value == 0:
         return 0.0, ladder[0][1] if unit != "s" else "s"
     for factor, name in ladder:
-        least = 2.0 if name == "min" else 1.0  # nobody says 1.5 min
-        if abs(value) >= least * factor * (1 - 1e-12):
+        minimum = 2.0 if name == "min" else 1.0  # nobody says 1.5 min
+        if abs(value) >= minimum * factor * (1 - 1e-12):
             return value / factor, name
     factor, name = ladder[-1]
     return value / factor, name

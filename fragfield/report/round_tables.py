@@ -14,7 +14,7 @@ from fragfield.report.quantities import UNKNOWN, Row, number, row, si_value
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.report.run_files import RoundData, RunFiles
+    from fragfield.report.run_files import RoundTables, RunFiles
 
 __all__ = [
     "PLACE_KEYS",
@@ -29,7 +29,7 @@ __all__ = [
 MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""
 PLACE_KEYS = ("name", "position", "axis", "ignition", "initiation")
-"""What tells rounds of one kind apart."""
+"""What distinguishes rounds of one kind."""
 _COUNTS = ("bonded", "touching", "off_surface")
 _CONTACT = {
     "bonded": ("Contacts of charge and casing that are bonded", ""),
@@ -82,13 +82,13 @@ def arrangement_table(run: RunFiles) -> Iterator[Table]:
             )
         )
     yield Table(
-        "Arrangement", ("Round", "x (mm)", "y (mm)", "z (mm)", "Axis", "To be lit"), tuple(lines),
+        "Arrangement", ("Round", "x (mm)", "y (mm)", "z (mm)", "Axis", "Initiation"), tuple(lines),
         note="Position of the centre of the base; the axis points from the base to the nose.",
     )  # fmt: skip
 
 
 def _ignition(entry: dict[str, Any]) -> str:
-    """How a round of the resolved case is lit, in words."""
+    """How a round of the resolved case is initiated, in words."""
     words = []
     points = entry.get("ignition")
     if points or points is None:
@@ -137,7 +137,7 @@ def round_table(run: RunFiles) -> Iterator[Table]:
         )
 
 
-def _round_line(item: RoundData, summary: dict[str, Any], *, balanced: bool) -> tuple[str, ...]:
+def _round_line(item: RoundTables, summary: dict[str, Any], *, balanced: bool) -> tuple[str, ...]:
     casing, charge = float(item.attributes["casing_mass"]), float(item.attributes["charge_mass"])
     along = item.along[item.along["casing_mass"] > 0]
     mean = float(np.average(along["mean_speed"], weights=along["casing_mass"])) if len(along) else np.nan
@@ -214,7 +214,7 @@ def broken_rounds_table(run: RunFiles) -> Iterator[Table]:
             )
         )
     head = ("Round", *(("Image of",) if mirrored else ()), "Fragments", "Mass (kg)", "Heaviest (g)", "Fastest (m/s)")
-    note = "An image stands behind a plane of symmetry: it moves alike and breaks up by chance of its own."
+    note = "An image stands behind a plane of symmetry: it moves alike and breaks up with a random seed of its own."
     yield Table("Fragments by round", head, tuple(lines), note if mirrored else "")
 
 

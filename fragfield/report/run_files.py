@@ -20,24 +20,24 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-    from burst_fenicsx.revolve import Revolution
-    from flight.ensemble import EnsembleHazard
+    from burst_fenicsx.files.revolve import Revolution
+    from flight.hazard.ensemble import EnsembleHazard
     from transition.mirroring import SymmetryPlane
 
-__all__ = ["STAGE_FILES", "RoundData", "RunFiles", "read_run"]
+__all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
 
 STAGE_FILES = {
     "burst": "burst_snapshot.h5",
     "break-up": "fragments.h5",
     "flight": "landing.h5",
 }
-"""File that tells that a stage has been run."""
+"""File that shows that a stage has been run."""
 
 _PROVENANCE_SKIPPED = ("format", "format_version", "time", "geometry")
 
 
 @dataclass(frozen=True)
-class RoundData:
+class RoundTables:
     """One round at the end of the burst: attributes, and its tables as structured arrays (SI)."""
 
     attributes: dict[str, Any]
@@ -61,7 +61,7 @@ class RunFiles:
     log: str = ""
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
-    rounds: list[RoundData] = field(default_factory=list)
+    rounds: list[RoundTables] = field(default_factory=list)
     planes: list[SymmetryPlane] = field(default_factory=list)
     """Planes of symmetry, behind which mirrored rounds stand."""
     history: dict[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -174,7 +174,7 @@ def _read_snapshot(run: RunFiles) -> None:
             for name in sorted(file["rounds"], key=int):
                 group = file["rounds"][name]
                 attributes = {key: _plain(value) for key, value in group.attrs.items()}
-                run.rounds.append(RoundData(attributes, _strings(group["segments"][()]), group["along"][()]))
+                run.rounds.append(RoundTables(attributes, _strings(group["segments"][()]), group["along"][()]))
             run.planes = [_plane(group) for group in file.get("planes", {}).values()]
         except (KeyError, OSError) as error:
             raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
@@ -210,13 +210,13 @@ def _read_landing(run: RunFiles) -> None:
     path = run.folder / STAGE_FILES["flight"]
     if not path.is_file():
         return
-    from flight.files import read_landing
+    from flight.files.results import read_landing
 
     run.landing = read_landing(path)
     with _open(path) as file:
         _note_provenance(run, file.attrs)
     if (path := run.folder / "ensemble.h5").is_file():
-        from flight.ensemble_files import read_ensemble
+        from flight.files.ensemble import read_ensemble
 
         run.ensemble, run.witness_ensemble = read_ensemble(path)
 

@@ -56,8 +56,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from fragfield.report.blocks import Illustration
-    from fragfield.report.findings import Finding
+    from fragfield.report.blocks import Finding, Illustration
     from fragfield.report.run_files import RunFiles
 
     Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
@@ -108,10 +107,10 @@ def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list
     return blocks()
 
 
-def _summary(run: RunFiles, told: Sequence[Finding]) -> Section:
+def _summary(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     burst = run.part("burst")
     found = landings(run)
-    graver = sum(item.weight == "stop" for item in told), sum(item.weight == "warning" for item in told)
+    graver = sum(item.weight == "stop" for item in all_findings), sum(item.weight == "warning" for item in all_findings)
     cards = _distances(run)
     if found is not None:
         count = int(found.hazardous.sum())
@@ -216,7 +215,7 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *burst_rows(run),
         *picture(
             "picture_of_burst", "Section of the burst",
-            "Section through the middle, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "
+            "Section through the axis, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "
             "line bounds the casing.",
         ),
         *draw(

@@ -244,8 +244,8 @@ def serve() -> None:
             found = _draw_picture(run, first, Path(second))
         else:
             found = draw_figure(run, getattr(importlib.import_module(first), second))
-        told = None if found is None else {key: _text(value) for key, value in found.items()}
-        answers.write(json.dumps(told) + "\n")
+        answer = None if found is None else {key: _text(value) for key, value in found.items()}
+        answers.write(json.dumps(answer) + "\n")
         answers.flush()
 
 
@@ -271,7 +271,7 @@ def _draw_picture(run: RunFiles, name: str, folder: Path) -> dict[str, Any]:
         return {"missing": str(error)}
     except InputError as error:
         return {"input": str(error)}
-    except Exception as error:  # noqa: BLE001 - told to the process that has a log
+    except Exception as error:  # noqa: BLE001 - reported to the process that has a log
         import traceback
 
         return {_FAULT: f"{error}\n{traceback.format_exc()}"}

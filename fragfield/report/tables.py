@@ -149,7 +149,7 @@ def burst_rows(run: RunFiles) -> Iterator[Rows]:
 
 
 def _worth(key: str, value: object) -> bool:
-    """Whether there is something to show; no overlap means that nothing was in contact, and several are told apart."""
+    """Whether there is something to show; no overlap means no contact; several overlaps have rows of their own."""
     return value is not None and not (key == "max_penetration" and (value == 0 or isinstance(value, dict)))
 
 

@@ -36,7 +36,7 @@ def signed_card(run: RunFiles) -> list[Card]:
     if not budget:
         return []
     missing = "" if budget["complete"] else "; a contribution is not known, see the section"
-    note = f"inputs, chance and grid added up{missing}"
+    note = f"inputs, statistical error and grid added up{missing}"
     return [Card("Distance to be signed", number(math.ceil(budget["signed"] - 1e-9)), "m", note)]
 
 

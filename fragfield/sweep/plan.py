@@ -108,7 +108,7 @@ def _split(text: str) -> list[str]:
 
 
 def labels_of(keys: Sequence[str]) -> dict[str, str]:
-    """Short words for the keys: their last steps where these tell them apart."""
+    """Short words for the keys: their last steps where these distinguish them."""
     last = [key.rpartition(".")[2] for key in keys]
     return dict(zip(keys, keys if len(set(last)) < len(keys) else last, strict=True))
 
@@ -125,9 +125,9 @@ def _refuse_twin(planned: PlannedRun, runs: Sequence[PlannedRun]) -> None:
     for other in runs:
         if other.name == planned.name or not differences(other.case, planned.case):
             raise InputError(
-                f"the runs {_told(other.values)} and {_told(planned.values)} are alike; give every value once"
+                f"the runs {_in_words(other.values)} and {_in_words(planned.values)} are alike; give every value once"
             )
 
 
-def _told(values: Mapping[str, Any]) -> str:
+def _in_words(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} = {value}" for key, value in values.items())

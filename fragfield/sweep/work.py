@@ -1,4 +1,4 @@
-"""A sweep's runs, side by side: each process makes one after another, on one thread unless told otherwise.
+"""A sweep's runs, side by side: each process makes one after another, on one thread unless set otherwise.
 
 What a run needs is computed and no more: burst, break-up and flight, without report, pictures and files for
 ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one without --resume all of it.
@@ -117,7 +117,7 @@ def _work(plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, sa
     saved = time.monotonic()
 
     def make(number: int, worker: AnyWorker) -> tuple[str, int, str]:
-        _tell(f"run {number + 1} of {len(rows)}: {plan.runs[number].name}", options)
+        _report(f"run {number + 1} of {len(rows)}: {plan.runs[number].name}", options)
         return _perform(plan.runs[number], worker, options)
 
     def ended(number: int, outcome: tuple[str, int, str]) -> None:
@@ -210,7 +210,7 @@ def _finished(directory: RunDirectory, stage: str) -> bool:
     return all(directory.complete(STAGES[name]) for name in names)
 
 
-def _tell(text: str, options: SweepOptions) -> None:
+def _report(text: str, options: SweepOptions) -> None:
     """Name the run on stderr, before its own warnings."""
     if not options.quiet:
         sys.stderr.write(f"{text}\n")

@@ -44,13 +44,13 @@ def budget_of(spread: Spread, hazard: Mapping[str, Any], convergence: Mapping[st
         `complete` (whether every contribution is known) and `rule`.
     """
     upper, nominal = hazard.get("upper"), hazard.get("distance")
-    chance = None if upper is None or nominal is None else max(float(upper) - float(nominal), 0.0)
+    statistical = None if upper is None or nominal is None else max(float(upper) - float(nominal), 0.0)
     grid = ((convergence.get("quantities") or {}).get("hazard_distance") or {}) if convergence else {}
     width = grid.get("uncertainty")
     widths: list[tuple[str, float | None, str]] = [
         ("inputs", spread.high - spread.median, "95 % quantile less median, without statistical errors of the samples"),
         ("number of samples", NORMAL_95 * spread.high_standard_error, f"of that quantile: {spread.samples} samples"),
-        ("chance", chance, "upper bound less distance of the nominal run, its realisations"),
+        ("statistical error", statistical, "upper bound less distance of the nominal run, its realisations"),
         ("grid", width, _grid_note(grid, convergence)),
     ]  # fmt: skip
     squares = sum(one**2 for _, one, _ in widths if one is not None)

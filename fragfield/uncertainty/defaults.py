@@ -77,7 +77,7 @@ def _burst(case: Case) -> Iterator[UncertainInputTable]:
 
 
 def _alike(case: Case, part: str) -> list[tuple[str, list[int]]]:
-    """Numbers of the rounds (from 0) by the name of their explosive or casing; words to tell several apart."""
+    """Numbers of the rounds (from 0) by the name of their explosive or casing; words to distinguish several."""
     groups: dict[str, list[int]] = {}
     for number, entry in enumerate(case.round):
         groups.setdefault(getattr(entry, part).name, []).append(number)

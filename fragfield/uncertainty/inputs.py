@@ -91,7 +91,7 @@ def _moved(old: object, draw: float, *, factor: bool) -> object:
         number, _, unit = old.partition(" ")
         return f"{_moved(float(number), draw, factor=factor)!r} {unit}"
     if isinstance(old, bool) or not isinstance(old, (int, float)):
-        raise InputError(f"holds {old!r}, which is no number: no factor and no shift applies to it")
+        raise InputError(f"holds {old!r}, which is not a number: no factor and no shift applies to it")
     return float(old) * draw if factor else float(old) + draw
 
 

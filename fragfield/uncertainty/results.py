@@ -15,7 +15,7 @@ from fragfield.stamped import read_stamped_json, stamped_json
 from fragfield.uncertainty.budget import budget_of
 from fragfield.uncertainty.indices import Analysis, analyse
 from fragfield.uncertainty.sample import results_of_summary
-from fragfield.uncertainty.spread import spread_of, without_chance
+from fragfield.uncertainty.spread import spread_of, without_statistical_error
 from fragfield_base.csv_text import harmless
 from fragfield_base.writing import write_text
 
@@ -134,10 +134,10 @@ def _quantity(
     rng = np.random.default_rng(np.random.SeedSequence([study.seed, 3]))
     spread = spread_of(values[known], used, rng, None if study.burst is None else study.burst[known])
     analysis = analyse(
-        [entry.distribution for entry in study.inputs], study.points, values, noise=spread.chance**2,
+        [entry.distribution for entry in study.inputs], study.points, values, noise=spread.statistical_error**2,
         method=study.method, seed=study.seed, burst=study.burst, in_burst=[entry.in_burst for entry in study.inputs],
     )  # fmt: skip
-    own, _ = without_chance(values[known], spread.chance**2)
+    own, _ = without_statistical_error(values[known], spread.statistical_error**2)
     entry: dict[str, Any] = {
         "spread": spread.as_dict(),
         "curve": {"level": list(_LEVELS), "value": np.quantile(own, _LEVELS).tolist()},

@@ -72,10 +72,10 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
     import transition
     from fragfield.case.convert import break_up_settings
     from fragfield.ensemble import fly_all
+    from fragfield.job import Job
     from fragfield.parallel import Team
     from fragfield.progress import ProgressReporter
     from fragfield.run_directory import RunDirectory
-    from fragfield.stages import Job
 
     broken = transition.BreakUp(transition.Snapshot.read(snapshot), break_up_settings(case))
     first = broken.realisation(case.seed)

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["QUANTILES", "Spread", "spread_of", "without_chance"]
+__all__ = ["QUANTILES", "Spread", "spread_of", "without_statistical_error"]
 
 QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 400
@@ -28,7 +28,7 @@ class Spread:
         For the number of samples, by the bootstrap.
     mean, standard_deviation : float
         Of the inputs' spread.
-    chance : float
+    statistical_error : float
         Standard deviation that the statistical errors of the samples add; taken out of the above.
     resolved : bool
         Whether the inputs' variance exceeds that of the statistical errors; where not, nothing is taken out and the
@@ -45,7 +45,7 @@ class Spread:
     high_standard_error: float
     mean: float
     standard_deviation: float
-    chance: float
+    statistical_error: float
     resolved: bool
     samples: int
 
@@ -54,7 +54,7 @@ class Spread:
         return asdict(self)
 
 
-def without_chance(values: NDArray[np.float64], noise: float) -> tuple[NDArray[np.float64], bool]:
+def without_statistical_error(values: NDArray[np.float64], noise: float) -> tuple[NDArray[np.float64], bool]:
     """Values drawn towards their mean until their variance is that of the inputs alone; and whether that was done.
 
     Parameters
@@ -90,7 +90,7 @@ def spread_of(
         Shared bursts, which the bootstrap then draws whole.
     """
     noise = 0.0 if errors is None else float((errors**2).mean())
-    own, resolved = without_chance(values, noise)
+    own, resolved = without_statistical_error(values, noise)
     quantiles = np.quantile(own, QUANTILES)
     drawn = np.array([np.quantile(own[_drawn(len(own), burst, rng)], QUANTILES) for _ in range(_DRAWS)])
     error = drawn.std(axis=0, ddof=1)
@@ -100,7 +100,7 @@ def spread_of(
         **{f"{name}_standard_error": one for name, one in zip(names, error.tolist(), strict=True)},
         mean=float(own.mean()),
         standard_deviation=float(own.std(ddof=1)),
-        chance=float(np.sqrt(noise)),
+        statistical_error=float(np.sqrt(noise)),
         resolved=resolved,
         samples=len(values),
     )

@@ -35,7 +35,7 @@ __all__ = ["StudyOptions", "run_study"]
 
 NOMINAL, BURSTS, SCRATCH = "nominal", "bursts", ".samples"
 _TRIES = 3  # of a sample whose process was killed
-_TELL_SECONDS = 20.0
+_REPORT_SECONDS = 20.0
 _OWN = ("study.json", "samples.jsonl", "samples.csv", "uncertainty.json", "uncertainty.html", "figures")
 
 _log = logging.getLogger(__name__)
@@ -155,7 +155,7 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
     )
     for stage in ("burst", "break-up", "fly"):
         if stage not in done:
-            _tell(f"nominal run: {stage}", options)
+            _report(f"nominal run: {stage}", options)
             run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet, thorough=True), stage)
     return directory
 
@@ -229,7 +229,7 @@ def _shared_bursts(study: Study, options: StudyOptions) -> None:
     (options.folder / BURSTS).mkdir(exist_ok=True)
 
     def make(number: int, worker: AnyWorker) -> tuple[int, str]:
-        _tell(f"burst {number + 1} of {study.bursts}", options)
+        _report(f"burst {number + 1} of {study.bursts}", options)
         case_file = (options.folder / BURSTS / f"burst_{number:04d}.toml").resolve()
         write_text(case_file, study.burst_text(number), InputError)
         out = directories[number].path.resolve()
@@ -265,14 +265,14 @@ class _Progress:
     def one_more(self) -> None:
         self._done += 1
         now = time.monotonic()
-        if now - self._said < _TELL_SECONDS and self._done < self._samples:
+        if now - self._said < _REPORT_SECONDS and self._done < self._samples:
             return
         self._said = now
         left = (now - self._began) / (self._done - self._before) * (self._samples - self._done)
-        _tell(f"sample {self._done} of {self._samples}, about {left / 60.0:.1f} min left", self._options)
+        _report(f"sample {self._done} of {self._samples}, about {left / 60.0:.1f} min left", self._options)
 
 
-def _tell(text: str, options: StudyOptions) -> None:
+def _report(text: str, options: StudyOptions) -> None:
     if not options.quiet:
         sys.stderr.write(f"{text}\n")
         sys.stderr.flush()

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from burst_fenicsx.revolve import Revolution
+    from burst_fenicsx.files.revolve import Revolution
     from fragfield.report.run_files import RunFiles
 
 __all__ = ["MOST_CELLS", "Revolved", "revolved"]
@@ -56,7 +56,7 @@ def revolved(
 def _revolution(run: RunFiles) -> Revolution:
     """The sweep of the run's meridian; made once a run, since a film asks for it with every frame."""
     if run.revolution is None:
-        from burst_fenicsx.revolve import revolution
+        from burst_fenicsx.files.revolve import revolution
 
         attributes = run.rounds[0].attributes
         run.revolution = revolution(

@@ -76,11 +76,11 @@ def attack(
     folder: Path, seed: int, trials: int, until: float, made: Reference, plan: Sequence[str] = _PLAN
 ) -> list[str]:
     """Disks with room for random shares of a stage's files; needs root, for the disks."""
-    chance, places, wrong, done = random.Random(seed), Counter[Any](), [], 0
+    generator, places, wrong, done = random.Random(seed), Counter[Any](), [], 0
     for number in range(trials):
         if time.monotonic() > until:
             break
-        place, found = filled(folder, plan[number % len(plan)], chance.random(), made)
+        place, found = filled(folder, plan[number % len(plan)], generator.random(), made)
         places[place] += 1
         wrong += found
         done += 1

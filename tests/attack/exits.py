@@ -64,13 +64,13 @@ def _ended(status: int, words: str) -> tuple[str, bool]:
 
 def _attack(run: Path, folder: Path, verb: str, seed: int, trials: int) -> None:
     """In the parent: faults one after the other. A child returns from here into a command that meets its fault."""
-    chance, ends, wrong = random.Random(seed), Counter[str](), 0
+    generator, ends, wrong = random.Random(seed), Counter[str](), 0
     work = folder / "faulty"
     with failing_call(-1) as seen, suppress(SystemExit):  # loads all, and counts
         _command(verb, _copy(run, work))
     number = len(seen)
     for _ in range(trials):
-        call, code = chance.randrange(number), chance.choice(_CODES)
+        call, code = generator.randrange(number), generator.choice(_CODES)
         _copy(run, work)
         log = folder / "words.txt"
         child = os.fork()

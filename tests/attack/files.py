@@ -45,25 +45,25 @@ def _fragments(path: Path) -> Any:
 
 
 def _ensemble_fragments(path: Path) -> Any:
-    from flight.ensemble_files import read_fragment_ensemble
+    from flight.files.ensemble import read_fragment_ensemble
 
     return [[one.mass, one.velocity] for one in read_fragment_ensemble(path)]
 
 
 def _landing(path: Path) -> Any:
-    from flight.files import read_landing
+    from flight.files.results import read_landing
 
     return read_landing(path)
 
 
 def _hits(path: Path) -> Any:
-    from flight.files import read_hits
+    from flight.files.results import read_hits
 
     return read_hits(path)
 
 
 def _ensemble(path: Path) -> Any:
-    from flight.ensemble_files import read_ensemble
+    from flight.files.ensemble import read_ensemble
 
     found, witnesses = read_ensemble(path)
     return [found.counts.landings, repr(found.headline), witnesses]
@@ -96,21 +96,21 @@ READERS: dict[str, Callable[[Path], Any]] = {
 """What the program reads of a run directory, and by what."""
 
 
-def damaged(data: bytes, chance: random.Random, others: list[bytes]) -> tuple[str, bytes]:
+def damaged(data: bytes, generator: random.Random, others: list[bytes]) -> tuple[str, bytes]:
     """The content of a file after one damage, and its name."""
-    kind = chance.choice(["cut", "flipped", "flipped", "flipped", "zeroed", "replaced", "doubled", "emptied"])
+    kind = generator.choice(["cut", "flipped", "flipped", "flipped", "zeroed", "replaced", "doubled", "emptied"])
     changed = bytearray(data)
     if kind == "cut":
-        changed = changed[: chance.randrange(len(data))]
+        changed = changed[: generator.randrange(len(data))]
     elif kind == "flipped":
-        for _ in range(chance.choice([1, 1, 1, 3, 30])):
-            changed[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+        for _ in range(generator.choice([1, 1, 1, 3, 30])):
+            changed[generator.randrange(len(data))] ^= 1 << generator.randrange(8)
     elif kind == "zeroed":
-        start = chance.randrange(len(data))
+        start = generator.randrange(len(data))
         changed[start : start + 4096] = bytes(len(changed[start : start + 4096]))
     elif kind == "replaced":
         changed = bytearray(
-            chance.choice([*others, chance.randbytes(len(data) // 2 + 1), b"\x89HDF\r\n\x1a\n" + data[8:]])
+            generator.choice([*others, generator.randbytes(len(data) // 2 + 1), b"\x89HDF\r\n\x1a\n" + data[8:]])
         )
     elif kind == "doubled":
         changed += data
@@ -156,7 +156,7 @@ def outcome(path: Path) -> str:
 
 def attack(run: Path, folder: Path, seed: int, trials: int, until: float) -> list[str]:
     """Damage files of a finished run; what was neither refused nor harmless."""
-    chance, counts, wrong = random.Random(seed), Counter[str](), []
+    generator, counts, wrong = random.Random(seed), Counter[str](), []
     work = folder / "damaged_run"
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
@@ -170,7 +170,7 @@ def attack(run: Path, folder: Path, seed: int, trials: int, until: float) -> lis
         if time.monotonic() > until:
             break
         name = names[number % len(names)]
-        kind, data = damaged(whole[name], chance, [whole[other] for other in names if other != name])
+        kind, data = damaged(whole[name], generator, [whole[other] for other in names if other != name])
         (work / name).write_bytes(data)
         found = outcome(work / name)
         if found == "refused":

@@ -92,19 +92,19 @@ def _children(process: int) -> list[int]:
         return []
 
 
-def _aimed(process: int, ranks: int, kind: signal.Signals, chance: random.Random) -> tuple[str, list[int]]:
+def _aimed(process: int, ranks: int, kind: signal.Signals, generator: random.Random) -> tuple[str, list[int]]:
     """Who gets the signal: a command; or all ranks, as batch systems do, one of them, or their launcher."""
     if ranks == 1:
         return "the command", [process]
     children = _children(process)
-    aim = chance.choice(["all ranks", "one rank", "the launcher"])
+    aim = generator.choice(["all ranks", "one rank", "the launcher"])
     if aim == "the launcher" and kind != signal.SIGKILL:  # a launcher that is killed leaves its ranks behind
         return aim, [process]
-    return (aim, [chance.choice(children)]) if aim == "one rank" and children else ("all ranks", children)
+    return (aim, [generator.choice(children)]) if aim == "one rank" and children else ("all ranks", children)
 
 
 def signalled(
-    folder: Path, number: int, chance: random.Random, made: Reference, ranks: int = 1, stage: str = "burst"
+    folder: Path, number: int, generator: random.Random, made: Reference, ranks: int = 1, stage: str = "burst"
 ) -> tuple[str, list[str]]:
     """One run with one signal within a stage: how that went in a word, and what is wrong afterwards."""
     kind, out = SIGNALS[number % 3], made.before(stage, folder / f"signalled_{ranks}_{number}")
@@ -112,14 +112,14 @@ def signalled(
     process = start(
         verb, made.case, "--out", out, "--quiet", *(["--resume"] if stage != "burst" else []), ranks=ranks, **options
     )
-    within = stage == "burst" and chance.random() < 0.7
+    within = stage == "burst" and generator.random() < 0.7
     while process.poll() is None and (
         f"{stage}: begins" not in _text(out / "run.log") or (within and not (out / "burst.h5").is_file())
     ):
         time.sleep(0.02)
-    delay = 1.1 * (made.stepping if within else made.durations[stage]) * chance.random()
+    delay = 1.1 * (made.stepping if within else made.durations[stage]) * generator.random()
     time.sleep(delay)
-    aim, aims = _aimed(process.pid, ranks, kind, chance)
+    aim, aims = _aimed(process.pid, ranks, kind, generator)
     for one in aims:
         with suppress(ProcessLookupError):
             os.kill(one, kind)
@@ -162,13 +162,13 @@ def attack(
     folder: Path, seed: int, trials: int, until: float, made: Reference, ranks: int = 1, plan: Sequence[str] = PLAN
 ) -> list[str]:
     """Signals until the trials are done or the time (of the monotonic clock) is over; what went wrong."""
-    chance, ends, wrong, done = random.Random(seed), Counter[Any](), [], 0
+    generator, ends, wrong, done = random.Random(seed), Counter[Any](), [], 0
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(trials):
         if time.monotonic() > until:
             break
         stage = plan[number // len(SIGNALS) % len(plan)]
-        how, found = signalled(folder, number, chance, made, ranks, stage)
+        how, found = signalled(folder, number, generator, made, ranks, stage)
         ends[f"{SIGNALS[number % 3].name} in {stage}: {how}"] += 1
         wrong += found
         done += 1

@@ -9,13 +9,13 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact import ContactForces
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.fields import make_fields
-from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.fields import make_fields
+from burst_fenicsx.mechanics.ledger import Ledger
+from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.meshing import HexahedralMesh, merge
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.problem import CasingMaterial, Hourglass, Round, Viscosity
-from burst_fenicsx.solver import BurstSolver
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, grid
 
 if TYPE_CHECKING:

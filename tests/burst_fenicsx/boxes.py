@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.fields import make_fields
-from burst_fenicsx.initiation import ShockInitiations
-from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.fields import make_fields
+from burst_fenicsx.mechanics.initiation import ShockInitiations
+from burst_fenicsx.mechanics.ledger import Ledger
+from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.problem import (
@@ -27,7 +28,6 @@ from burst_fenicsx.problem import (
     TimeStep,
     Viscosity,
 )
-from burst_fenicsx.solver import BurstSolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -151,7 +151,7 @@ def burst(
     explosive: Explosive = TNT,
     ignition: tuple = (),
     initiation: ShockInitiation | None = None,
-    least_work: float = 1.0,
+    min_work: float = 1.0,
     comm: MPI.Comm = MPI.COMM_SELF,
     **options: Any,
 ) -> BurstSolver:
@@ -174,7 +174,7 @@ def burst(
     chemical = 0.0
     if (mesh.part == Part.CHARGE).any():
         chemical = float(fields.cell_mass.sum()) / explosive.density * fields.products[0].energy
-    ledger = Ledger(settings.energy_tolerance, least_work, np.array([chemical]), comm)
+    ledger = Ledger(settings.energy_tolerance, min_work, np.array([chemical]), comm)
     shock = ShockInitiations.of_rounds([item], fields)
     return BurstSolver(fields, settings, leakage, ledger, initiation=shock, **options)
 

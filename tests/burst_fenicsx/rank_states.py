@@ -1,6 +1,6 @@
 """Two coarse tubes, their state kept to the last bit: `python -m tests.burst_fenicsx.rank_states FILE OPTION...`.
 
-The options are random (cells are dealt to the ranks by chance), shared (charge and casing share their nodes, no
+The options are random (cells are dealt to the ranks at random), shared (charge and casing share their nodes, no
 contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left), symmetry (three tubes in a
 row, the left half and a quarter of the middle one computed).
 """
@@ -30,7 +30,7 @@ END_BY_SHOCK = 60e-6
 
 
 def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -> Simulation:
-    """Two tubes side by side at rest, lit together but for the option shock; the gap closes on the way."""
+    """Two tubes side by side at rest, initiated together but for the option shock; the gap closes on the way."""
     end = END_BY_SHOCK if "shock" in options else END_WITHOUT_CONTACT if "shared" in options else END
     settings = replace(
         SETTINGS,
@@ -90,24 +90,24 @@ def differences(one: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]) 
     return [name for name in one if not np.array_equal(one[name], other[name])]
 
 
-def deal_by_chance() -> None:
-    """Deal the cells to the ranks by chance instead of in runs."""
+def deal_at_random() -> None:
+    """Deal the cells to the ranks at random instead of in runs."""
     usual = simulation.distribute
 
-    def chance(comm, mesh):
+    def at_random(comm, mesh):
         owner = None
         if mesh is not None:
             owner = np.random.default_rng(2).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
         return usual(comm, mesh, destination=owner)
 
-    simulation.distribute = chance
+    simulation.distribute = at_random
 
 
 def main() -> None:
     """Run on the ranks of MPI's world."""
     path, options = Path(sys.argv[1]), frozenset(sys.argv[2:])
     if "random" in options:
-        deal_by_chance()
+        deal_at_random()
     going = burst(path.parent, MPI.COMM_WORLD, options)
     going.finish()
     found = state(going)

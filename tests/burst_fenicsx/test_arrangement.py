@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Contour, Profile, load_profile
 from burst_fenicsx.geometry.arrangement import across_horizontally, pallet, row, triangle
-from burst_fenicsx.geometry.clearance import Body, clearance, least_clearance, near_pairs, placed_body
+from burst_fenicsx.geometry.clearance import Body, clearance, min_clearance, near_pairs, placed_body
 from burst_fenicsx.geometry.solids import Hull
 from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.meshing.disc import equal_area_factor
@@ -163,7 +163,7 @@ def test_spheres_of_arcs():
             assert clearance(first, second) == pytest.approx(gap, abs=2e-6), "the chords' error is 1e-7 m each"
 
 
-def test_coincident_rounds_overlap_by_the_least_translation():
+def test_coincident_rounds_overlap_by_the_smallest_translation():
     assert clearance(_cylinder((0, 0, 0)), _cylinder((0, 0, 0))) == pytest.approx(-2 * RADIUS, abs=1e-9)
     shell = load_profile("m107")
     bodies = [placed_body(shell, (0, 0, 0), (0, 0, 1)) for _ in range(2)]
@@ -248,11 +248,11 @@ def test_the_nearest_pair_of_a_pallet_and_all_that_are_near():
     places = pallet((4, 4, 1), (0.18, 0.19, 0.0)) + np.array([0.0, 0.0, 0.5])
     places[6, 0] += 0.004  # the third of the second row: nearer to the fourth
     bodies = [placed_body(shell, place, (0, 0, 1)) for place in places]
-    first, second, gap = least_clearance(bodies)
+    first, second, gap = min_clearance(bodies)
     assert (first, second) == (6, 7)
     assert gap == pytest.approx(0.18 - 0.004 - 0.155, abs=1e-8)
     near = {(i, j): found for i, j, found in near_pairs(bodies, 0.026)}
     lines = {(4 * line + k, 4 * line + k + 1): 0.025 for line in range(4) for k in range(3)}
     del lines[(5, 6)]  # left behind, 29 mm away
     assert near == pytest.approx({**lines, (6, 7): 0.021}, abs=1e-8)
-    assert least_clearance(bodies[:1]) is None
+    assert min_clearance(bodies[:1]) is None

@@ -110,7 +110,7 @@ def test_cut_off_and_foreign_files_are_refused(tmp_path, monkeypatch):
         resume()
 
 
-def test_a_checkpoint_that_cannot_be_written_is_told(tmp_path):
+def test_a_checkpoint_that_cannot_be_written_is_reported(tmp_path):
     (tmp_path / "checkpoint.h5.part").mkdir()
     with pytest.raises(InputError, match=r"checkpoint.h5.part: is not a regular file; remove it"):
         simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF)

@@ -51,7 +51,7 @@ def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature, interf
     assert (going.leakage.factor < 0.95).any()
     errors = np.array([entry.energy_error for entry in entries])
     settled = given > 0.03 * going.ledger.chemical_energies[0]
-    missing = errors * np.maximum(given, going.ledger.least_work)
+    missing = errors * np.maximum(given, going.ledger.min_work)
     text = f"largest {errors.max():.4f}, later {errors[settled].max():.4f}, at the end {errors[-1]:.5f}"
     assert (missing < 0.02 * np.maximum(given, 0.01 * going.ledger.chemical_energies[0])).all(), text
     assert errors[settled].max() < 0.01, text

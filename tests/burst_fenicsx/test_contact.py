@@ -9,10 +9,10 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.meshing import cell_volumes, merge
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import Contact, Hourglass, RigidPlane
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.bodies import BAR, QUIET, ball, bodies, energy, mean_velocity, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, grid
 from tests.burst_fenicsx.test_sliding import layered

@@ -11,9 +11,9 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.detonation import LeakageParts, burn_rates, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.detonation import LeakageParts, burn_rates, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.problem import Hourglass, IgnitionPoint, Leakage, Part, Round, Viscosity
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, box, burst
 
 pytestmark = pytest.mark.dolfinx
@@ -35,7 +35,7 @@ class Front:
 
 
 def front(cells: int, products: str, burn: str) -> Front:
-    """Light a rigidly held bar of charge at its closed nose end and follow the front through half P_CJ."""
+    """Ignite a rigidly held bar of charge at its closed nose end and follow the front through half P_CJ."""
     size = LENGTH / cells
     mesh = box((1, 1, cells), (size, size, LENGTH), Part.CHARGE)
     settings = replace(BARE, products=products, burn=burn, viscosity=Viscosity(), hourglass=Hourglass())
@@ -49,7 +49,7 @@ def front(cells: int, products: str, burn: str) -> Front:
     slots, held = solver.fields.blocks.slots
     level = 0.5 * P_CJ
     arrival = np.full(cells, np.nan)
-    least, peak, before, time = 1.0, 0.0, np.zeros(cells), 0.0
+    smallest, peak, before, time = 1.0, 0.0, np.zeros(cells), 0.0
     while solver.time < 0.9 * LENGTH / D:
         solver.step(0.9 * LENGTH / D)
         pressure = solver.fields.charge.pressure[:cells].copy()
@@ -58,12 +58,12 @@ def front(cells: int, products: str, burn: str) -> Front:
         before, time = pressure, solver.time
         volume = np.empty(cells)
         volume[held] = solver.fields.grid.volume[slots]
-        least, peak = min(least, volume.min() / size**3), max(peak, pressure.max())
+        smallest, peak = min(smallest, volume.min() / size**3), max(peak, pressure.max())
     passed = (station > 0.2 * LENGTH) & (station < 0.8 * LENGTH)
     speed = np.polyfit(arrival[passed], station[passed], 1)[0]
     entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0)
     balance = float(solver.ledger.products_balances(solver.fields)[0])
-    return Front(speed / D, least, peak / P_CJ, entry.energy_error, balance)
+    return Front(speed / D, smallest, peak / P_CJ, entry.energy_error, balance)
 
 
 @pytest.mark.parametrize("burn", ["time", "time_or_compression"])
@@ -95,9 +95,9 @@ def test_front_of_the_papers_isentrope_runs_at_its_own_speed():
 
 def test_the_papers_isentrope_collapses_when_burnt_by_time_alone():
     """The reason for burning by compression: cells at the front are crushed, the more so the smaller they are."""
-    least = [front(count, "landau", "time").compression for count in (25, 50, 100)]
-    assert least[0] > least[1] > least[2]
-    assert least[2] < 0.2
+    smallest = [front(count, "landau", "time").compression for count in (25, 50, 100)]
+    assert smallest[0] > smallest[1] > smallest[2]
+    assert smallest[2] < 0.2
 
 
 @pytest.mark.parametrize(("products", "expected", "level"), [("landau_cj", 1.0, 0.01), ("jwl", 1.0, 1e-3)])
@@ -109,7 +109,7 @@ def test_products_give_the_heat_of_detonation(products, expected, level):
 
 
 def test_the_papers_products_give_more_than_the_heat_of_detonation():
-    """Lit progressively, the isentrope of the instantaneous explosion gives 12 % more than rho Q."""
+    """Initiated progressively, the isentrope of the instantaneous explosion gives 12 % more than rho Q."""
     assert front(100, "landau", "time_or_compression").balance == pytest.approx(1.12, abs=0.01)
 
 
@@ -135,7 +135,7 @@ def test_points_are_placed_from_the_nose_across_the_axis():
 
 
 def test_burn_fraction_follows_eq_5():
-    """Xi = min(2 (t - t1) D A_max / (3 V), 1); delayed and several points; nothing lit without a point."""
+    """Xi = min(2 (t - t1) D A_max / (3 V), 1); delayed and several points; nothing initiated without a point."""
     mesh = box((2, 1, 4), (0.02, 0.02, 0.08), Part.CHARGE)
     corners = mesh.nodes[mesh.cells][:, [0, 1, 3, 2, 4, 5, 7, 6]]
     np.testing.assert_allclose(largest_faces(corners), 0.02 * 0.02, rtol=1e-12)
@@ -159,7 +159,7 @@ def test_burn_fraction_follows_eq_5():
     assert charge.burn_fraction.min() == 1.0
 
 
-def test_unlit_charge_is_a_weak_solid():
+def test_unreacted_charge_is_a_weak_solid():
     """P = K (rho/rho0 - 1) with K = rho0 c0^2, and a deviator up to the strength; nothing burns without a point."""
     solver = burst(box((1, 1, 1), (0.01,) * 3, Part.CHARGE), replace(BARE, burn="time"))
     nodes = solver.fields.nodes

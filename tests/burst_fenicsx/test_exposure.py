@@ -9,9 +9,9 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.exposure import COLUMNS, Exposure, ShockExposures, _add_pulse, verdict
 from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.problem import Round, ShockInitiation
+from burst_fenicsx.records.exposure import COLUMNS, Exposure, ShockExposures, _add_pulse, verdict
 from tests.burst_fenicsx import test_initiation as bar
 from tests.burst_fenicsx.boxes import TNT
 

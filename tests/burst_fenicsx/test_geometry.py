@@ -120,7 +120,7 @@ def test_generic_bodies_are_closed_cylinders(name, radius, wall, plate):
 
 
 @pytest.mark.parametrize(("name", "casing"), [("grenade_155", 40.0), ("grenade_155_32kg", 32.0)])
-def test_grenade_meets_all_numbers_of_the_paper_at_once(name, casing):
+def test_projectile_meets_all_numbers_of_the_paper_at_once(name, casing):
     profile = load_profile(name)
     assert profile.length == pytest.approx(0.660, abs=1e-12)
     assert 2 * profile.max_radius == pytest.approx(0.155, abs=1e-9)
@@ -134,7 +134,7 @@ def test_grenade_meets_all_numbers_of_the_paper_at_once(name, casing):
     assert 0.25 < stations[np.argmax(ratio)] / profile.length < 0.50
 
 
-def test_section_tells_solid_hollow_and_fuze():
+def test_section_distinguishes_solid_hollow_and_fuze():
     profile = load_profile("m107")
     section = profile.section([0.02, 0.4, 0.59])
     assert section.inner_radius == pytest.approx([0.020, 0.0595, 0.0])

@@ -68,7 +68,7 @@ def test_a_file_of_one_block_per_part_holds_the_same_cells(tmp_path, m107):
     assert ours == theirs
 
 
-def test_automatic_segments_tell_nose_wall_and_base(tmp_path, m107):
+def test_automatic_segments_distinguish_nose_wall_and_base(tmp_path, m107):
     profile = load_profile("m107")
     back = read_gmsh(write_mesh(tmp_path / "m107.msh", m107))
     pieces = back.segments[0]

@@ -1,4 +1,4 @@
-"""Initiation by shock: a bar of unlit explosive struck by a steel plate, against the closed form of the impact."""
+"""Initiation by shock: a bar of unreacted explosive struck by a steel plate, against the closed form of the impact."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.problem import BurstSettings, Leakage, Part, ShockInitiation, Viscosity
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, burst, run_until
 from tests.burst_fenicsx.rank_states import END_BY_SHOCK, GAP, differences, state, tubes
 from tests.burst_fenicsx.rank_states import burst as burst_of_tubes
@@ -51,7 +51,7 @@ class Impact:
 def impact() -> Impact:
     """The buffer brings the charge half the flyer's speed; P = rho0 U u with U from P = K (rho/rho0 - 1).
 
-    In the charge U^2 - u U - c0^2 = 0, since rho/rho0 = U/(U - u). The deviator of the unlit charge is neglected.
+    In the charge U^2 - u U - c0^2 = 0, since rho/rho0 = U/(U - u). The deviator of the unreacted charge is neglected.
     """
     nu = ELASTIC.poisson_ratio
     modulus = ELASTIC.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -99,7 +99,7 @@ def run(solver, end):
     return burnt[order], height[order]
 
 
-def test_the_closed_form_is_what_an_unlit_charge_shows():
+def test_the_closed_form_is_what_an_unreacted_charge_shows():
     """The plateau behind the shock lies within 3 % of the impact's pressure; nothing burns by itself."""
     expected = impact()
     solver = struck(1e30)
@@ -113,7 +113,7 @@ def test_the_closed_form_is_what_an_unlit_charge_shows():
 
 
 @pytest.mark.parametrize("burn", ["time", "time_or_compression"])
-def test_the_charge_lights_where_and_when_the_shock_arrives_and_then_detonates(burn):
+def test_the_charge_is_initiated_where_and_when_the_shock_arrives_and_then_detonates(burn):
     """In the first cell, within the time in which the shock crosses a cell; then a front at D, no cell crushed."""
     expected = impact()
     solver = struck(0.6 * expected.pressure, settings=replace(SETTINGS, burn=burn))
@@ -147,7 +147,7 @@ def test_the_charge_lights_where_and_when_the_shock_arrives_and_then_detonates(b
     assert stored - entry.products_work == pytest.approx(brought, abs=5e-3 * entry.products_work)
 
 
-def test_below_the_threshold_the_charge_never_lights():
+def test_below_the_threshold_the_charge_is_never_initiated():
     """Nor does compression burn it: pressed to 0.9 of the threshold until the shock has run through."""
     expected = impact()
     solver = struck(expected.pressure / 0.9)
@@ -161,7 +161,7 @@ def test_below_the_threshold_the_charge_never_lights():
 
 
 def test_the_pressure_must_be_held_for_the_duration():
-    """0.6 of the flyer's pulse lights the charge that much later; 1.5 of it never does."""
+    """0.6 of the flyer's pulse initiates the charge that much later; 1.5 of it never does."""
     expected = impact()
     late = 0.6 * expected.length
     sources = []
@@ -176,7 +176,7 @@ def test_the_pressure_must_be_held_for_the_duration():
     assert never.initiation.held.max() < 1.5 * expected.length
 
 
-def test_nothing_is_watched_once_all_is_lit_or_where_nothing_waits():
+def test_nothing_is_watched_once_all_is_initiated_or_where_nothing_waits():
     expected = impact()
     solver = struck(0.6 * expected.pressure)
     run(solver, expected.arrival + 3.0 * CELL / expected.shock + 1.2 * CHARGE * CELL / TNT.detonation_velocity)
@@ -185,7 +185,7 @@ def test_nothing_is_watched_once_all_is_lit_or_where_nothing_waits():
     assert burst(box((1, 1, 2), (CELL, CELL, 2 * CELL), Part.CHARGE)).initiation is None
 
 
-def test_the_step_resolves_the_burn_once_the_charge_is_lit():
+def test_the_step_resolves_the_burn_once_the_charge_is_initiated():
     """Before, it need not; from then on no cell burns by time by more than a quarter in a step of its own."""
     expected = impact()
     solver = struck(0.6 * expected.pressure)
@@ -242,35 +242,35 @@ def test_two_ranks_find_the_same_sources(tmp_path, mpirun):
 
 
 @pytest.fixture(scope="module")
-def lit_by_neighbour(tmp_path_factory):
-    """A tube that waits beside one that is lit, run through."""
+def initiated_by_neighbour(tmp_path_factory):
+    """A tube that waits beside one that is initiated, run through."""
     return burst_of_tubes(tmp_path_factory.mktemp("shock"), MPI.COMM_SELF, SHOCK)
 
 
-def test_a_tube_is_lit_by_the_one_beside_it(lit_by_neighbour):
+def test_a_tube_is_initiated_by_the_one_beside_it(initiated_by_neighbour):
     """Not at once, and on the side of the neighbour; then it bursts as well."""
-    first, second = lit_by_neighbour.initiation.sources
+    first, second = initiated_by_neighbour.initiation.sources
     assert first is None
     assert second.place[0] < 0.155 + GAP
     assert 10e-6 < second.time < END_BY_SHOCK
-    charge, mesh = lit_by_neighbour.fields.charge, lit_by_neighbour.fields.mesh
+    charge, mesh = initiated_by_neighbour.fields.charge, initiated_by_neighbour.fields.mesh
     waiting = (mesh.part == Part.CHARGE) & (mesh.round == 1)
     assert np.isfinite(charge.ignition_time[waiting]).all()
     assert charge.burn_fraction[: mesh.cells][waiting].max() == 1.0
 
 
-def test_the_summary_tells_when_where_and_by_what_each_tube_was_lit(lit_by_neighbour):
-    own, by_shock = (entry["ignition"] for entry in lit_by_neighbour.finish().summary["rounds"])
+def test_the_summary_shows_when_where_and_by_what_each_tube_was_initiated(initiated_by_neighbour):
+    own, by_shock = (entry["ignition"] for entry in initiated_by_neighbour.finish().summary["rounds"])
     assert [(one["by"], one["time"], one["station"]) for one in own] == [("point", 0.0, pytest.approx(0.0, abs=1e-12))]
-    source = lit_by_neighbour.initiation.sources[1]
+    source = initiated_by_neighbour.initiation.sources[1]
     assert [(one["by"], one["time"], one["place"]) for one in by_shock] == [("shock", source.time, list(source.place))]
-    assert by_shock[0]["station"] == pytest.approx(lit_by_neighbour.mesh.lengths[1] - source.place[2])
+    assert by_shock[0]["station"] == pytest.approx(initiated_by_neighbour.mesh.lengths[1] - source.place[2])
 
 
 @pytest.mark.parametrize("after", [0.5, 1.05])
-def test_a_burst_that_waits_for_shock_goes_on_from_a_checkpoint(tmp_path, lit_by_neighbour, after):
-    """To the last bit, from before the neighbour is lit and from shortly after."""
-    time = after * lit_by_neighbour.initiation.sources[1].time
+def test_a_burst_that_waits_for_shock_goes_on_from_a_checkpoint(tmp_path, initiated_by_neighbour, after):
+    """To the last bit, from before the neighbour is initiated and from shortly after."""
+    time = after * initiated_by_neighbour.initiation.sources[1].time
     whole, resumed = (tubes(tmp_path, MPI.COMM_SELF, SHOCK) for _ in range(2))
     while whole.solver.time < time:
         whole.solver.step(END_BY_SHOCK)
@@ -286,11 +286,11 @@ def test_a_burst_that_waits_for_shock_goes_on_from_a_checkpoint(tmp_path, lit_by
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks_light_the_neighbour_alike(tmp_path, mpirun, lit_by_neighbour, ranks):
+def test_ranks_initiate_the_neighbour_alike(tmp_path, mpirun, initiated_by_neighbour, ranks):
     path = tmp_path / "state.npz"
     mpirun(ranks, "-m", "tests.burst_fenicsx.rank_states", path, "random", *SHOCK)
     found = {name: values for name, values in np.load(path).items() if name != "ranks"}
-    assert differences(state(lit_by_neighbour), found) == []
+    assert differences(state(initiated_by_neighbour), found) == []
 
 
 @pytest.mark.parametrize("step", [0.3e-6, 0.07e-6])

@@ -11,12 +11,12 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.contact.surfaces import contact_surfaces, outward_sides
+from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.kernels.shapes import folded_cells
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.problem import RigidPlane, TimeStep
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.bodies import QUIET, bodies, momentum, moved
 from tests.burst_fenicsx.boxes import ELASTIC, box, rotation_matrix
 

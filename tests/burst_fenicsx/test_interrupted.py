@@ -19,9 +19,9 @@ from mpi4py import MPI
 from burst_fenicsx import simulation
 from burst_fenicsx.contact.restart import own_sums
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.output import TimeSeries
+from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.run_burst import simulate
-from burst_fenicsx.solver import BurstSolver
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 from tests.faults import limited_file_size
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.output import SIX_COMPONENTS, TimeSeries
+from burst_fenicsx.files.output import SIX_COMPONENTS, TimeSeries
 
 TIMES = (0.0, 1.0e-6 / 3.0, 1.2e-4)
 

@@ -18,8 +18,8 @@ from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.passage import LARGEST_SHARE, Passage
 from burst_fenicsx.problem import Contact, Part, RigidPlane, Round
+from burst_fenicsx.records.passage import LARGEST_SHARE, Passage
 from burst_fenicsx.simulation import Simulation
 from fragfield.errors import exit_code_of
 from tests.burst_fenicsx.bodies import QUIET, bodies, moved
@@ -73,7 +73,7 @@ def inside(points, corner, skin=0.0, outward=False):
     return found == 0
 
 
-def test_points_of_distorted_cells_are_told_inside_from_outside():
+def test_points_of_distorted_cells_are_found_inside_or_outside():
     """Natural coordinates drawn at random and mapped: inside if and only if none exceeds 1 in size."""
     random = np.random.default_rng(4)
     for _ in range(20):

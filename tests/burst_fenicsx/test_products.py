@@ -65,12 +65,12 @@ def test_reference_numbers(explosive, model, knee_pressure, knee_volume, gurney)
         assert products.initial_pressure == pytest.approx(9.81e9, abs=6e6)
 
 
-@pytest.mark.parametrize(("explosive", "least"), [(TNT, "3.01"), (COMP_B, "3.99")])
+@pytest.mark.parametrize(("explosive", "minimum"), [(TNT, "3.01"), (COMP_B, "3.99")])
 @pytest.mark.parametrize("model", ["landau", "landau_cj"])
-def test_too_little_heat_is_refused(explosive, least, model):
+def test_too_little_heat_is_refused(explosive, minimum, model):
     speed = explosive.detonation_velocity
     poor = replace(explosive, heat_of_detonation=speed**2 / 16.0 * (1.0 - 1e-9))
-    with pytest.raises(InputError, match=rf"needs more than D\^2/16 = {least}\d* MJ/kg at D = {speed:g} m/s"):
+    with pytest.raises(InputError, match=rf"needs more than D\^2/16 = {minimum}\d* MJ/kg at D = {speed:g} m/s"):
         make_products(poor, model)
     assert make_products(poor, "jwl").energy == explosive.jwl.E0
     enough = make_products(replace(explosive, heat_of_detonation=speed**2 / 16.0 * 1.001), model)

@@ -35,8 +35,8 @@ mesh = merge([split_charges(mesh_round(item, 20e-3, index)) for index, item in e
 pairs = len(mesh.twins)
 assert pairs > 0
 assert np.array_equal(mesh.nodes[mesh.twins[:, 0]], mesh.nodes[mesh.twins[:, 1]])
-by_chance = np.random.default_rng(3).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
-for owner in (None, by_chance):  # in runs of cells, and by chance
+at_random = np.random.default_rng(3).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
+for owner in (None, at_random):  # in runs of cells, and at random
     given = mesh if comm.rank == 0 else None
     spread = distribute(comm, given, destination=owner)
 
@@ -74,7 +74,7 @@ if comm.rank == 0:
 
 @pytest.mark.parametrize("ranks", [1, 2, 3, 4])
 def test_both_sides_of_a_split_are_where_either_is(tmp_path, mpirun, ranks):
-    """Two split rounds on 1-4 ranks, in runs of cells and by chance: ghosts, names, number of nodes, local nodes."""
+    """Two split rounds on 1-4 ranks, in runs of cells and at random: ghosts, names, number of nodes, local nodes."""
     script = tmp_path / "distribution.py"
     script.write_text(textwrap.dedent(DISTRIBUTION))
     assert mpirun(ranks, script).stdout.strip() == "distributed"
@@ -151,7 +151,7 @@ def test_ranks_with_threads_change_no_bit(tmp_path, mpirun, pair):
 
 @pytest.mark.parametrize("options", [("shared",), ("shared", "full", "jwl")])
 def test_ranks_change_no_bit_without_contact(tmp_path, mpirun, options):
-    """Charge and casing on the same nodes, both quadratures, by two product models, cells dealt by chance."""
+    """Charge and casing on the same nodes, both quadratures, by two product models, cells dealt at random."""
     alone = state(burst(tmp_path, MPI.COMM_SELF, frozenset(options)))
     path = tmp_path / "state.npz"
     mpirun(3, "-m", "tests.burst_fenicsx.rank_states", path, "random", *options)

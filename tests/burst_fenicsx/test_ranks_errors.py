@@ -38,20 +38,20 @@ from pathlib import Path
 sys.path.insert(0, str(Path.cwd()))
 import numpy as np
 from mpi4py import MPI
-from burst_fenicsx.solver import BurstSolver
+from burst_fenicsx.mechanics.solver import BurstSolver
 from fragfield.cli import main
 
 what, where = sys.argv[1], int(sys.argv[2])
 usual = BurstSolver.add_forces
 
-def hurt(solver, step, least=0):
-    if MPI.COMM_WORLD.rank == where and solver.steps == 7 and least == 0 and step > 0.0:
+def hurt(solver, step, min_level=0):
+    if MPI.COMM_WORLD.rank == where and solver.steps == 7 and min_level == 0 and step > 0.0:
         if what == "fault":
             raise RuntimeError("something gave way")
         dofmap, position = solver.fields.mesh.dofmap, solver.fields.nodes.position
         nodes = dofmap[len(dofmap) // 2]
         position[nodes] = position[nodes[[4, 5, 6, 7, 0, 1, 2, 3]]]
-    usual(solver, step, least)
+    usual(solver, step, min_level)
 
 BurstSolver.add_forces = hurt
 sys.argv = ["fragfield", *sys.argv[3:]]
@@ -72,12 +72,12 @@ def test_an_error_on_one_rank_ends_all_with_one_message(tmp_path, mpirun, ranks,
     out = tmp_path / "run"
     done = mpirun(ranks, script, what, str(where), "burst", case, "--out", out, check=False, timeout=120.0)
     assert done.returncode == code, done.stderr
-    told = [line for line in done.stderr.splitlines() if line.startswith("fragfield: ")]
-    assert len(told) == 1, done.stderr
-    assert message in told[0]
+    reported = [line for line in done.stderr.splitlines() if line.startswith("fragfield: ")]
+    assert len(reported) == 1, done.stderr
+    assert message in reported[0]
     if what == "lost":
-        assert "has turned inside out (at " in told[0]
+        assert "has turned inside out (at " in reported[0]
         assert "Traceback" not in done.stderr
     elif where > 0:
-        assert told[0].startswith(f"fragfield: rank {where}: ")
+        assert reported[0].startswith(f"fragfield: rank {where}: ")
     assert time.monotonic() - began < 100.0

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from burst_fenicsx.files.quad_grid import coarsened, grid_of
+from burst_fenicsx.files.revolve import FEWEST_SECTORS, MOST_SECTORS, revolution, write_revolved
 from burst_fenicsx.meshing.placement import frame, place
-from burst_fenicsx.quad_grid import coarsened, grid_of
-from burst_fenicsx.revolve import FEWEST_SECTORS, MOST_SECTORS, revolution, write_revolved
 
 AXIS, POSITION = (0.3, -0.8, 0.4), (1.0, 2.0, -0.5)
 

@@ -133,7 +133,7 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
     assert taken == [left, left]
 
 
-def test_bounds_tell_off_no_face_that_a_node_has_entered():
+def test_bounds_reject_no_face_that_a_node_has_entered():
     """The face found is the one of brute force over all faces with the closest point alone."""
     rng = np.random.default_rng(5)
     places, bodies = sheets(6, seed=3, bodies=1)
@@ -192,13 +192,13 @@ def one_node_over(faces, node, outward):
         normal=np.zeros((nodes, 3)),
         slip=np.zeros((nodes, 3)),
         outward=turned,
-        depth=np.zeros(nodes),
+        penetration=np.zeros(nodes),
         unloaded=np.zeros(nodes),
-        pressed=np.zeros(nodes),
-        held=np.zeros(nodes),
-        load=np.zeros(nodes),
+        active_penetration=np.zeros(nodes),
+        stiffness=np.zeros(nodes),
+        sharing=np.zeros(nodes),
         face=np.full(1, -1, dtype=np.int32),
         weight=np.zeros((1, 4)),
         push=np.zeros((1, 4)),
-        booked=np.zeros((1, 3)),
+        energies=np.zeros((1, 3)),
     )

@@ -29,7 +29,7 @@ PROVENANCE = {"case": "title = 'ü'", "versions": "{}", "seed": "1", "program_ve
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A run of two tubes, one lit later and at both ends, with its folder and the progress reports."""
+    """A run of two tubes, one initiated later and at both ends, with its folder and the progress reports."""
     out, reports = tmp_path_factory.mktemp("run"), []
     ends = (IgnitionPoint(0.0, delay=4e-6), IgnitionPoint(0.3, delay=4e-6))
     rounds = [tube(), tube(name="second", position=(0.4, 0.0, 0.0), ignition=ends)]
@@ -112,7 +112,7 @@ def test_snapshot_holds_the_contract(finished):
             np.testing.assert_allclose(expansion["outer_radius"][0], np.hypot(*away[:, :2].T).max(), rtol=1e-12)
 
 
-def test_history_tells_the_ledger(finished):
+def test_history_holds_the_ledger(finished):
     run, result, out, _ = finished
     stores = ("kinetic", "strain", "plastic", "viscous", "hourglass", "contact", "damping")
     rest = ("products_work", "products_energy_left", "energy_error", "mean_casing_speed", "outer_diameter")
@@ -129,7 +129,7 @@ def test_history_tells_the_ledger(finished):
     last = {name: column[-1] for name, column in history.items()}
     stored = sum(last[name] for name in stores)
     assert last["energy_error"] == pytest.approx(abs(stored / last["products_work"] - 1.0), abs=1e-12)
-    missing = history["energy_error"] * np.maximum(history["products_work"], run.ledger.least_work)
+    missing = history["energy_error"] * np.maximum(history["products_work"], run.ledger.min_work)
     assert (missing < 0.02 * np.maximum(history["products_work"], 0.01 * run.ledger.chemical_energies.sum())).all()
     assert (np.diff(history["products_work"])[2:] > 0.0).all()
     assert result.summary["products_balance"] == pytest.approx(0.9, abs=0.1)
@@ -267,7 +267,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
 
 
 def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
-    from burst_fenicsx.snapshot import write_snapshot
+    from burst_fenicsx.files.snapshot import write_snapshot
 
     with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; name a folder"):
         write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})

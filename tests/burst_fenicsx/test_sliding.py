@@ -12,10 +12,10 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import Contact, Part
 from burst_fenicsx.run_burst import simulate
-from burst_fenicsx.solver import Hold
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
 from tests.burst_fenicsx.bodies import QUIET, bodies, energy, momentum

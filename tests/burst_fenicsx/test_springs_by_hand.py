@@ -19,9 +19,9 @@ def one_node_on_a_face(xi, eta):
         faces=np.array([[0, 1, 2, 3]], dtype=np.int32), face_body=np.zeros(1, dtype=np.int32),
         node_body=np.array([0, 0, 0, 0, 1], dtype=np.int32), edge=np.ones(1), near=np.zeros(1, dtype=np.int32),
         ball=np.zeros((1, 5)), bound=np.zeros((1, 20)), touching=np.zeros(5, dtype=np.int32), normal=np.zeros((5, 3)),
-        outward=np.zeros((5, 3)), slip=np.zeros((5, 3)), depth=np.zeros(5), unloaded=np.zeros(5), pressed=np.zeros(5),
-        held=np.zeros(5), load=np.zeros(5), face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)),
-        push=np.zeros((1, 4)), booked=np.zeros((1, 3)),
+        outward=np.zeros((5, 3)), slip=np.zeros((5, 3)), penetration=np.zeros(5), unloaded=np.zeros(5),
+        active_penetration=np.zeros(5), stiffness=np.zeros(5), sharing=np.zeros(5),
+        face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)), push=np.zeros((1, 4)), energies=np.zeros((1, 3)),
     )  # fmt: skip
     weigh_corners(xi, eta, state.weight[0])
     return state
@@ -50,17 +50,17 @@ def test_friction_of_a_face_heats_by_its_force_times_the_way():
     law, normal, along = CollisionLaw(BUDGET, STEP, FRICTION), np.array([0.0, 0.0, 1.0]), np.array([0.6, 0.8, 0.0])
     heat, work = [], 0.0
     for _ in range(30):
-        state.booked[:] = 0.0
+        state.energies[:] = 0.0
         old = state.push[0, :3].copy()
         push_node(0, 0, DEPTH, normal, SPEED * along, law, state, mass)
-        heat.append(state.booked[0, 1])
+        heat.append(state.energies[0, 1])
         work -= 0.5 * (old + state.push[0, :3]) @ along * SPEED * STEP
     press = state.push[0, 2]
     assert state.push[0, :3] == pytest.approx(press * np.array([-0.6 * FRICTION, -0.8 * FRICTION, 1.0]), rel=1e-12)
     assert heat[0] == 0.0 or heat[0] < heat[-1]
     assert heat[-1] == pytest.approx(FRICTION * press * SPEED * STEP, rel=1e-12)
     slip = np.linalg.norm(state.slip[4])
-    assert sum(heat) + 0.5 * state.held[4] * slip**2 == pytest.approx(work, rel=1e-12)
+    assert sum(heat) + 0.5 * state.stiffness[4] * slip**2 == pytest.approx(work, rel=1e-12)
 
 
 def pushed(normal, velocity, steps=30):
@@ -72,8 +72,8 @@ def pushed(normal, velocity, steps=30):
     for _ in range(steps):
         force[:] = 0.0
         push_from_plane(law, state, mass, position, np.asarray(velocity, dtype=float)[None], force)
-        heat.append(state.booked[0, 1])
-    return force[0], state.booked[0, 0], np.array(heat)
+        heat.append(state.energies[0, 1])
+    return force[0], state.energies[0, 0], np.array(heat)
 
 
 def test_friction_of_a_plane_heats_by_its_force_times_the_way():

@@ -108,6 +108,6 @@ def test_a_round_behind_a_plane_is_refused(tmp_path):
         Simulation([right()], flat, tmp_path, MPI.COMM_SELF, {})
 
 
-def test_nothing_to_light_is_refused(tmp_path):
+def test_nothing_to_initiate_is_refused(tmp_path):
     with pytest.raises(InputError, match="round 'left' has no ignition point"):
         Simulation([left(ignition=())], SHORT, tmp_path, MPI.COMM_SELF, {})

@@ -1,4 +1,4 @@
-"""Cells with steps of their own: levels, exactness for uniform motion, energy over long times, order in time."""
+"""Local time stepping: levels, exactness for uniform motion, energy over long times, order in time."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.problem import TimeStep
-from burst_fenicsx.solver import Hold
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, burst, grid, run_until
 
 pytestmark = pytest.mark.dolfinx
@@ -75,7 +75,7 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
     np.testing.assert_array_equal(motion.inverse_mass, fields.inverse_mass[motion.order])
     mixed = [finest[fields.mesh.dofmap[cells]].max() for cells in fields.blocks.cells] > fields.blocks.level
     np.testing.assert_array_equal(fields.grid.mixed, mixed)
-    assert [int((finest >= least).sum()) for least in range(cycles.highest + 1)] == list(cycles.moving)
+    assert [int((finest >= min_level).sum()) for min_level in range(cycles.highest + 1)] == list(cycles.moving)
     assert cycles.cell_steps == (2 ** level.astype(int)).sum()
 
 
@@ -106,7 +106,7 @@ def test_mean_velocities_over_a_cells_step_are_its_nodes_displacements():
 
 
 def test_energy_and_momentum_stay_over_many_periods():
-    """Without any damping, 24 periods and more than 1000 longest steps: energy to 0.3 %, momentum to round-off.
+    """Without any damping, 24 periods and more than 1000 macro steps: energy to 0.3 %, momentum to round-off.
 
     With steps of 0.73 of the stable ones, beyond sin(pi/4), it grows by 2.4 % and goes on doubling every few periods.
     """

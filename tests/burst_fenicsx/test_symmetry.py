@@ -302,5 +302,5 @@ def test_a_pair_is_computed_as_a_quarter_with_all_rounds_in_the_files(tmp_path):
         own = cells[of_round == index]
         assert (sign * position[own].mean(axis=1)[:, 0] > 0.0).all()
         momentum = (mass[of_round == index, None] * velocity[own].mean(axis=1)).sum(axis=0)
-        assert sign * momentum[0] > 0.0  # thrown back from each other
+        assert sign * momentum[0] > 0.0  # reflected from each other
         assert abs(momentum[1]) < 1e-9 * abs(momentum[0])

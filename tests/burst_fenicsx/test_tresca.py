@@ -148,8 +148,8 @@ def test_plastic_strain_is_what_the_elastic_law_leaves_over(trials):
     assert max(more_shear.max(), np.abs(more_volume).max()) < 1e-13 * shear.max()
 
 
-def test_what_the_bound_tells_elastic_stays_to_the_last_bit(trials):
-    """A cell may not tell whether others of its block are plastic; all trials the bound keeps are admissible."""
+def test_what_the_bound_finds_elastic_stays_to_the_last_bit(trials):
+    """No cell's result depends on plastic cells of its block: all trials that the bound keeps are admissible."""
     principal, tau, sigma, _, stress = trials
     kept = 0
     for s, shear, tension, values in zip(stress.tolist(), tau.tolist(), sigma.tolist(), principal, strict=True):

@@ -22,6 +22,6 @@ def profile() -> Profile:
 
 
 def tube(**changes: Any) -> Round:
-    """155/110 mm steel tube with TNT, lit at the nose end, on the axis."""
+    """155/110 mm steel tube with TNT, initiated at the nose end, on the axis."""
     item = Round(name="tube", explosive=TNT, casing=STEEL, profile=profile(), ignition=(IgnitionPoint(station=0.0),))
     return replace(item, **changes)

@@ -7,10 +7,11 @@ import pytest
 
 import flight
 from flight.arena import ArenaTable, is_arena_file
-from flight.expected import DensityGroups, Directions, expected_distance
-from flight.near_ground import NearGround, fields_of
-from flight.polar_grid import PolarGrid
-from flight.tally import Criteria
+from flight.hazard.criteria import Criteria
+from flight.hazard.expected import DensityGroups, Directions, expected_distance
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
+from flight.hazard.polar_grid import PolarGrid
 
 
 def burst(seed: int, number: int = 700) -> flight.Fragments:

@@ -7,8 +7,8 @@ import pytest
 
 import flight
 from flight import Cylinder, Fragments, Wall
-from flight.balance import Balance
-from flight.tally import Criteria
+from flight.hazard.balance import Balance
+from flight.hazard.criteria import Criteria
 
 CRITERIA = Criteria()
 

@@ -21,7 +21,7 @@ from flight import (
     Wall,
     fly,
 )
-from flight.bounce import SURFACES
+from flight.scene.bounce import SURFACES
 
 sys.path.insert(0, str(Path(__file__).parent))
 from clouds import cloud
@@ -161,7 +161,7 @@ def test_default_rests_where_it_lands() -> None:
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_first_impact_does_not_hang_on_the_bounce(name: str) -> None:
+def test_first_impact_does_not_depend_on_the_bounce(name: str) -> None:
     fragments = cloud(3000)
     ring = [Cylinder(20.0, name="ring")]
     dead, alive = fly(fragments, witnesses=ring), fly(fragments, witnesses=ring, bounce=name)

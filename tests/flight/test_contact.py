@@ -22,11 +22,11 @@ from flight import (
     Wall,
     fly,
 )
-from flight.contact import Encounters
-from flight.files import read_contacts
-from flight.job import Job
-from flight.scene import Scene
-from flight.text_tables import read_columns
+from flight.files.results import read_contacts
+from flight.files.text_tables import read_columns
+from flight.integrate.contact import Encounters
+from flight.integrate.job import FlightJob
+from flight.scene.scene import Scene
 
 STILL = {"air": "vacuum", "gravity": 0.0, "ground": None, "time_limit": 0.05}
 
@@ -155,7 +155,7 @@ def test_the_way_to_an_impact_is_the_flights_own() -> None:
 @pytest.mark.parametrize("number", [600, pytest.param(5000, marks=pytest.mark.slow)])
 def test_cells_find_what_comparing_all_pairs_finds(number: int) -> None:
     fragments = stack(number, seed=7)
-    job = Job(
+    job = FlightJob(
         fragments, StandardAtmosphere(), Drag.named("shell_fragment"), 9.80665, None, Scene(0.0), (), Adaptive(),
         Domain(), 3600.0, (0.0, 0.0),
     )  # fmt: skip
@@ -165,7 +165,7 @@ def test_cells_find_what_comparing_all_pairs_finds(number: int) -> None:
     assert (cells.contacts == pairs.contacts).all()
 
 
-def test_first_meetings_of_straight_paths_by_comparing_all_pairs() -> None:
+def test_first_collisions_of_straight_paths_by_comparing_all_pairs() -> None:
     """In a vacuum without gravity the first contact of all is a quadratic equation for every pair."""
     fragments = stack(400, seed=3, lightest=1e-4)
     radius = Contact().radius(fragments)

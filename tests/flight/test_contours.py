@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
-from flight.ensemble import EnsembleHazard, assess_ensemble
-from flight.expected import Directions, expected_distance
-from flight.polar_grid import PolarGrid
+from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.expected import Directions, expected_distance
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.tally import tally
 from flight.result import LANDING, Status
-from flight.tally import tally
 from tests.flight.fields import distance_of_landings, groups_of_landings
 
 Geodesic = pytest.importorskip("geographiclib.geodesic").Geodesic

@@ -10,23 +10,24 @@ import numpy as np
 import pytest
 
 from flight import Fragments, InputError
-from flight.distances import DISTANCES, FEWEST
-from flight.ensemble import Band, EnsembleHazard, assess_ensemble, band_of
-from flight.ensemble_files import (
+from flight.files.ensemble import (
     CSV_FILES,
     read_ensemble,
     read_fragment_ensemble,
     write_ensemble,
     write_fragment_ensemble,
 )
-from flight.expected import Directions, ExpectedDistance, expected_distance
-from flight.hazard import assess, falling_through, hazard_of
-from flight.polar_grid import PolarGrid
+from flight.files.text_tables import read_columns
+from flight.hazard.assessment import assess, falling_through, hazard_of
+from flight.hazard.criteria import Criteria
+from flight.hazard.distances import DISTANCES, FEWEST
+from flight.hazard.ensemble import Band, EnsembleHazard, assess_ensemble, band_of
+from flight.hazard.expected import Directions, ExpectedDistance, expected_distance
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.stack_rules import effective_number, stack_rule
+from flight.hazard.tally import Tally, tally
+from flight.hazard.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from flight.result import HITS, LANDING, Status
-from flight.stack_rules import effective_number, stack_rule
-from flight.tally import Criteria, Tally, tally
-from flight.text_tables import read_columns
-from flight.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from tests.flight.fields import groups_of_landings
 
 LIMIT = 1.0 / 55.7
@@ -59,7 +60,7 @@ def test_pooled_is_the_assessment_of_all_rows_together() -> None:
 
 
 def test_a_realisation_in_the_ensemble_is_that_alone() -> None:
-    """However far the others flew: what one realisation gives does not hang on the cells that another one needs."""
+    """However far the others flew: what one realisation gives does not depend on the cells that another one needs."""
     generator = np.random.default_rng(5)
     parts = [poisson_field(generator, reach) for reach in (20.0, 300.0)]
     found = assess_ensemble([tally(part, FLAT) for part in parts], FLAT)
@@ -111,9 +112,9 @@ def test_standard_error_is_the_scatter_of_repeated_ensembles() -> None:
     repeated = [ensemble(25, seed).bands[name] for seed in range(100, 180)]
     for value, error in (("median", "standard_error"), ("pooled", "pooled_standard_error")):
         scatter = np.std([getattr(band, value) for band in repeated], ddof=1)
-        told = np.sqrt(np.mean([getattr(band, error) ** 2 for band in repeated]))
+        reported = np.sqrt(np.mean([getattr(band, error) ** 2 for band in repeated]))
         expected = {"median": 1.1, "pooled": 1.0}[value] * scatter
-        assert told == pytest.approx(expected, rel=0.15), (value, told, scatter)
+        assert reported == pytest.approx(expected, rel=0.15), (value, reported, scatter)
     errors = [ensemble(n, 7).bands[name].pooled_standard_error for n in (16, 64, 256)]
     rate = np.polyfit(np.log([16, 64, 256]), np.log(np.array(errors, dtype=float)), 1)[0]
     assert rate == pytest.approx(-0.5, abs=0.15), errors
@@ -123,10 +124,10 @@ def test_standard_error_of_a_median_is_that_of_theory() -> None:
     """Of n normal values sqrt(pi / 2 n) times their deviation, on the average of many bootstraps (Kendall)."""
     number, generator = 400, np.random.default_rng(12)
     bands = [band_of(generator.normal(100.0, 5.0, number), 100.0, None, 0.05) for _ in range(60)]
-    told = np.sqrt(np.mean([band.standard_error**2 for band in bands]))
-    assert told == pytest.approx(np.sqrt(0.5 * np.pi / number) * 5.0, rel=0.08)
+    reported = np.sqrt(np.mean([band.standard_error**2 for band in bands]))
+    assert reported == pytest.approx(np.sqrt(0.5 * np.pi / number) * 5.0, rel=0.08)
     scatter = np.std([band.median for band in bands], ddof=1)
-    assert scatter == pytest.approx(told, rel=0.3)  # 60 of them know it to 9 %
+    assert scatter == pytest.approx(reported, rel=0.3)  # 60 of them know it to 9 %
 
 
 def test_one_realisation_has_no_band_and_few_have_not_converged() -> None:

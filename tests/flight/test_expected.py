@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.expected import DensityGroups, Directions, ExpectedDistance, drawn_distances, expected_distance
-from flight.polar_grid import PolarGrid
+from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, drawn_distances, expected_distance
+from flight.hazard.polar_grid import PolarGrid
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees
@@ -68,8 +68,8 @@ def judge(found: list[ExpectedDistance], truth: float, low: float, high: float) 
     distances = np.array([one.distance for one in found])
     bias = distances.mean() / truth - 1.0
     assert abs(bias) < 0.01, f"bias {100 * bias:.2f} %"
-    scatter, told = distances.std(ddof=1), np.mean([one.standard_error for one in found])
-    assert told == pytest.approx(scatter, rel=0.15 + 3.0 / math.sqrt(2 * len(found)))
+    scatter, reported = distances.std(ddof=1), np.mean([one.standard_error for one in found])
+    assert reported == pytest.approx(scatter, rel=0.15 + 3.0 / math.sqrt(2 * len(found)))
     coverage = np.mean([one.upper >= truth for one in found])
     assert low <= coverage <= high, f"coverage {100 * coverage:.1f} %"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exposed import Prism, count_exposed, surfaces_of
+from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from tests.flight.clouds import cloud
 
 
@@ -95,7 +95,7 @@ def test_area_seen_of_a_box():
     diagonal = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1.0, 1.0, 0.0]])
     diagonal /= np.linalg.norm(diagonal, axis=1, keepdims=True)
     assert prism.seen_area(diagonal) == pytest.approx([6.0, 4.0, 6.0 * math.sqrt(2.0)])
-    assert prism.least_seen == pytest.approx(4.0)
+    assert prism.min_shadow == pytest.approx(4.0)
 
 
 def test_messages():

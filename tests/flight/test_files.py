@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from flight import Cylinder, FlightResult, InputError, fly, to_pandas
-from flight.files import read_hits, read_landing
-from flight.text_tables import read_columns
+from flight.files.results import read_hits, read_landing
+from flight.files.text_tables import read_columns
 
 sys.path.insert(0, str(Path(__file__).parent))
 from clouds import cloud

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flight import LANDING, ConstantAir, Cylinder, Fragments, InputError, Panel, Status, fly
-from flight.hazard import Criteria, assess, by_azimuth, density_on, falling_through, hit_probability
-from flight.text_tables import read_columns
+from flight.files.text_tables import read_columns
+from flight.hazard.assessment import Criteria, assess, by_azimuth, density_on, falling_through, hit_probability
 
 LIMIT = 1.0 / 55.7
 
@@ -189,9 +189,9 @@ def test_m107_of_1944() -> None:
     gates = (table["distance_ft"] >= 20.0) & (table["distance_ft"] <= 150.0)
     speed_error = speed[: gates.size] / (0.3048 * table["speed_ft_s"]) - 1.0
     number_error = number[: gates.size] / table["number"] - 1.0
-    told = f"speed {np.round(speed_error, 3)}, number {np.round(number_error, 3)}"
-    assert np.abs(speed_error[gates]).max() < 0.10, told
-    assert np.abs(number_error[gates]).max() < 0.10, told
+    reported = f"speed {np.round(speed_error, 3)}, number {np.round(number_error, 3)}"
+    assert np.abs(speed_error[gates]).max() < 0.10, reported
+    assert np.abs(number_error[gates]).max() < 0.10, reported
     near = radii[gates.size :]
     distance = falling_through(near, number[gates.size :] / (4.0 * np.pi * near**2), LIMIT)
-    assert 62.0 * 0.95 <= distance <= 63.0 * 1.05, f"hazardous fragment distance {distance:.1f} m; {told}"
+    assert 62.0 * 0.95 <= distance <= 63.0 * 1.05, f"hazardous fragment distance {distance:.1f} m; {reported}"

@@ -219,7 +219,7 @@ def test_start_at_the_edges() -> None:
     assert len(fly(cloud(5).select([])).landing) == 0
 
 
-def test_what_has_no_number_is_told_not_dropped() -> None:
+def test_nan_is_reported_not_dropped() -> None:
     fragments = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), [[1e200, 0.0, 0.0], [300.0, 0.0, 0.0]])
     with pytest.warns(FlightWarning):
         result = fly(fragments)
@@ -227,7 +227,7 @@ def test_what_has_no_number_is_told_not_dropped() -> None:
     assert result.summary["status"]["not_a_number"] == {"fragments": 1, "mass": 0.1}
 
 
-def test_use_beyond_the_drag_table_is_told() -> None:
+def test_use_beyond_the_drag_table_is_reported() -> None:
     fast = Fragments.from_arrays([0.1, 0.1], (0.0, 0.0, 1.0), [[3000.0, 0.0, 0.0], [500.0, 0.0, 0.0]])
     with pytest.warns(FlightWarning, match=r"1 of 2 fragments flew above Mach 7.*fastest: Mach 8\.8"):
         summary = fly(fast).summary
@@ -271,7 +271,7 @@ def test_settings_messages() -> None:
         Domain(floor=5.0, ceiling=1.0)
 
 
-def test_progress_is_told_to_the_end() -> None:
+def test_progress_is_reported_to_the_end() -> None:
     seen = []
     fly(cloud(5000), on_progress=seen.append)
     assert seen[-1].done == seen[-1].total == 5000

@@ -9,9 +9,12 @@ import pytest
 
 import flight
 from flight import Adaptive, Domain, FixedStep, Fragments, HeightMap, InputError
-from flight.near_ground import NearGround, fields_of
-from flight.polar_grid import PolarGrid
-from flight.tally import Criteria, tally
+from flight.hazard.criteria import Criteria
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.tally import tally
+from flight.integrate.fly import STANDARD_GRAVITY
 
 GRID = PolarGrid(72, 2, 10.0, 20)
 
@@ -61,7 +64,7 @@ def arc(speed: float, elevation: float, start: float, end: float) -> float:
     def antiderivative(w: float) -> float:
         return 0.5 * (w * math.hypot(across, w) + across**2 * math.asinh(w / across))
 
-    gravity = flight.integrate.STANDARD_GRAVITY
+    gravity = STANDARD_GRAVITY
     return (antiderivative(rise - gravity * start) - antiderivative(rise - gravity * end)) / gravity
 
 
@@ -69,7 +72,7 @@ def arc(speed: float, elevation: float, start: float, end: float) -> float:
 @pytest.mark.parametrize("integrator", [Adaptive(), FixedStep(2e-3)])
 def test_a_parabola_counts_at_launch_and_where_it_comes_down(elevation: float, integrator) -> None:
     """The whole path below 1.8 m, near the charge too, as a closed form; and in the cells where it lies."""
-    speed, height, gravity = 120.0, 0.5, flight.integrate.STANDARD_GRAVITY
+    speed, height, gravity = 120.0, 0.5, STANDARD_GRAVITY
     fragments = launched([0.0, 0.0, height], rays(12, speed, elevation), 0.02)
     found, grid, _ = lengths(fragments, grid=PolarGrid(72, 2, 10.0, 200), integrator=integrator)
     rise = speed * math.sin(math.radians(elevation))

@@ -24,7 +24,7 @@ from flight import (
     Wall,
     fly,
 )
-from flight.files import read_landing, read_obstacle_hits
+from flight.files.results import read_landing, read_obstacle_hits
 
 sys.path.insert(0, str(Path(__file__).parent))
 from clouds import cloud
@@ -91,7 +91,7 @@ def check_none_passes(number: int, seed: int) -> None:
     assert np.array_equal(row["status"] == Status.STOPPED, hit)
     assert np.array_equal(row["obstacle"], np.where(hit, first, -1))
     faces = np.array([face for _, face in entries])[first, np.arange(number)]
-    # paths that graze an edge may be told to either of its faces
+    # paths that graze an edge may be assigned to either of its faces
     assert (row["face"] != np.where(hit, faces, -1)).sum() <= 2e-5 * number
     assert row["time"] == pytest.approx(np.where(hit, times.min(axis=0), landing), rel=1e-7, abs=1e-9)
     assert np.array_equal(result.obstacle_hits["fragment"], np.flatnonzero(hit))
@@ -222,7 +222,7 @@ def test_hits_on_witnesses_stop_at_the_wall() -> None:
 
 
 def test_obstacles_on_a_slope_stand_on_the_ground() -> None:
-    """On ground that falls along x nothing passes under the wall; its height counts from the ground at its middle."""
+    """On ground that falls along x nothing passes under the wall; its height counts from the ground at its centre."""
     x = np.linspace(-100.0, 100.0, 21)
     ground = HeightMap(np.tile(-0.3 * x, (21, 1)), 10.0, (-100.0, -100.0))
     walls = [Wall((40.0, -60.0), (40.0, 60.0), 2.0, 0.3), Wall((-50.0, -60.0), (-40.0, 60.0), 2.0, 0.3, base=14.0)]

@@ -8,6 +8,7 @@ import math
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -66,3 +67,11 @@ def test_everything_named_is_there() -> None:
     assert len(set(flight.__all__)) == len(flight.__all__) > 20
     for name in flight.__all__:
         assert getattr(flight, name) is not None
+
+
+def test_the_distribution_lists_every_folder_of_the_package() -> None:
+    """Its build takes no folder that is not named."""
+    folder = ROOT / "flight"
+    listed = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    there = {".".join(("flight", *path.parent.relative_to(folder).parts)) for path in folder.rglob("__init__.py")}
+    assert set(listed) == there | {"fragfield_base"}

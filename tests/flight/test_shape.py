@@ -1,4 +1,4 @@
-"""Presented areas: Cauchy's theorem, distributions, and chance that hangs on seed and fragment only."""
+"""Presented areas: Cauchy's theorem, distributions, and random numbers that depend on seed and fragment only."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_lognormal_has_its_median_and_spread() -> None:
 
 
 @pytest.mark.parametrize("shape", [Lognormal(0.3), Box((5.0, 2.0, 1.0), "fixed")])
-def test_chance_hangs_on_seed_and_fragment_only(shape: Lognormal | Box) -> None:
+def test_random_numbers_depend_on_seed_and_fragment_only(shape: Lognormal | Box) -> None:
     fragments = cloud(4001, seed=2)
     whole = shaped(fragments, shape, seed=7).shape_factor
     chosen = np.random.default_rng(0).permutation(4001)[:1500]

@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from flight import ConstantAir, Drag, InputError, StandardAtmosphere, Wind
-from flight.air import table_values
 from flight.drag import BUILT_IN
+from flight.scene.air import table_values
 
 # US Standard Atmosphere 1976, table I: geometric altitude (m), temperature (K), pressure (Pa), density (kg/m3), sound
 # (m/s)

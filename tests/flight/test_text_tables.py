@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.flight_files import plainly, written
-from flight.text_tables import ROWS_AT_ONCE, Labels, write_columns
+from flight.files.text_tables import ROWS_AT_ONCE, Labels, write_columns
 
 ROWS = 20_000
 

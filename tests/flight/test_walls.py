@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.walls import Wall, concrete_limit, diameter_of, steel_limit
+from flight.scene.walls import Wall, concrete_limit, diameter_of, steel_limit
 
 
 @pytest.mark.parametrize("speed", [150.0, 400.0, 900.0])

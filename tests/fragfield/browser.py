@@ -30,5 +30,5 @@ def open_page(page: Path, folder: Path, *options: str) -> subprocess.CompletedPr
 
 
 def script_errors(done: subprocess.CompletedProcess[str]) -> list[str]:
-    """Errors of scripts and of missing parts that the page's console told."""
+    """Errors of scripts and of missing parts that the page's console reported."""
     return [line for line in done.stderr.splitlines() if "CONSOLE" in line and _WORDS.search(line)]

@@ -1,4 +1,4 @@
-"""What several tests of the front door read and none changes."""
+"""What several tests of the command line read and none changes."""
 
 from __future__ import annotations
 

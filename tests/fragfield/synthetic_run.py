@@ -9,15 +9,16 @@ from typing import Any
 import h5py
 import numpy as np
 
-from burst_fenicsx.output import TimeSeries
-from flight.ensemble import EnsembleHazard, assess_ensemble
-from flight.ensemble_files import write_ensemble
-from flight.expected import Directions, expected_distance
-from flight.files import write_landing
-from flight.polar_grid import PolarGrid
+from burst_fenicsx.files.output import TimeSeries
+from flight.files.ensemble import write_ensemble
+from flight.files.results import write_landing
+from flight.hazard.criteria import Criteria
+from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.expected import Directions, expected_distance
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.tally import tally
+from flight.hazard.witness_hazard import SECTOR_HITS
 from flight.result import LANDING, Status
-from flight.tally import Criteria, tally
-from flight.witness_hazard import SECTOR_HITS
 from tests.flight.fields import groups_of_landings
 
 LENGTH, RADIUS, BORE = 0.60, 0.0775, 0.055
@@ -349,7 +350,7 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
 
 
 def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]]) -> EnsembleHazard:
-    """REALISATIONS of the flight: the first, and others turned and stretched by chance."""
+    """REALISATIONS of the flight: the first, and others turned and stretched at random."""
     random = np.random.default_rng(2)
     parts = [landing]
     counts, hits = [tally(landing)], np.zeros((REALISATIONS, 72), dtype=SECTOR_HITS)

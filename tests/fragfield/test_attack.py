@@ -18,8 +18,8 @@ from pydantic_core import PydanticCustomError
 from flight import Fragments
 from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
-from flight.height_map_files import read_grid
-from flight.text_tables import read_columns, write_columns
+from flight.files.height_map import read_grid
+from flight.files.text_tables import read_columns, write_columns
 from fragfield.case.quantities import Quantity
 from fragfield.case.unit_grammar import grammar_fault
 from tests.attack import disk, exits, files, signals

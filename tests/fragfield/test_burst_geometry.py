@@ -1,4 +1,4 @@
-"""`burst.geometry`: what auto chooses and why, what is refused and in which words, what `check` and burst tell."""
+"""`burst.geometry`: what auto chooses and why, what is refused and in which words, what `check` and burst report."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_ready_cases(name, geometry, reason):
     assert (found.geometry, found.reason) == (geometry, reason)
 
 
-def test_check_tells_the_choice_and_meshes_the_whole_ring(capsys):
+def test_check_shows_the_choice_and_meshes_the_whole_ring(capsys):
     """The meridian's masses are those of the whole round: no plane of symmetry cuts it."""
     one = case({"cell_size": "8 mm"})
     found = check_report(one)
@@ -136,7 +136,7 @@ def test_a_casing_that_reaches_a_plane_ends_with_exit_code_3(tmp_path):
 @pytest.mark.dolfinx
 @pytest.mark.mpi
 def test_two_ranks_give_the_snapshot_of_one(mpirun, tmp_path):
-    """The first rank computes while the other waits: the same data to the bit, told once, with the reason."""
+    """The first rank computes while the other waits: the same data to the bit, reported once, with the reason."""
     path = tmp_path / "case.toml"
     path.write_text(RINGS)
     assert invoke("burst", path, "--out", tmp_path / "one", "--json").exit_code == 0

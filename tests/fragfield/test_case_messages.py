@@ -96,7 +96,7 @@ def test_heat_of_detonation_is_of_no_concern_to_jwl():
     assert case_from_document(document, source="my.toml", folder=Path()).round[0].explosive.jwl.E0 == 7e9
 
 
-def test_several_faults_are_told_together():
+def test_several_faults_are_reported_together():
     document = changed(seed="one", burst={"cell_size": 9}, flight={"gravity": "1 m"})
     with pytest.raises(InputError) as caught:
         case_from_document(document, source="my.toml", folder=Path())
@@ -155,7 +155,7 @@ def test_a_file_that_is_no_case_is_refused(content, part, tmp_path):
         (changed(witness=[{"name": "r", "kind": "CYLINDER"}]), 'found kind = "CYLINDER" (did you mean "cylinder"?)'),
     ],
 )  # fmt: skip
-def test_a_name_in_another_case_is_told_the_right_one(document, part):
+def test_a_name_in_another_case_gets_the_right_one_suggested(document, part):
     with pytest.raises(InputError) as caught:
         case_from_document(document, source="my.toml", folder=Path())
     assert part in str(caught.value)

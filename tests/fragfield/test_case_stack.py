@@ -166,13 +166,13 @@ def test_a_faulty_stack_is_refused(stack, parts):
     _refused(*parts, stack=stack)
 
 
-def test_a_stack_that_nothing_lights_is_refused():
+def test_a_stack_that_nothing_initiates_is_refused():
     stack = {"arrangement": "row", "count": 2, "gap": "30 mm"}
     _refused("round: found no ignition point in any round", round={"ignition": [], "initiation": SHOCK}, stack=stack)
     _refused("round[1].ignition: found no ignition point", "initiation = {", round={"ignition": []}, stack=stack)
     stack["initiated"] = [1]
-    unlit = {"ignition": [], "initiation": SHOCK}
-    _refused('stack.initiated: found, but round "shell" has no', round=unlit, stack=stack)
+    unreacted = {"ignition": [], "initiation": SHOCK}
+    _refused('stack.initiated: found, but round "shell" has no', round=unreacted, stack=stack)
     stack["delays"] = ["0 s", "3 us"]
     _refused("stack.delays: found 3e-06 s for shell_2, which waits", round={"initiation": SHOCK}, stack=stack)
 
@@ -202,20 +202,20 @@ def test_a_crossed_round_is_refused_by_the_depth_between_the_axes():
     _refused('"b" reaches 5 mm into round[1] "shell"', round=[ROUND, lying])
 
 
-def test_the_least_gap_that_a_refusal_names_is_enough():
+def test_the_smallest_gap_that_a_refusal_names_is_enough():
     """Closer than the corners of the mesh reach is refused; at the gap that the message allows the meshes are apart."""
     stack = {"arrangement": "row", "count": 2, "gap": "0 mm"}
     with pytest.raises(InputError) as caught:
         _case(stack=stack)
     message = str(caught.value)
     assert 'stack.gap: "shell_1" and "shell_2" stand 0 mm apart' in message
-    least = re.search(r"allowed: at least (\S+ mm) apart", message)[1]
-    case = _case(stack={**stack, "gap": least})
+    smallest = re.search(r"allowed: at least (\S+ mm) apart", message)[1]
+    case = _case(stack={**stack, "gap": smallest})
     settings, rounds = burst_settings(case), burst_rounds(case)
     left, right = (mesh_round(entry, settings.cell_size) for entry in rounds)
     assert left.nodes[:, 0].max() < right.nodes[:, 0].min()
-    assert float(least.split()[0]) < 1.0, "far less than a cell of 10 mm"
-    _refused("stack.gap", stack={**stack, "gap": f"{float(least.split()[0]) - 0.01} mm"})
+    assert float(smallest.split()[0]) < 1.0, "far less than a cell of 10 mm"
+    _refused("stack.gap", stack={**stack, "gap": f"{float(smallest.split()[0]) - 0.01} mm"})
     assert len(_case(stack=stack, burst={"contact": {"surfaces": False}}).round) == 2
 
 

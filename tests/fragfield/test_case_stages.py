@@ -75,7 +75,7 @@ def test_shape_and_collisions_reach_the_flight(tmp_path):
     assert (arguments["shape"], arguments["contact"]) == (None, None)
 
 
-def test_a_round_from_a_mesh_file_is_lit_within_its_charge(tmp_path):
+def test_a_round_from_a_mesh_file_is_initiated_within_its_charge(tmp_path):
     meshio = pytest.importorskip("meshio")
     mesh = mesh_profile(load_profile("tube"), 0.02)
     names = {"casing": np.array([1, 3]), "charge": np.array([2, 3])}

@@ -33,18 +33,18 @@ def _row(count, gap="21.7 mm", **keys):
     return {"arrangement": "row", "count": count, "gap": gap, **keys}
 
 
-def test_the_arrangement_is_told_with_its_nearest_pair():
+def test_the_arrangement_is_reported_with_its_nearest_pair():
     other = {**ROUND, "name": "other", "position": ["0 m", "0.5 m", "0 m"]}
     found = check_report(_case(round=[ROUND, other], stack={**_row(3, "30 mm"), "round": "shell"}))["arrangement"]
     assert [entry["name"] for entry in found["rounds"]] == ["shell_1", "shell_2", "shell_3", "other"]
     assert found["rounds"][0]["position"] == pytest.approx([-(WIDTH + 0.03), 0.0, 0.0])
-    assert found["least_clearance"]["rounds"] == ["shell_1", "shell_2"]
-    assert found["least_clearance"]["clearance"] == pytest.approx(0.03)
+    assert found["min_clearance"]["rounds"] == ["shell_1", "shell_2"]
+    assert found["min_clearance"]["clearance"] == pytest.approx(0.03)
     assert found["planes"] == []
-    assert check_report(_case())["arrangement"]["least_clearance"] is None
+    assert check_report(_case())["arrangement"]["min_clearance"] is None
 
 
-def test_planes_tell_their_nearest_round():
+def test_planes_report_their_nearest_round():
     planes = [
         {"name": "mid", "kind": "symmetry", "normal": [1, 0, 0]},
         {"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "0.2 m"], "normal": [0, 0, 1],
@@ -166,7 +166,7 @@ def test_check_prints_the_stack_for_people(capsys):
         "shell_1, shell_2, ... shell_4 (4 rounds alike)",
         '# profile, explosive, casing as of "shell_1"',
         "at 2 us, or by 5 GPa held for 0.2 us",
-        "least clear distance: 20 mm, shell_1 to shell_2",
+        "smallest clear distance: 20 mm, shell_1 to shell_2",
         "plane deck: wall, normal (0, 0, 1), friction 20 degrees, 0 mm from shell_1",
         "contact: charge bonded to casing, cohesion 5 MPa",
         "surfaces that meet push each other, friction 20 degrees",

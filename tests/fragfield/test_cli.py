@@ -32,7 +32,7 @@ def _invoke(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def test_the_version_is_told():
+def test_the_version_is_reported():
     done = _invoke("--version")
     assert done.exit_code == 0
     assert done.stdout.strip() == f"fragfield {fragfield.__version__}"
@@ -168,13 +168,13 @@ def test_exit_codes_of_errors():
 
 
 @pytest.mark.parametrize(
-    ("raised", "code", "told"),
+    ("raised", "code", "reported"),
     [
         ("burst_fenicsx.errors.NumericalStop('cell 7 is lost', 3e-6)", 3, "fragfield: cell 7 is lost (at 3.00 us)\n"),
         ("KeyboardInterrupt()", 130, "fragfield: interrupted; what was written stays, --resume goes on from there\n"),
     ],
 )
-def test_stops_and_interruptions_have_their_codes(raised, code, told, tmp_path):
+def test_stops_and_interruptions_have_their_codes(raised, code, reported, tmp_path):
     done = _python(
         "import sys, burst_fenicsx.errors, fragfield.pipeline\n"
         f"def stop(*_, **__): raise {raised}\n"
@@ -183,7 +183,7 @@ def test_stops_and_interruptions_have_their_codes(raised, code, told, tmp_path):
         "from fragfield.cli import main\nmain()"
     )
     assert done.returncode == code
-    assert done.stderr == told
+    assert done.stderr == reported
     assert (tmp_path / "run" / "case.toml").is_file()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight.witness_hazard import SECTOR_HITS
+from flight.hazard.witness_hazard import SECTOR_HITS
 from fragfield.cli import app
 from fragfield.compare import compare_runs
 from fragfield.compare.estimates import Estimates, estimate
@@ -129,7 +129,7 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
         "round: reference 1, run 2",
         "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']",
     ]
-    assert found["notes"] == ["both have the seed 1; standard errors of ratios take their chances for independent"]
+    assert found["notes"] == ["both have the seed 1; standard errors of ratios take the realisations for independent"]
 
 
 def test_round_off_in_a_unit_is_no_difference(runs, single):

@@ -17,12 +17,12 @@ from fragfield import convergence as module
 from fragfield.case import load_case
 from fragfield.convergence import convergence_of, convergence_words, with_cells
 from fragfield.errors import InputError
+from fragfield.job import Job
 from fragfield.parallel import Team
 from fragfield.progress import ProgressReporter
 from fragfield.report.convergence_tables import convergence_tables
 from fragfield.report.findings import _grid_convergence
 from fragfield.run_directory import SCRATCH, STAGES, RunDirectory
-from fragfield.stages import Job
 from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
@@ -129,7 +129,7 @@ def test_the_budget_is_half_of_the_time_taken(job, flown, monkeypatch):
     assert found["quantities"]["mean_initial_speed"]["kind"] == "two_sizes"
 
 
-def test_a_size_that_fails_is_told_and_the_others_count(job, flown, monkeypatch):
+def test_a_size_that_fails_is_reported_and_the_others_count(job, flown, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: ValueError("6 mm: no layer") if size > 0.005 else 1009.0 + size, made)
     found = convergence_of(job, flown, HEADLINE, 1.0)

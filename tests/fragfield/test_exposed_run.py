@@ -142,8 +142,8 @@ def test_the_document_stands_on_every_printed_page(flown, tmp_path):
     run, _ = flown
     paper = tmp_path / "report.pdf"
     open_page(run / "report.html", tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={paper}")
-    told = subprocess.run(["pdftotext", "-layout", str(paper), "-"], capture_output=True, text=True, check=True)
-    pages = [page.strip().splitlines() for page in told.stdout.split("\f")[:-1]]
+    printed = subprocess.run(["pdftotext", "-layout", str(paper), "-"], capture_output=True, text=True, check=True)
+    pages = [page.strip().splitlines() for page in printed.stdout.split("\f")[:-1]]
     assert len(pages) > 5
     for number, lines in enumerate(pages, 1):
         assert lines[0].strip() == "OPEN", number

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.exposed import Prism, count_exposed, surfaces_of
+from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from fragfield.exposed import share_bound, sum_bound
 
 REALISATIONS, BLOCK, NUMBER = 10_000, 100, 60
@@ -54,7 +54,7 @@ def test_hits_and_probability_lie_within_the_stated_bounds(counts):
 def test_coverage_over_all_blocks_is_that_stated(counts, size):
     largest = 1.0 / Prism(
         np.array([[56.0, -6.0], [66.0, -6.0], [66.0, 6.0], [56.0, 6.0]]), -1.0, 5.0, height=5.0
-    ).least_seen  # fmt: skip
+    ).min_shadow  # fmt: skip
     held = {"hits": 0, "share": 0, "fluence": 0}
     blocks = counts.reshape(-1, size)
     for block in blocks:

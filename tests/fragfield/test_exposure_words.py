@@ -56,6 +56,6 @@ def test_only_rounds_that_wait_are_in_the_table():
     ],
 )
 def test_a_finding_never_calls_a_round_safe(changes, weight):
-    told = [one for one in findings(run_with(**changes)) if "was not initiated" in one.text]
-    assert [one.weight for one in told] == [weight]
-    assert told[0].text.endswith("a round below it is not thereby safe.")
+    reported = [one for one in findings(run_with(**changes)) if "was not initiated" in one.text]
+    assert [one.weight for one in reported] == [weight]
+    assert reported[0].text.endswith("a round below it is not thereby safe.")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from flight.files import read_contacts
+from flight.files.results import read_contacts
 from fragfield.cli import app
 from fragfield.report.run_files import read_run
 from fragfield.report.tables import flight_rows

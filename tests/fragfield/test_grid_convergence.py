@@ -48,7 +48,7 @@ def test_a_manufactured_sequence_gives_its_order_and_limit(order, sizes, slope):
 
 
 @pytest.mark.parametrize(("order", "used"), [(0.2, 0.5), (3.5, 2.0)])
-def test_an_order_out_of_bounds_is_told_and_not_used(order, used):
+def test_an_order_out_of_bounds_is_reported_and_not_used(order, used):
     h = np.array([1.0, 2.0, 4.0])
     values = 5.0 + h**order
     found = grid_convergence(h, values)

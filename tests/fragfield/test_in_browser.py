@@ -69,8 +69,8 @@ def test_print_breaks_pages_where_a_reader_would(run, tmp_path):
     box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", paper.read_bytes())
     assert box is not None
     assert [float(side) * POINT for side in box.groups()] == pytest.approx(A4, abs=0.5)
-    told = subprocess.run(["pdftotext", "-layout", str(paper), "-"], capture_output=True, text=True, check=True)
-    pages = [[line.strip() for line in page.splitlines() if line.strip()] for page in told.stdout.split("\f")[:-1]]
+    printed = subprocess.run(["pdftotext", "-layout", str(paper), "-"], capture_output=True, text=True, check=True)
+    pages = [[line.strip() for line in page.splitlines() if line.strip()] for page in printed.stdout.split("\f")[:-1]]
     assert 5 <= len(pages) <= 60
     html = (run / "report.html").read_text(encoding="utf-8")
     heads = [unescape(text) for text in re.findall(r"<(?:h3|caption)>(.*?)</", html)]
@@ -115,7 +115,7 @@ def test_the_view_of_the_burst_shows_the_time_that_the_slider_stands_at(run, tmp
       document.title = JSON.stringify([meshes().map(mesh => mesh.getVisibility()),
                                        document.querySelector("#state .chosen").textContent]);
     }, 4000);</script></body>"""
-    told = []
+    reported = []
     for number in (0, last):
         page = tmp_path / f"at_{number}.html"
         head, _, tail = html.replace(f'value="{last}"', f'value="{number}"').rpartition("</body>")
@@ -124,6 +124,6 @@ def test_the_view_of_the_burst_shows_the_time_that_the_slider_stands_at(run, tmp
         assert script_errors(done) == []
         seen, time = json.loads(unescape(re.search(r"<title>(.*?)</title>", done.stdout)[1]))
         assert seen == [mesh == number for mesh in range(last + 1)]
-        told.append(time)
-    assert told[-1] == "120 µs"
-    assert told[0] != told[-1]
+        reported.append(time)
+    assert reported[-1] == "120 µs"
+    assert reported[0] != reported[-1]

@@ -47,7 +47,7 @@ def test_a_new_stack_has_its_rounds(stack, rounds, tmp_path):
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
     assert len(found["rounds"]) == rounds
-    assert found["arrangement"]["least_clearance"]["clearance"] == pytest.approx(0.0217, abs=1e-6)
+    assert found["arrangement"]["min_clearance"]["clearance"] == pytest.approx(0.0217, abs=1e-6)
     assert {entry["explosive"]["name"] for entry in found["case"]["round"]} == {"comp_b"}
 
 

@@ -111,9 +111,9 @@ def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
 
 @pytest.mark.dolfinx
 def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(whole_run, short_case):
-    from flight.ensemble_files import read_ensemble
-    from flight.files import read_landing
-    from flight.tally import tally
+    from flight.files.ensemble import read_ensemble
+    from flight.files.results import read_landing
+    from flight.hazard.tally import tally
 
     out, _ = whole_run
     summary = json.loads((out / "summary.json").read_text())
@@ -151,8 +151,8 @@ def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_c
     hazard = json.loads(done.stdout)["hazard"]
     assert (hazard["realisations"], hazard["converged"], hazard["upper"]) == (1, False, None)
     assert "set break_up.realisations" in done.stderr
-    told = invoke("info", run_copy).stdout
-    assert "no upper bound: 1 realisation; over all azimuths" in told
+    reported = invoke("info", run_copy).stdout
+    assert "no upper bound: 1 realisation; over all azimuths" in reported
 
 
 @pytest.mark.dolfinx
@@ -180,7 +180,7 @@ def test_realisations_are_added_until_the_distance_is_known(run_copy, short_case
 
 
 @pytest.mark.dolfinx
-def test_info_tells_stages_numbers_and_origin(whole_run):
+def test_info_shows_stages_numbers_and_origin(whole_run):
     done = invoke("info", whole_run[0], "--json")
     found = json.loads(done.stdout)
     assert found["stages"] == dict.fromkeys(STAGES, True)

@@ -119,8 +119,8 @@ def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_outpu
         assert (out / name).is_file(), name
     features = json.loads((out / "contours.geojson").read_text())["features"]
     assert not any(one["properties"].get("quantity") == "hazard_distance" for one in features)
-    told = invoke("info", out).stdout
-    assert "hazard distance: not determined" in told
+    reported = invoke("info", out).stdout
+    assert "hazard distance: not determined" in reported
     report = invoke("report", out)
     assert report.exit_code == 0, report.stderr
     assert "not determined" in (out / "report.html").read_text()

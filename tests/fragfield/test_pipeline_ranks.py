@@ -28,7 +28,7 @@ def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_
 
 @pytest.mark.dolfinx
 @pytest.mark.mpi
-def test_a_fault_of_the_flight_on_two_ranks_is_told_once(mpirun, tmp_path):
+def test_a_fault_of_the_flight_on_two_ranks_is_reported_once(mpirun, tmp_path):
     case = tmp_path / "case.toml"
     case.write_text(SHORT)
     done = mpirun(2, "-m", "fragfield", "fly", case, "--out", tmp_path / "run", check=False)
@@ -55,7 +55,7 @@ def test_a_command_of_one_rank_is_done_once(mpirun, short_case):
 
 
 @pytest.mark.mpi
-def test_an_input_error_on_two_ranks_is_told_once(mpirun, tmp_path):
+def test_an_input_error_on_two_ranks_is_reported_once(mpirun, tmp_path):
     bad = tmp_path / "bad.toml"
     bad.write_text(SHORT.replace('"12 mm"', "12"))
     done = mpirun(2, "-m", "fragfield", "run", bad, "--out", tmp_path / "run", check=False)
@@ -66,7 +66,7 @@ def test_an_input_error_on_two_ranks_is_told_once(mpirun, tmp_path):
 
 @pytest.mark.dolfinx
 @pytest.mark.mpi
-def test_a_stop_on_two_ranks_ends_both_and_is_told_once(mpirun, tmp_path):
+def test_a_stop_on_two_ranks_ends_both_and_is_reported_once(mpirun, tmp_path):
     tight = tmp_path / "tight.toml"
     tight.write_text(SHORT.replace("energy_tolerance = 1.0", "energy_tolerance = 1e-9"))
     done = mpirun(2, "-m", "fragfield", "run", tight, "--out", tmp_path / "run", check=False)

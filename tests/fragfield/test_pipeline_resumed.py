@@ -16,7 +16,7 @@ from tests.fragfield.short_run import SHORT, command, environment, invoke
 
 
 @pytest.mark.dolfinx
-def test_another_seed_breaks_up_anew_and_keeps_the_burst(whole_run, run_copy, short_case):
+def test_another_seed_breaks_up_again_and_keeps_the_burst(whole_run, run_copy, short_case):
     changed = short_case.with_name("seed.toml")
     changed.write_text(SHORT.replace("seed = 1", "seed = 2"))
     done = invoke("break-up", changed, "--out", run_copy, "--json")
@@ -113,10 +113,10 @@ def test_an_interrupted_burst_goes_on_from_its_checkpoint(short_case, whole_run,
     while not (out / "checkpoint.h5").is_file() and child.poll() is None and time.monotonic() < deadline:
         time.sleep(0.02)
     child.send_signal(signal.SIGINT)
-    _, told = child.communicate(timeout=60)
-    assert child.returncode == 130, told
-    assert told.endswith("fragfield: interrupted; what was written stays, --resume goes on from there\n")
-    assert "Traceback" not in told
+    _, reported = child.communicate(timeout=60)
+    assert child.returncode == 130, reported
+    assert reported.endswith("fragfield: interrupted; what was written stays, --resume goes on from there\n")
+    assert "Traceback" not in reported
     assert (out / "checkpoint.h5").is_file()
     assert "interrupted" in (out / "run.log").read_text()
     done = invoke("burst", long, "--out", out, "--resume", "--json")

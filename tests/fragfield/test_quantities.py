@@ -50,9 +50,9 @@ def test_usual_values_come_out_without_rounding_noise():
 
 
 def test_a_written_value_is_read_back_as_the_same_float():
-    chance = random.Random(3)
+    generator = random.Random(3)
     for _ in range(500):
-        value = chance.uniform(-1, 1) * 10.0 ** chance.randint(-12, 12)
+        value = generator.uniform(-1, 1) * 10.0 ** generator.randint(-12, 12)
         assert LENGTH.parse(with_unit(value, "m")) == value
     assert Quantity("1/m^2", "x").parse(with_unit(1 / 55.7, "1/m^2")) == 1 / 55.7
 
@@ -82,7 +82,7 @@ def test_a_written_value_is_read_back_as_the_same_float():
         (LENGTH, "1e400 m", ["allowed: a length"]),
         (POSITIVE, "0 mm", ["greater than 0 m"]),
         (POSITIVE, "-1 mm", ['found "-1 mm"', "greater than 0 m"]),
-        (Quantity("s", "0 us", least=0.0), "-1 us", ["at least 0 s"]),
+        (Quantity("s", "0 us", minimum=0.0), "-1 us", ["at least 0 s"]),
         (Quantity("rad", "5 deg"), "1 m/m", ["a number without a unit", "an angle"]),
         (Quantity("m", "30 mm", words=("nose",)), "nsoe", ['did you mean "nose"', '"nose" or a length']),
     ],

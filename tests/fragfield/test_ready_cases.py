@@ -31,8 +31,8 @@ def test_a_ready_case_runs_to_the_report(name, cell_size, tmp_path):
     # Gurney's speed bounds the mean from above; the solid ends and the losses there take up to a third of it. In
     # a pallet casings that meet stop each other: as much again.
     gurney = json.loads(invoke("check", tmp_path / name / "case.toml", "--json").stdout)["rounds"][0]["gurney_speed"]
-    least = 0.3 if "pallet" in name else 0.65
-    assert least * gurney < summary["burst"]["mean_initial_speed"] < 1.1 * gurney
+    minimum = 0.3 if "pallet" in name else 0.65
+    assert minimum * gurney < summary["burst"]["mean_initial_speed"] < 1.1 * gurney
     if name != "tube":  # a round's wall varies: some belt has more charge for its mass than the whole
         assert gurney < summary["burst"]["max_initial_speed"]
     assert summary["burst"]["lost_cells"] == 0

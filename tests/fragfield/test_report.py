@@ -308,7 +308,7 @@ def test_nothing_landed_is_no_fault(tmp_path):
     assert "Card(label='Hazardous fragments', value='0'" in words
 
 
-def test_report_in_grey_tells_lines_apart():
+def test_report_in_grey_keeps_lines_distinguishable():
     """Neighbouring styles differ in lightness or in dashes, so that a grey copy can be read."""
     from matplotlib.colors import to_rgb
 

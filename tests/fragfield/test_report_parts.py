@@ -49,7 +49,7 @@ def test_practical_values_stand_beside_si(value, unit, shown, si):
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
-        ("0.006 m", "6 mm"), ("4520000.0 J/kg", "4.52 MJ/kg"), ("155 mm grenade", "155 mm grenade"), ("mott", "mott"),
+        ("0.006 m", "6 mm"), ("4520000.0 J/kg", "4.52 MJ/kg"), ("155 mm shell", "155 mm shell"), ("mott", "mott"),
         (True, "yes"), (0.75, "0.75"), (["0.0 m", "0.1085 m"], "0 m, 108.5 mm"), ([[0, 1], [2, 3]], "(0, 1), (2, 3)"),
         (2, "2"), ("1.225 kg/m^3", "1.225 kg/m³"),
     ],
@@ -89,7 +89,7 @@ def test_law_of_a_mixture():
     assert number_above(law, np.array([0.028])) == pytest.approx([expected])
 
 
-def told(part: str, log: str = "", witness: list | None = None, **values: object) -> list[tuple[str, str]]:
+def reported(part: str, log: str = "", witness: list | None = None, **values: object) -> list[tuple[str, str]]:
     """Findings of a run of which only a part of the summary and the log are known."""
     summary: dict = {part: values}
     if witness is not None:
@@ -165,36 +165,38 @@ def hazard(**changes) -> dict:
     ],
 )
 def test_findings_follow_the_summary(part, values, weight, words):
-    assert any(found == weight and words in text for found, text in told(part, **values)), told(part, **values)
+    assert any(found == weight and words in text for found, text in reported(part, **values)), reported(part, **values)
 
 
 def test_gravest_finding_comes_first():
-    weights = [weight for weight, _ in told("burst", energy_error=0.06, products_balance=1.3, lost_cells=0, cells=5)]
+    weights = [
+        weight for weight, _ in reported("burst", energy_error=0.06, products_balance=1.3, lost_cells=0, cells=5)
+    ]
     order = [["stop", "warning", "note", "good"].index(weight) for weight in weights]
     assert order == sorted(order)
     assert weights[0] == "stop"
 
 
-def test_warnings_of_the_log_are_told_once():
+def test_warnings_of_the_log_are_reported_once():
     line = "2026-01-01 10:00:00,000 WARNING burst_fenicsx.meshing: the wall is thin\n"
     flight = "2026-01-01 10:00:00,000 WARNING py.warnings: /x/y.py:12: FlightWarning: drag sphere: 3 of 9 fragments flew above Mach 5\n"  # noqa: E501
     info = "2026-01-01 10:00:00,000 INFO    fragfield.stages: burst: begins\n"
-    texts = [text for _, text in told("burst", log=line + line + flight + info) if "run.log" in text]
+    texts = [text for _, text in reported("burst", log=line + line + flight + info) if "run.log" in text]
     assert texts == ["The wall is thin (from run.log)"]
 
 
-def test_directions_that_follow_the_cells_are_told_from_chance():
+def test_directions_that_follow_the_cells_are_distinguished_from_random_scatter():
     random = np.random.default_rng(3)
 
     def ring(hits: np.ndarray) -> list[dict[str, object]]:
         return [{"name": "ring", "by_azimuth": [{"hits": int(value)} for value in hits]}]
 
-    chance = random.poisson(30, 72)
+    scatter = random.poisson(30, 72)
     focus = random.poisson(30 + 100 * np.exp(-(((np.arange(72) * 5 - 90) / 20.0) ** 2)))
     striped = np.where(np.arange(72) % 3 == 0, 90, 0)
-    assert not any("may follow the cells" in text for _, text in told("flight", witness=ring(chance)))
-    assert not any("may follow the cells" in text for _, text in told("flight", witness=ring(focus)))
-    assert any("may follow the cells" in text for _, text in told("flight", witness=ring(striped)))
+    assert not any("may follow the cells" in text for _, text in reported("flight", witness=ring(scatter)))
+    assert not any("may follow the cells" in text for _, text in reported("flight", witness=ring(focus)))
+    assert any("may follow the cells" in text for _, text in reported("flight", witness=ring(striped)))
 
 
 @pytest.mark.parametrize(("contrast", "warned"), [(0.15, False), (0.4, True), (0.8, True)])
@@ -202,7 +204,7 @@ def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
     """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3, 6 of 40 at 0.237."""
     hits = 40.0 * (1.0 + contrast * (-1.0) ** np.arange(72))
     rows = [{"name": "ring", "by_azimuth": [{"hits": float(value)} for value in hits]}]
-    found = [text for _, text in told("flight", witness=rows) if "may follow the cells" in text]
+    found = [text for _, text in reported("flight", witness=rows) if "may follow the cells" in text]
     assert bool(found) == warned
     if warned:
         assert f"{math.sqrt(8.0 * 40.0 * contrast**2 / 3.0):.1f} times" in found[0]

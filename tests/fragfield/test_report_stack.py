@@ -70,7 +70,7 @@ def test_the_arrangement_names_every_place(pallet):
     assert {line[-1] for line in found.lines} == {"at 0 µs"}
 
 
-def test_ignition_and_initiation_are_told_in_words():
+def test_ignition_and_initiation_are_reported_in_words():
     rounds = [
         {"name": "a", "position": ["0.1 m", "0.0 m", "1.0 m"], "axis": [0.0, 0.0, 1.0],
          "ignition": [{"station": "0.1 m", "delay": "3e-06 s"}, {"station": "0.2 m", "delay": "0.0 s"}]},
@@ -94,28 +94,28 @@ IGNITION = {
 }  # fmt: skip
 
 
-def _lit():
+def _initiated():
     rounds = [{"name": name, "ignition": found} for name, found in IGNITION.items()]
     rounds[2]["products_balance"] = 0.0
     return RunFiles(None, summary={"burst": {"rounds": rounds}})
 
 
-def test_when_where_and_by_what_each_round_was_lit():
-    (found,) = ignition_table(_lit())
+def test_when_where_and_by_what_each_round_was_initiated():
+    (found,) = ignition_table(_initiated())
     assert [tuple(map(plain, line)) for line in found.lines] == [
         ("a", "own point", "0", "0", "0", "300", "0"),
         ("a", "own point, delayed", "4", "0", "0", "0", "300"),
         ("b", "shock", "43.21", "122.5", "-10", "200", "100"),
-        ("c", "never lit", "–", "–", "–", "–", "–"),
+        ("c", "never initiated", "–", "–", "–", "–", "–"),
     ]
     assert not list(ignition_table(RunFiles(None, summary={"burst": {"rounds": [{"name": "a"}]}}))), "an older run"
 
 
-def test_a_round_that_was_never_lit_is_warned_of_once_and_one_lit_by_shock_is_told():
-    told = [one for one in findings(_lit()) if "Round “" in one.text]
-    assert [(one.weight, one.text.split("”")[0][-1]) for one in told] == [("warning", "c"), ("note", "b")]
-    assert "was never lit" in told[0].text
-    assert "lit by shock, at 43.2 µs" in told[1].text
+def test_a_round_that_was_never_initiated_is_warned_of_once_and_one_initiated_by_shock_is_reported():
+    reported = [one for one in findings(_initiated()) if "Round “" in one.text]
+    assert [(one.weight, one.text.split("”")[0][-1]) for one in reported] == [("warning", "c"), ("note", "b")]
+    assert "was never initiated" in reported[0].text
+    assert "initiated by shock, at 43.2 µs" in reported[1].text
 
 
 def test_rounds_of_one_kind_are_written_once(pallet):
@@ -141,7 +141,7 @@ def test_no_column_is_shown_for_a_balance_that_is_not_known(tmp_path):
     assert all(len(line) == len(found.head) for line in found.lines)
 
 
-def test_contact_is_told_with_its_overlaps_in_millimetres_and_cells(pallet):
+def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
     rows = {row.name: row for row in table(blocks(pallet)["burst"], "Contact").rows}
     front = rows["Largest overlap of charge and casing, while a front passes"]
     assert plain(front.value) == "420.0 µm"
@@ -163,8 +163,8 @@ def test_overlaps_may_come_as_one_number_or_as_several(tmp_path):
     rows = {row.name: plain(row.value) for row in table(found["burst"], "Contact").rows}
     assert rows == {"Max penetration bonds": "2 mm", "Max penetration collisions": "100.0 µm"}
     assert "Largest overlap in contact" not in {row.name for row in table(found["burst"], "Burst").rows}
-    (told,) = (block for block in found["warnings"] if isinstance(block, Findings))
-    assert any("overlap by up to 16.7 % of a cell" in item.text for item in told.items)
+    (reported,) = (block for block in found["warnings"] if isinstance(block, Findings))
+    assert any("overlap by up to 16.7 % of a cell" in item.text for item in reported.items)
 
 
 def test_images_are_named_with_their_rounds(pallet):
@@ -191,7 +191,7 @@ def test_long_stacks_stay_short(pallet):
         assert len(figure.axes[0].get_legend().get_texts()) == 8, "the means alone, no pair of lines for each"
 
 
-def told(case=None, log="", **burst):
+def reported(case=None, log="", **burst):
     run = RunFiles(None, case={"burst": {"cell_size": "0.01 m"}, **(case or {})}, summary={"burst": burst}, log=log)
     return [(item.weight, item.text) for item in findings(run)]
 
@@ -211,7 +211,7 @@ def told(case=None, log="", **burst):
     ],
 )
 def test_findings_follow_contact(contact, weight, words):
-    found = told(contact=contact, max_penetration=max(contact.values()))
+    found = reported(contact=contact, max_penetration=max(contact.values()))
     assert any(one == weight and words in text for one, text in found), found
     assert len([text for _, text in found if "of a cell" in text]) == 1
 
@@ -225,39 +225,39 @@ def test_findings_follow_contact(contact, weight, words):
          "plane and 20 g within another round; at 1 % the burst stops.")),
     ],
 )  # fmt: skip
-def test_findings_tell_what_has_passed_through(passed, weight, words):
+def test_findings_report_what_has_passed_through(passed, weight, words):
     keys = ("largest_beyond_planes", "largest_in_other_rounds", "largest_together")
     burst = {"casing_mass": 10.0, "passed_through": dict(zip(keys, passed, strict=True))}
     for case in ({"plane": [{"name": "ground"}]}, {"round": [{"name": "a"}, {"name": "b"}]}):
-        found = told(case, **burst)
+        found = reported(case, **burst)
         assert [one for one, text in found if words in text] == [weight], found
-    assert not any("passed through" in text for _, text in told({"round": [{"name": "a"}]}, **burst))
+    assert not any("passed through" in text for _, text in reported({"round": [{"name": "a"}]}, **burst))
 
 
 def test_nothing_is_said_of_contact_where_nothing_touched():
     for burst in ({"max_penetration": None}, {"max_penetration": 0.0}, {}, {"contact": dict.fromkeys(CONTACT, 0)}):
-        assert not any("of a cell" in text for _, text in told(**burst))
+        assert not any("of a cell" in text for _, text in reported(**burst))
 
 
-def test_rounds_without_contact_are_told_once():
+def test_rounds_without_contact_are_reported_once():
     case = {"round": [{"name": "a"}, {"name": "b"}], "burst": {"cell_size": "0.01 m", "contact": {"surfaces": False}}}
     log = (
         "2026-01-01 10:00:00,000 WARNING burst_fenicsx.simulation: 2 rounds are computed as if each stood alone: "
         "contact of surfaces is switched off\n"
     )
-    alone = [text for _, text in told(case, log) if "alone" in text]
+    alone = [text for _, text in reported(case, log) if "alone" in text]
     assert len(alone) == 1
     assert alone[0].startswith("Contact of surfaces is switched off")
     case["burst"]["contact"]["surfaces"] = True
-    assert not [text for _, text in told(case) if "alone" in text]
+    assert not [text for _, text in reported(case) if "alone" in text]
 
 
 def test_a_round_that_did_not_detonate_is_named():
     rounds = [{"name": "donor", "products_balance": 0.98}, {"name": "waiting", "products_balance": 0.0}]
-    found = [text for weight, text in told(rounds=rounds) if weight == "warning" and "Round “" in text]
+    found = [text for weight, text in reported(rounds=rounds) if weight == "warning" and "Round “" in text]
     assert len(found) == 1
     assert found[0].startswith("Round “waiting” gave 0 % of its charge's heat")
-    assert not any("Round “" in text for _, text in told(rounds=[{"name": "a"}, {"name": "b"}]))
+    assert not any("Round “" in text for _, text in reported(rounds=[{"name": "a"}, {"name": "b"}]))
 
 
 def test_speeds_in_the_table_are_numbers(pallet):
@@ -266,13 +266,13 @@ def test_speeds_in_the_table_are_numbers(pallet):
             assert all(np.isfinite(float(plain(cell).replace(",", ""))) for line in block.lines for cell in line[2:])
 
 
-def test_hourglass_control_that_shows_in_the_speeds_is_told():
+def test_hourglass_control_that_shows_in_the_speeds_is_reported():
     work = np.array([0.0, 1e6, 2e6])
-    for share, told_of in ((0.37, True), (0.08, False)):
+    for share, reported in ((0.37, True), (0.08, False)):
         run = RunFiles(None, summary={"burst": {}}, history={"products_work": work, "hourglass": share * work})
         texts = [item.text for item in findings(run) if "Hourglass" in item.text]
-        assert len(texts) == told_of
-        assert not told_of or texts[0].startswith("Hourglass control took 37 % of the products' work")
+        assert len(texts) == reported
+        assert not reported or texts[0].startswith("Hourglass control took 37 % of the products' work")
     assert not [item for item in findings(RunFiles(None)) if "Hourglass" in item.text]
 
 

@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from flight.contours import write_geojson, write_kml
+from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
 from fragfield.case.exposed_places import site_of
 from fragfield.case.surroundings import ground_of

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight.ensemble_files import read_ensemble
-from flight.stack_rules import stack_rule
+from flight.files.ensemble import read_ensemble
+from flight.hazard.stack_rules import stack_rule
 from fragfield.cli import app
 from fragfield.report import read_run
 from fragfield.report.distance_tables import stack_rule_table

@@ -131,7 +131,7 @@ def test_a_name_is_opened_where_a_key_goes_into_its_table():
     assert gaps[0] - gaps[1] == pytest.approx(0.04 - 0.0217)
 
 
-def test_a_failed_run_is_told_and_the_others_go_on(tmp_path, calls):
+def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls):
     made, codes = calls
     codes += [0, 3, 0]
     out = tmp_path / "out"
@@ -245,7 +245,7 @@ def _answering(body):
         ("sys.exit(0)", 4, "a fault of the program; its traceback is in the run's log"),
     ],
 )
-def test_why_a_run_failed_is_told_and_the_next_has_a_new_process(body, code, message):
+def test_why_a_run_failed_is_reported_and_the_next_has_a_new_process(body, code, message):
     worker = Worker(1, _answering(body))
     for _ in range(2):
         assert worker.call({}) == (code, message)
@@ -266,12 +266,12 @@ def test_what_a_library_prints_is_no_answer(monkeypatch, tmp_path):
     """Two runs, the first of which prints to standard output as C code does."""
     code = (
         "import os\nimport fragfield.sweep.worker as worker\n"
-        "worker.perform = lambda request: (os.write(1, b'words\\n') and request['exit_code'], 'told')\n"
+        "worker.perform = lambda request: (os.write(1, b'words\\n') and request['exit_code'], 'done')\n"
         "worker.serve()"
     )
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     worker = Worker(1, [sys.executable, "-c", code])
-    assert [worker.call({"exit_code": number}) for number in (3, 0)] == [(3, "told"), (0, "told")]
+    assert [worker.call({"exit_code": number}) for number in (3, 0)] == [(3, "done"), (0, "done")]
     worker.close()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fragfield.uncertainty.budget import NORMAL_95, budget_of
-from fragfield.uncertainty.spread import Spread, spread_of, without_chance
+from fragfield.uncertainty.spread import Spread, spread_of, without_statistical_error
 
 HAZARD = {"distance": 100.0, "upper": 103.0}
 
@@ -16,8 +16,8 @@ HAZARD = {"distance": 100.0, "upper": 103.0}
 def _spread(**changes):
     values = {
         "low": 90.0, "median": 101.0, "high": 113.0, "low_standard_error": 0.5, "median_standard_error": 0.4,
-        "high_standard_error": 1.0, "mean": 101.2, "standard_deviation": 7.0, "chance": 1.4, "resolved": True,
-        "samples": 200,
+        "high_standard_error": 1.0, "mean": 101.2, "standard_deviation": 7.0, "statistical_error": 1.4,
+        "resolved": True, "samples": 200,
     }  # fmt: skip
     return Spread(**{**values, **changes})
 
@@ -29,7 +29,12 @@ def _grid(uncertainty, kind="monotone", reason=""):
 def test_contributions_add_up_as_squares():
     found = budget_of(_spread(), HAZARD, _grid(4.0))
     widths = {one["name"]: one["half_width"] for one in found["contributions"]}
-    assert widths == {"inputs": 12.0, "number of samples": pytest.approx(NORMAL_95), "chance": 3.0, "grid": 4.0}
+    assert widths == {
+        "inputs": 12.0,
+        "number of samples": pytest.approx(NORMAL_95),
+        "statistical error": 3.0,
+        "grid": 4.0,
+    }
     total = math.sqrt(12.0**2 + NORMAL_95**2 + 3.0**2 + 4.0**2)
     assert found["sum"] == pytest.approx(total)
     assert found["signed"] == pytest.approx(101.0 + total)
@@ -63,42 +68,42 @@ def test_a_statistical_grid_index_is_marked():
 
 
 def test_the_rule_covers_95_percent():
-    """Normal inputs, chance and samples, and a grid error to one side of which U bounds 95 %: 95 % lie below, not 99."""  # noqa: E501
+    """Normal inputs, statistical error and samples, and a grid error to one side of which U bounds 95 %: 95 % lie below, not 99."""  # noqa: E501
     rng = np.random.default_rng(3)
     n = 40_000
-    sd_inputs, sd_chance, u_grid = 6.0, 1.5, 4.0
+    sd_inputs, sd_statistical, u_grid = 6.0, 1.5, 4.0
     spread = _spread(
         low=100.0 - NORMAL_95 * sd_inputs, median=100.0, high=100.0 + NORMAL_95 * sd_inputs, high_standard_error=0.0
     )
-    hazard = {"distance": 100.0, "upper": 100.0 + NORMAL_95 * sd_chance}
+    hazard = {"distance": 100.0, "upper": 100.0 + NORMAL_95 * sd_statistical}
     signed = budget_of(spread, hazard, _grid(u_grid))["signed"]
     for sigma in (u_grid / 1.96, u_grid / NORMAL_95):
-        true = 100.0 + rng.normal(0.0, sd_inputs, n) + rng.normal(0.0, sd_chance, n) + rng.normal(0.0, sigma, n)
+        true = 100.0 + rng.normal(0.0, sd_inputs, n) + rng.normal(0.0, sd_statistical, n) + rng.normal(0.0, sigma, n)
         assert 0.945 < (true <= signed).mean() < 0.965
     one_sided = (
-        100.0 + rng.normal(0.0, sd_inputs, n) + rng.normal(0.0, sd_chance, n) + rng.uniform(0.0, 0.5 * u_grid, n)
+        100.0 + rng.normal(0.0, sd_inputs, n) + rng.normal(0.0, sd_statistical, n) + rng.uniform(0.0, 0.5 * u_grid, n)
     )
     assert (one_sided <= signed).mean() > 0.93  # a limit known to lie above: the index is U, its error is not centred
 
 
-def test_chance_is_taken_out_of_the_spread():
+def test_statistical_error_is_taken_out_of_the_spread():
     rng = np.random.default_rng(1)
     exact = rng.normal(100.0, 6.0, 5_000)
     values = exact + rng.normal(0.0, 3.0, 5_000)
-    own, resolved = without_chance(values, 9.0)
+    own, resolved = without_statistical_error(values, 9.0)
     assert resolved
     assert own.std() == pytest.approx(6.0, rel=0.03)
     assert own.mean() == pytest.approx(values.mean())
     found = spread_of(values, np.full(5_000, 3.0), rng)
     assert found.high == pytest.approx(100.0 + NORMAL_95 * 6.0, abs=0.45)
     assert found.low == pytest.approx(100.0 - NORMAL_95 * 6.0, abs=0.45)
-    assert found.chance == pytest.approx(3.0)
+    assert found.statistical_error == pytest.approx(3.0)
 
 
-def test_inputs_below_the_chance_stay_too_wide_and_are_marked():
+def test_inputs_below_the_statistical_error_stay_too_wide_and_are_marked():
     rng = np.random.default_rng(1)
     values = rng.normal(100.0, 1.0, 500) + rng.normal(0.0, 3.0, 500)
-    own, resolved = without_chance(values, 9.0)
+    own, resolved = without_statistical_error(values, 9.0)
     assert not resolved
     np.testing.assert_array_equal(own, values)
     assert not spread_of(values, np.full(500, 3.0), rng).resolved

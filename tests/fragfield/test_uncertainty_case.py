@@ -41,7 +41,7 @@ def _case(*inputs, file=TUBE, changes=None, **table):
         ({"keys": ["burst.leakage.radius_ratio.x"]}, "goes into a value: there is no 'x' in it"),
         ({"keys": ["seed"]}, "cannot be uncertain: it changes nothing that is computed, or chooses the random numbers"),
         ({"keys": []}, "uncertainty.input[1].keys"),
-        ({"keys": ["burst.products"]}, '"burst.products" is no number; allowed with it: distribution = "discrete" and applies = "value"'),  # noqa: E501
+        ({"keys": ["burst.products"]}, '"burst.products" is not a number; allowed with it: distribution = "discrete" and applies = "value"'),  # noqa: E501
         ({"distribution": "gaussian"}, 'found "gaussian"; allowed: "uniform"'),
         ({"distribution": "unifrom"}, 'found "unifrom" (did you mean "uniform"?)'),
         ({"high": None}, 'uncertainty.input[1].high: missing; distribution = "uniform" needs low and high'),

@@ -106,7 +106,7 @@ def test_the_law_comes_back(made, tmp_path, method):
         assert abs(one["total"] - share / (heat + drag)) < 3.0 * one["total_standard_error"] + 0.01, name
     spread = found["distance"]["spread"]
     assert spread["standard_deviation"] == pytest.approx(np.sqrt(heat + drag), rel=0.08)
-    assert spread["chance"] == 1.0
+    assert spread["statistical_error"] == 1.0
     budget = found["budget"]
     assert budget["contributions"][3]["half_width"] == 5.0
     assert budget["contributions"][2]["half_width"] == pytest.approx(3.0)

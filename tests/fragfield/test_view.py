@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from flight.files import write_trajectories
+from flight.files.results import write_trajectories
 from flight.result import LANDING, Trajectories
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
@@ -55,14 +55,14 @@ from fragfield.view import film
 from fragfield.view.show import write_films
 
 film._MOST_FRAMES = 5
-told = {}
+reported = {}
 for path in write_films(read_run(Path(sys.argv[1]))):
     frames = iio.imread(path, plugin="pyav")
     scene = frames[:, 120:720].astype(int)
-    told[path.name] = frames.shape, int(np.abs(scene[-1] - scene[0]).max())
-print(json.dumps(told))
+    reported[path.name] = frames.shape, int(np.abs(scene[-1] - scene[0]).max())
+print(json.dumps(reported))
 """
-"""Draws both films of a run directory with five frames; tells their shapes and how much the pictures change."""
+"""Draws both films of a run directory with five frames; prints their shapes and how much the pictures change."""
 
 
 @needs_vtk
@@ -112,15 +112,15 @@ def test_films_run_and_show_motion(tmp_path):
     write_flown_paths(folder)
     done = subprocess.run([sys.executable, "-c", _FILMS, str(folder)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert list(told) == ["film_of_burst.mp4", "film_of_flight.mp4"]
-    for name, (shape, change) in told.items():
+    reported = json.loads(done.stdout)
+    assert list(reported) == ["film_of_burst.mp4", "film_of_flight.mp4"]
+    for name, (shape, change) in reported.items():
         assert shape == [5, 960, 1280, 3]
         assert change > 60, f"{name}: nothing moves"
     assert not list((folder / "figures").glob("part_of_*"))
 
 
-def test_missing_packages_are_told(run, monkeypatch, caplog):
+def test_missing_packages_are_reported(run, monkeypatch, caplog):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert write_films(read_run(run)) == []
     assert "no films: films need the packages imageio and av; install them: pip install imageio av" in caplog.text
@@ -192,7 +192,7 @@ def test_a_stack_is_cut_through_its_front_row(mirrored):
 
 
 def test_the_section_stays_where_it_is_while_the_burst_grows(mirrored):
-    """It hangs on the rounds at rest: a cloud that leans to one side does not move it."""
+    """It depends on the rounds at rest: a cloud that leans to one side does not move it."""
     planes = {middle_plane(grid) for _, grid in burst_states(read_run(mirrored), 3)}
     assert planes == {middle_plane(final_burst(read_run(mirrored)))}
 
@@ -217,7 +217,7 @@ def test_cut_shows_the_plane_and_the_outline_of_the_casing(run):
 
 
 @pytest.mark.usefixtures("_fresh_check")
-def test_missing_library_is_told_and_the_report_goes_on(run, monkeypatch):
+def test_missing_library_is_reported_and_the_report_goes_on(run, monkeypatch):
     monkeypatch.setattr(offscreen, "_loadable", lambda name: False)
     with pytest.raises(PictureUnavailableError, match=r"needs libEGL or libOSMesa.*apt-get install libegl1"):
         view_run(run, window=False)
@@ -227,7 +227,7 @@ def test_missing_library_is_told_and_the_report_goes_on(run, monkeypatch):
 
 
 @pytest.mark.usefixtures("_fresh_check")
-def test_driver_that_ends_vtk_by_a_signal_is_told(monkeypatch):
+def test_driver_that_ends_vtk_by_a_signal_is_reported(monkeypatch):
     """A library without a driver kills VTK; the trial dies in its stead."""
     monkeypatch.setattr(offscreen, "_loadable", lambda name: name == "libEGL.so.1")
     monkeypatch.setattr(offscreen, "_TRIAL", "import os; os.kill(os.getpid(), 11)")

@@ -42,7 +42,7 @@ def equivalents() -> set[tuple[str, str, str]]:
 
 
 def chosen_faults(root: Path, seed: int) -> Iterator[tuple[str, str, Fault]]:
-    """Area, module and fault until there are no more: the areas in turn, in each the kinds in turn, there by chance."""
+    """Area, module and fault until there are no more: the areas in turn, in each the kinds in turn, there at random."""
     known = equivalents()
     faults = []
     for number, area in enumerate(AREAS):

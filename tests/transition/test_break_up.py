@@ -1,4 +1,4 @@
-"""The break-up as a whole: what is handed over, by which laws, from which chance."""
+"""The break-up as a whole: what is handed over, by which laws, from which random stream."""
 
 from __future__ import annotations
 
@@ -184,9 +184,9 @@ def test_directions_are_those_of_the_cells(snapshot):
     assert found.azimuth_fragments.sum() == pytest.approx(1.0)
     # 48 columns of 4 samples on 72 bins: two or three of 192 in each, where the columns alone leave bins empty
     assert found.azimuth_cells == pytest.approx(1.0 / 72.0, rel=0.34)
-    told = result.summary["rounds"][0]["directions"]
-    assert told["polar_fragments"] == found.polar_fragments.tolist()
-    assert told["azimuth_cells"] == found.azimuth_cells.tolist()
+    reported = result.summary["rounds"][0]["directions"]
+    assert reported["polar_fragments"] == found.polar_fragments.tolist()
+    assert reported["azimuth_cells"] == found.azimuth_cells.tolist()
     assert found.polar_difference < 0.03
     assert found.azimuth_difference < 0.05
     # a wall that flies outwards and up to 100 m/s along the axis: within 6 degrees of the equator
@@ -207,7 +207,7 @@ def test_same_seed_same_fragments_and_order_does_not_matter(pair):
     assert not np.array_equal(ensemble[0].fragments.mass[:20], other.mass[:20])
 
 
-def test_one_rounds_chance_does_not_depend_on_the_others(pair):
+def test_one_rounds_randomness_does_not_depend_on_the_others(pair):
     """Another law for round 1 leaves round 0 as it is; the two rounds, though alike, break differently."""
     cut = BreakUpSettings(segments={"round 1": (0.1,)})
     first, second = break_up(pair, seed=5).fragments, break_up(pair, cut, seed=5).fragments

@@ -41,7 +41,7 @@ def velocities(folder, size, count, **settings):
 
 
 def elevation_test(tangents, generator):
-    """Kolmogorov-Smirnov distance from even spread within 15 degrees, and the chance of a larger one."""
+    """Kolmogorov-Smirnov distance from even spread within 15 degrees, and the p-value of a larger one."""
     grid = np.linspace(-STEEPEST, STEEPEST, 801)
     expected = (grid + STEEPEST) / (2.0 * STEEPEST)
     deviation = []
@@ -57,7 +57,7 @@ def elevation_test(tangents, generator):
 
 
 def sector_test(azimuths, generator):
-    """Chi-square per degree of freedom over 72 sectors, and its chance when every realisation is turned at random."""
+    """Chi-square per degree of freedom over 72 sectors, and its p-value when every realisation is turned at random."""
     counts = np.array([np.bincount(np.round(a / 5.0).astype(int) % 72, minlength=72) for a in azimuths], dtype=float)
 
     def chi_square(numbers):
@@ -72,7 +72,7 @@ def sector_test(azimuths, generator):
 
 
 def phase_test(azimuths, columns):
-    """Rayleigh's statistic of the phase within a column, and its chance when every realisation is turned at random."""
+    """Rayleigh's statistic of the phase within a column, and its p-value when every realisation is turned at random."""
     sums = np.array([np.exp(1j * columns * np.radians(a)).sum() for a in azimuths])
     return abs(sums.sum()) / sum(a.size for a in azimuths), float(
         np.exp(-(abs(sums.sum()) ** 2) / (abs(sums) ** 2).sum())
@@ -80,17 +80,17 @@ def phase_test(azimuths, columns):
 
 
 def imprints(found, columns):
-    """Chance of each statistic, over all fragments, those of 5 to 20 g and those below 2 g."""
+    """p-value of each statistic, over all fragments, those of 5 to 20 g and those below 2 g."""
     generator = np.random.default_rng(1)
-    chances = {}
+    p_values = {}
     for name, low, high in (("all", 0.0, np.inf), ("5-20 g", 5e-3, 20e-3), ("below 2 g", 0.0, 2e-3)):
         chosen = [velocity[(mass >= low) & (mass < high)] for mass, velocity in found]
         tangents = [v[:, 2] / np.hypot(v[:, 0], v[:, 1]) for v in chosen]
         azimuths = [np.degrees(np.arctan2(v[:, 1], v[:, 0])) for v in chosen]
-        chances[f"elevation, {name}"] = elevation_test(tangents, generator)
-        chances[f"sectors, {name}"] = sector_test(azimuths, generator)
-        chances[f"phase, {name}"] = phase_test(azimuths, columns)
-    return chances
+        p_values[f"elevation, {name}"] = elevation_test(tangents, generator)
+        p_values[f"sectors, {name}"] = sector_test(azimuths, generator)
+        p_values[f"phase, {name}"] = phase_test(azimuths, columns)
+    return p_values
 
 
 @pytest.mark.parametrize(
@@ -99,8 +99,8 @@ def imprints(found, columns):
 )
 def test_directions_show_no_mesh(tmp_path, size, count):
     found = velocities(tmp_path, size, count)
-    chances = imprints(found, MESHES[size]["around"])
-    assert all(chance > LEVEL for _, chance in chances.values()), chances
+    p_values = imprints(found, MESHES[size]["around"])
+    assert all(p_value > LEVEL for _, p_value in p_values.values()), p_values
 
 
 def test_velocities_of_whole_cells_would_be_found(tmp_path):
@@ -113,9 +113,9 @@ def test_velocities_of_whole_cells_would_be_found(tmp_path):
         angle = (np.floor(np.arctan2(v[:, 1], v[:, 0]) / turn) + 0.5) * turn
         level = np.hypot(v[:, 0], v[:, 1])
         coarse.append((mass, np.column_stack([level * np.cos(angle), level * np.sin(angle), up])))
-    chances = imprints(coarse, MESHES[8]["around"])
-    assert all(chance <= LEVEL for name, (_, chance) in chances.items() if "phase" in name or "sectors" in name), (
-        chances
+    p_values = imprints(coarse, MESHES[8]["around"])
+    assert all(p_value <= LEVEL for name, (_, p_value) in p_values.items() if "phase" in name or "sectors" in name), (
+        p_values
     )
 
 

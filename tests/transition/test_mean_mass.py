@@ -113,12 +113,14 @@ def test_where_no_data_are_near_is_said(casing, texts):
 
 def test_summary_states_law_factor_and_what_is_outside(tmp_path):
     snapshot = Tube(radial_cells=1, around=8, axial=10, explosive="ANFO").read(tmp_path / "s.h5")
-    told = BreakUp(snapshot, BreakUpSettings()).realisation(1).summary["mean_mass"]
-    assert (told["law"], told["factor"], told["factor_source"]) == ("mott", FACTORS["mott"], FACTOR_SOURCE)
-    assert [one["round"] for one in told["outside_data"]] == ["round 0"]
-    assert told["outside_data"][0]["text"].startswith("explosive 'ANFO'")
-    told = BreakUp(snapshot, BreakUpSettings(mean_mass=0.01, mean_mass_factor=1.1)).realisation(1).summary["mean_mass"]
-    assert told == {"law": "given", "factor": 1.1, "factor_source": "input", "outside_data": []}
+    reported = BreakUp(snapshot, BreakUpSettings()).realisation(1).summary["mean_mass"]
+    assert (reported["law"], reported["factor"], reported["factor_source"]) == ("mott", FACTORS["mott"], FACTOR_SOURCE)
+    assert [one["round"] for one in reported["outside_data"]] == ["round 0"]
+    assert reported["outside_data"][0]["text"].startswith("explosive 'ANFO'")
+    reported = (
+        BreakUp(snapshot, BreakUpSettings(mean_mass=0.01, mean_mass_factor=1.1)).realisation(1).summary["mean_mass"]
+    )
+    assert reported == {"law": "given", "factor": 1.1, "factor_source": "input", "outside_data": []}
 
 
 @pytest.mark.parametrize(

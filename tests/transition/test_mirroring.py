@@ -1,4 +1,4 @@
-"""Rounds behind planes of symmetry: which there are, where they fly, and from which chance."""
+"""Rounds behind planes of symmetry: which there are, where they fly, and from which random stream."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_computed_rounds_break_up_as_without_planes(tmp_path, settings):
     assert alone.summary["rounds"] == mirrored.summary["rounds"][:2]
 
 
-def test_every_image_has_a_chance_of_its_own(tmp_path):
+def test_every_image_has_a_random_stream_of_its_own(tmp_path):
     result = break_up(snapshot(tmp_path, X, Y), seed=1)
     parts = [result.fragments.select(result.fragments.round == number) for number in range(4)]
     for first in range(4):

@@ -33,11 +33,11 @@ def velocities(folder, size, count):
 )
 def test_directions_show_no_mesh_and_no_azimuth(tmp_path, size, count):
     found = velocities(tmp_path, size, count)
-    chances = imprints(found, 36)  # columns of the hexahedra of this cell size
+    p_values = imprints(found, 36)  # columns of the hexahedra of this cell size
     for name, fold in (("opposite points", 2), ("fours of points", 4)):
         azimuths = [np.degrees(np.arctan2(v[:, 1], v[:, 0])) for _, v in found]
-        chances[f"phase, {name}"] = phase_test(azimuths, fold)
-    assert all(chance > LEVEL for _, chance in chances.values()), chances
+        p_values[f"phase, {name}"] = phase_test(azimuths, fold)
+    assert all(p_value > LEVEL for _, p_value in p_values.values()), p_values
 
 
 def test_points_all_in_the_half_plane_would_be_found(tmp_path):

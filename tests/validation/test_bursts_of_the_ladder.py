@@ -18,11 +18,11 @@ from validation.steel_tubes import check as tubes
 from validation.steel_tubes.study import tube_of
 
 LENGTH, RADIUS, FRONT = 0.3, 0.0153, 6940.0
-SPEED, TURN = 1400.0, 0.1  # of the wall, m/s; part of it that points away from the lit end
+SPEED, TURN = 1400.0, 0.1  # of the wall, m/s; part of it that points away from the initiated end
 
 
 def _wall(time):
-    """Rings of a wall that moves at one velocity once the front has passed; (nodes, 3), lit end up."""
+    """Rings of a wall that moves at one velocity once the front has passed; (nodes, 3), initiated end up."""
     heights = np.linspace(0.0, LENGTH, 61)
     away = np.maximum(time - (LENGTH - heights) / FRONT, 0.0)
     around = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
@@ -53,7 +53,7 @@ def series(tmp_path_factory):
 
 
 def test_the_slit_sees_the_radius_at_a_fixed_station(series):
-    """A steady wall r(z, t): at fixed z, dr/dt = v_r - v_z dr/dz = v_r / (1 - v_z / D), v_z away from the lit end."""
+    """A steady wall r(z, t): at fixed z, dr/dt = v_r - v_z dr/dz = v_r / (1 - v_z / D), v_z from the initiated end."""
     record = streak(series, 0.2, LENGTH)
     seen = SPEED / (1.0 - TURN * SPEED / FRONT)
     for displacement in (6e-3, 19e-3):
@@ -195,7 +195,7 @@ def test_numbers_or_speeds_off_by_more_than_a_tenth_are_missed():
     assert len([row for row in slow if row.passed is False]) == 7
 
 
-def test_distances_that_nothing_hazardous_reaches_are_told_as_none():
+def test_distances_that_nothing_hazardous_reaches_are_reported_as_none():
     counts = _as_the_table()
     counts.number[0], counts.speed[0] = 0.0, np.nan
     rows = {row.quantity: row for row in m107.check("none", counts, from_burst=False)}

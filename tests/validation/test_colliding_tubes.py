@@ -53,20 +53,20 @@ def test_the_references_shares_pass():
     ],
 )
 def test_a_share_off_by_more_than_its_points_or_a_slow_tube_is_missed(found, missed):
-    told = verdicts(check("5 mm", found, burst()))
-    assert [name for name, passed in told.items() if not passed] == [missed]
+    reported = verdicts(check("5 mm", found, burst()))
+    assert [name for name, passed in reported.items() if not passed] == [missed]
 
 
 def test_metal_behind_the_plane_voids_the_comparison():
-    told = verdicts(check("5 mm", metal(0.278, 0.567), burst(beyond=0.03)))
-    assert told == {"mass behind the plane at the end": False}
+    reported = verdicts(check("5 mm", metal(0.278, 0.567), burst(beyond=0.03)))
+    assert reported == {"mass behind the plane at the end": False}
 
 
 def test_the_pair_is_held_against_the_mirrored_tube():
     one, other = metal(0.27, 0.55), metal(0.29, 0.56)
     assert all(row.passed for row in check_pair("two", [one, other], metal(0.278, 0.556), burst()))
-    told = verdicts(check_pair("two", [one, metal(0.2, 0.56)], metal(0.278, 0.556), burst(inside=0.04)))
-    assert [name for name, passed in told.items() if not passed] == [
+    reported = verdicts(check_pair("two", [one, metal(0.2, 0.56)], metal(0.278, 0.556), burst(inside=0.04)))
+    assert [name for name, passed in reported.items() if not passed] == [
         "mass within the neighbour at the end",
         "mass within 10 degrees",
     ]

@@ -24,7 +24,7 @@ AIR = {"air": 1.069}
 
 
 def outwards(places):
-    """1000 m/s outwards from the z axis, the ends parting."""
+    """1000 m/s outwards from the z axis, the ends moving apart."""
     radius = np.linalg.norm(places[:, :2], axis=1)
     return np.column_stack([1000.0 * places[:, :2] / radius[:, None], 200.0 * (places[:, 2] / 0.3 - 0.5)])
 

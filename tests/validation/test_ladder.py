@@ -60,18 +60,18 @@ def _stops(*_):
 def test_a_case_that_stops_does_not_keep_the_others_from_being_computed(monkeypatch, tmp_path, capsys):
     studies = {"stops": _stops, "passes": lambda *_: [_row(True)]}
     assert _run(monkeypatch, tmp_path, ["--json"], studies) == 3
-    told = capsys.readouterr()
-    assert [row["case"] for row in json.loads(told.out)] == ["case"]
-    assert "the burst ended with exit code 3" in told.err
+    reported = capsys.readouterr()
+    assert [row["case"] for row in json.loads(reported.out)] == ["case"]
+    assert "the burst ended with exit code 3" in reported.err
 
 
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1)])
-def test_the_exit_code_tells(monkeypatch, tmp_path, capsys, passed, code):
+def test_the_exit_code_shows_failure(monkeypatch, tmp_path, capsys, passed, code):
     assert _run(monkeypatch, tmp_path, [], {"one": lambda *_: [_row(passed)]}) == code
     assert ("MISSED" in capsys.readouterr().out) is not passed
 
 
-def test_the_record_keeps_the_cases_that_were_not_computed_anew(monkeypatch, tmp_path, capsys):
+def test_the_record_keeps_the_cases_that_were_not_computed_again(monkeypatch, tmp_path, capsys):
     path = tmp_path / "data" / "validation.json"
     monkeypatch.setattr(ladder, "read_record", lambda: record.read_record(path))
     monkeypatch.setattr(ladder, "write_record", lambda entries: record.write_record(entries, path))

@@ -60,14 +60,14 @@ def test_the_cylinder_test_gives_gurneys_velocity():
     assert (slow, fast) == (pytest.approx(2092.6, abs=1.0), pytest.approx(2412.0, abs=1.0))
 
 
-def test_a_charge_lit_progressively_is_held_against_its_own_theory():
+def test_a_charge_initiated_progressively_is_held_against_its_own_theory():
     _, charge = products.model_of("tnt", "landau")
     share = progressive_share(charge, "landau")
     assert share == pytest.approx(1.1233, abs=1e-4)
-    judged, told = products.check_progressive("landau", {"products_balance": 1.12})
+    judged, reported = products.check_progressive("landau", {"products_balance": 1.12})
     assert judged.passed is True
-    assert told.passed is None
-    assert told.error == pytest.approx(0.12)
+    assert reported.passed is None
+    assert reported.error == pytest.approx(0.12)
     (row,) = products.check_progressive("landau_cj", {"products_balance": 0.96})
     assert row.passed is False
 

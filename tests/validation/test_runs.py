@@ -81,7 +81,7 @@ def calls(monkeypatch):
     return made, codes
 
 
-def test_runs_are_made_anew_or_gone_on_with(tmp_path, calls):
+def test_runs_are_made_again_or_gone_on_with(tmp_path, calls):
     made, codes = calls
     folder = Runs(tmp_path).run("pair", REFERENCE["pair"], "8 mm")
     assert folder == tmp_path / "pair_8_mm"

@@ -136,7 +136,7 @@ def test_the_longest_bar_comes_first_and_holds_the_base():
     assert (bars[1].low, bars[1].low_value, bars[1].low_error) == (0.0, "1.75", 0.0)  # the base is its least
 
 
-def test_common_chance_makes_differences_sharper_than_values():
+def test_common_random_numbers_make_differences_sharper_than_values():
     other = _response(variations.base(), 72.0)
     assert BASE.error > 0.5
     assert other.change(BASE) == pytest.approx(2.0)
@@ -226,7 +226,7 @@ def _run(monkeypatch, tmp_path, arguments, stops=()):
     return main(["sensitivities", "--json", *arguments]), fake
 
 
-def test_a_burst_that_stops_or_is_open_is_told_and_the_others_go_on(monkeypatch, tmp_path, capsys):
+def test_a_burst_that_stops_or_is_open_is_reported_and_the_others_go_on(monkeypatch, tmp_path, capsys):
     code, fake = _run(monkeypatch, tmp_path, [], stops=("sensitivities_quadrature_8",))
     rows = json.loads(capsys.readouterr().out)
     assert code == 1

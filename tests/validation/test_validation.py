@@ -108,5 +108,5 @@ def test_a_finished_run_is_compared_from_the_command_line(tmp_path, capsys):
 
 def test_an_unknown_case_is_refused_by_name(capsys):
     assert main(["paper_31"]) == 2
-    told = capsys.readouterr().err
-    assert "no case is named 'paper_31' (did you mean \"paper_3_1\"?); there are products, solid" in told
+    reported = capsys.readouterr().err
+    assert "no case is named 'paper_31' (did you mean \"paper_3_1\"?); there are products, solid" in reported

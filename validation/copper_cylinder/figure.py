@@ -37,7 +37,7 @@ def draw(records: Mapping[str, Streak], path: Path) -> Path:
             fmt="o", color=INK, markersize=4, capsize=3, linewidth=1.0, zorder=5,
             label=f"test, ± {100 * REFERENCE['allowed']['wall_speed']:g} %",
         )  # fmt: skip
-        place = f"{1e3 * REFERENCE['station']:g} mm behind the lit end"
+        place = f"{1e3 * REFERENCE['station']:g} mm behind the initiated end"
         history.set(title="(a) expansion", xlabel=f"Time since the wall moved, {place} (µs)", xlim=(0, None))
         history.set(ylabel="Displacement of the outer radius (mm)", ylim=(0, 1e3 * _END))
         speed.set(title="(b) wall speed at the slit", xlabel="Displacement of the outer radius (mm)")

@@ -72,7 +72,7 @@ def streak(series: Path, station: float, length: float) -> Streak:
     series : Path
         burst.h5 of one round that stands on its base at the origin, its axis upwards.
     station : float
-        Place of the slit, from the lit end at the top (m).
+        Place of the slit, from the initiated end at the top (m).
     length : float
         Of the cylinder (m).
 

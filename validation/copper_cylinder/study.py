@@ -20,7 +20,7 @@ __all__ = ["study"]
 
 FULL_SIZE, COARSER_SIZE, QUICK_SIZE = "1.6 mm", "2 mm", "2.5 mm"
 MERIDIAN_SIZES = ("1.6 mm", "0.8 mm", "0.4 mm")
-"""Of the axisymmetric bursts, beside the three-dimensional ones: they tell whether a miss is one of the cells."""
+"""Of the axisymmetric bursts, beside the three-dimensional ones: they show whether a miss is one of the cells."""
 DEFAULT = "landau_cj"
 THREE: Geometry = "3d"
 MERIDIAN: Geometry = "axisymmetric"

@@ -28,7 +28,7 @@ def check(label: str, counts: Counts, *, from_burst: bool) -> list[Row]:
     label : what the fragments come from.
     counts : at the table's distances first, in its order.
     from_burst : whether nothing was prescribed; then the initial speed is compared as well, and number and mean mass
-        are told.
+        are reported.
     """
     allowed, source = REFERENCE["allowed"], REFERENCE["source"]
     rows = []

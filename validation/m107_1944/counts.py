@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard import falling_through
-from flight.text_tables import read_columns
+from flight.files.text_tables import read_columns
+from flight.hazard.assessment import falling_through
 from transition.mott import MottLaw
 from transition.samplers import Quantile
 
@@ -91,7 +91,8 @@ def count(
     """Fly realisations of a round and count.
 
     Without gravity a fragment's speed depends on the length of its path alone, whatever its direction. All are
-    therefore turned into the horizontal and let go at the origin: a cylinder of radius r then catches what has flown r.
+    therefore turned into the horizontal and launched from the origin: a cylinder of radius r then catches what has
+    flown r.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ class SegmentNumbers:
 
     @property
     def standard_error(self) -> float:
-        """Of the mean number of the realisations, over N0: what chance leaves of a few hundred pieces."""
+        """Of the mean number of the realisations, over N0: statistical scatter of a few hundred pieces."""
         sizes = [one.size for one in self.quantile]
         return float(np.std(sizes, ddof=1) / np.sqrt(len(sizes)) / self.law.n0)
 

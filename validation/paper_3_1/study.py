@@ -38,7 +38,7 @@ def study(options: Options, runs: Runs) -> list[Row]:
     if options.cell_size:
         sizes = (options.cell_size,)
     finest = sizes[-1]
-    shown = finest if options.readme else None  # what is compared is told by the burst; pictures are the report's
+    shown = finest if options.readme else None  # what is compared is reported by the burst; pictures are the report's
     folders = {
         size: runs.run(NAME, REFERENCE["case"], size, stage="run" if size == shown else "burst") for size in sizes
     }

@@ -25,7 +25,7 @@ from validation.rows import Row, compare, within
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from flight.ring_counts import RingCounts
+    from flight.hazard.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
 
 __all__ = ["NAME", "PANEL", "REFERENCE", "Finding", "compare_with_mirrored", "compare_with_paper", "sound"]
@@ -97,7 +97,7 @@ def compare_with_paper(pair: RingEnsemble, single: RingEnsemble, surface: str) -
     rows += _peak_rows(ours, base, words)
     half_widths, ratios = number_by_half_width(ours, base)
     met = half_width_of(half_widths, ratios, REFERENCE["number_ratio"])
-    rows += _at_the_meeting(ours, base, met, ratios, words)
+    rows += _at_the_collision(ours, base, met, ratios, words)
     rows += _undisturbed(ours, base, words)
     rows += _conservation(pair, single, surface, words)
     return Finding(rows, met, _sentence(met, ratios, words))
@@ -141,7 +141,7 @@ def _peak_rows(ours: RingCounts, base: RingCounts, words: str) -> list[Row]:
     return rows
 
 
-def _at_the_meeting(
+def _at_the_collision(
     ours: RingCounts, base: RingCounts, met: Estimate | None, ratios: list[Estimate], words: str
 ) -> list[Row]:
     """The paper states no sector. Where its number ratio is met, its speed ratio must be met too."""
@@ -204,8 +204,8 @@ def _sentence(met: Estimate | None, ratios: list[Estimate], words: str) -> str:
     return (
         f"On the {words} the number ratio of {wanted:g} is met by sectors of {met.value:.1f} ± {met.error:.1f} degrees "
         "on either side of the focus; narrower sectors hold more, wider ones less. The paper states no sector, so its "
-        "figure fixes the half-width, not the ratio; with nothing changed elsewhere and every hit kept it would be "
-        f"{_equal_lobes():.0f} degrees."
+        "figure fixes the half-width, not the ratio; if the density elsewhere stayed as for a single round and no "
+        f"hit were lost, the half-width would be {_equal_lobes():.0f} degrees."
     )
 
 

@@ -101,7 +101,7 @@ def cylinder_gurney() -> list[tuple[float, float]]:
 
 
 def check_progressive(model: ProductModel, burst: Mapping[str, Any]) -> list[Row]:
-    """Work done and left in the gas of a lit charge over its heat, against the theory of the model's front.
+    """Work done and left in the gas of an initiated charge over its heat, against the theory of the model's front.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def check_progressive(model: ProductModel, burst: Mapping[str, Any]) -> list[Row
     _, charge = model_of("tnt", model)
     share, found = progressive_share(charge, model), burst["products_balance"]
     whole = "E0" if model == "jwl" else "rho Q"
-    quantity = f"tnt, {model}: work done and left over {whole}, lit progressively"
+    quantity = f"tnt, {model}: work done and left over {whole}, initiated progressively"
     rows = [compare(NAME, quantity, found, share, REFERENCE["allowed"]["progressive"], "theory of the steady front")]
     if share != 1.0:
         rows.append(compare(NAME, f"{quantity}, against 1", found, 1.0, None, "conservation of energy"))

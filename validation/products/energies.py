@@ -71,7 +71,7 @@ def _work(pressure: Callable[[float], float], start: float, products: Products) 
 
 
 def gurney_velocity(products: Products, explosive: Explosive, volume: float) -> float:
-    """sqrt(2 E(v)) (m/s), E the energy given until V/V0 = v by a charge that is lit progressively, per mass."""
+    """sqrt(2 E(v)) (m/s), E the energy given until V/V0 = v by a charge that is initiated progressively, per mass."""
     if isinstance(products, LandauProducts):
         return products.gurney_velocity(volume)
     left = _jwl_energy(products, explosive)(volume)
@@ -79,7 +79,7 @@ def gurney_velocity(products: Products, explosive: Explosive, volume: float) -> 
 
 
 def progressive_share(explosive: Explosive, model: ProductModel) -> float:
-    """Energy that a progressively lit charge gives, over its heat, in theory.
+    """Energy that a progressively initiated charge gives, over its heat, in theory.
 
     1 for an isentrope through the Chapman-Jouguet state. That of `landau` lies higher: burnt by compression, its
     front runs where its own Rayleigh line touches, at sqrt(32/27) D and v = 3/4, P = 8/27 rho D^2; the isentrope's

@@ -1,4 +1,4 @@
-"""The products: effective Gurney velocity over the expansion, energy balance of a lit charge over the cell size."""
+"""The products: effective Gurney velocity over the expansion, energy balance of a charge over the cell size."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def draw(balances: Mapping[tuple[str, float], float], path: Path) -> Path:
         )
         gurney.legend(loc="lower right")
         balance.axhline(1.0, color=GREY, linewidth=0.8)
-        balance.set(title="(b) lit progressively (×: theory)", xlabel="Cell size (mm)", xlim=(0, None))
+        balance.set(title="(b) initiated progressively (×: theory)", xlabel="Cell size (mm)", xlim=(0, None))
         balance.set(ylabel="Work done and left over the heat")
         balance.legend(loc="center right")
     return path

@@ -1,4 +1,4 @@
-"""The detonation products from their laws and a lit charge to their rows and their figure."""
+"""The detonation products from their laws and an initiated charge to their rows and their figure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FULL_SIZES, QUICK_SIZES = ("10 mm", "5 mm", "3 mm"), ("5 mm",)
 
 
 def study(options: Options, runs: Runs) -> list[Row]:
-    """Check the laws, then light a charge with each model; the finest cells are compared, the others drawn."""
+    """Check the laws, then initiate a charge with each model; the finest cells are compared, the others drawn."""
     rows = check_laws()
     sizes = (options.cell_size,) if options.cell_size else QUICK_SIZES if options.quick else FULL_SIZES
     balances: dict[tuple[str, float], float] = {}

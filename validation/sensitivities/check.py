@@ -129,7 +129,7 @@ class Bar:
     words : str
         Of the parameter.
     low, high : float
-        Least and largest change against the base (m) over its values, the base among them.
+        Smallest and largest change against the base (m) over its values, the base among them.
     low_value, high_value : str
         Values at which they are met.
     low_error, high_error : float

@@ -2,10 +2,10 @@
 
 The distance is the hazard stage's, over all azimuths: a round that stands upright is one of revolution, so that its
 sectors differ at random alone. It is that of the expected density, the mean over the realisations, as in
-`flight.expected`.
+`flight.hazard.expected`.
 
-All ensembles have one seed: a realisation draws the same chance whatever is varied, and a bootstrap draws the same
-realisations. Differences between two variations are therefore known better than the values are.
+All ensembles have one seed: a realisation draws the same random numbers whatever is varied, and a bootstrap draws the
+same realisations. Differences between two variations are therefore known better than the values are.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.expected import DensityGroups, Directions, drawn_distances
-from flight.near_ground import NearGround, fields_of
+from flight.hazard.expected import DensityGroups, Directions, drawn_distances
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case
 from validation.sensitivities.variations import REFERENCE
@@ -116,7 +117,7 @@ def respond(
     for start in range(0, realisations, _AT_ONCE):
         numbers = range(start, min(start + _AT_ONCE, realisations))
         for fragments in prepared.many(REFERENCE["seed"], numbers, threads):
-            started = above_ground(fragments, arguments["ground"], tell=False)
+            started = above_ground(fragments, arguments["ground"], warn=False)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", flight.FlightWarning)
                 landed = flight.fly(started, **arguments, threads=threads)

@@ -27,7 +27,7 @@ __all__ = ["study"]
 
 
 def study(options: Options, runs: Runs) -> list[Row]:
-    """Vary one parameter at a time; a variation whose burst stops or is not sound is told, and left out."""
+    """Vary one parameter at a time; a variation whose burst stops or is not sound is reported, and left out."""
     bench = _Bench(options, runs)
     origin = bench.response(base(quick=options.quick, size=options.cell_size))
     if origin is None:
@@ -61,7 +61,7 @@ class _Bench:
         self.base: Path | None = None
 
     def response(self, variation: Variation) -> Response | None:
-        """The answer to a variation; None, with rows in `void` that tell why, where its burst cannot be used.
+        """The answer to a variation; None, with rows in `void` that say why, where its burst cannot be used.
 
         Raises
         ------

@@ -9,22 +9,22 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact import ContactForces
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.fields import make_fields
-from burst_fenicsx.ledger import Ledger
 from burst_fenicsx.materials.library import load_explosive
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.fields import make_fields
+from burst_fenicsx.mechanics.ledger import Ledger
+from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.meshing.disc import section_grid
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Leakage, Part, Round
-from burst_fenicsx.solver import BurstSolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from burst_fenicsx.ledger import Entry
+    from burst_fenicsx.mechanics.ledger import Entry
 
 __all__ = ["SETTINGS", "elastic", "energy", "grid", "record", "rod", "solver_on", "wave_speed"]
 

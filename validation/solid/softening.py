@@ -149,7 +149,7 @@ def _squeezed(
 
 
 class _Cell:
-    """One cell whose nodes go where they are told."""
+    """One cell whose nodes follow prescribed paths."""
 
     def __init__(self, material: CasingMaterial, step: float) -> None:
         # Any step does where places are prescribed; that of a strain rate of one keeps the speeds small.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.solver import Hold
+from burst_fenicsx.mechanics.solver import Hold
 from validation.solid.bodies import SETTINGS, elastic, grid, solver_on
 
 if TYPE_CHECKING:
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from burst_fenicsx.mechanics.solver import BurstSolver
     from burst_fenicsx.problem import BurstSettings, CasingMaterial
-    from burst_fenicsx.solver import BurstSolver
 
 __all__ = ["ElasticTube", "PlasticTube", "elastic_tube", "plastic_tube"]
 

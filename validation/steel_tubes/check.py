@@ -31,7 +31,7 @@ class Along:
     Attributes
     ----------
     place : (n,) float64
-        Stations over the length, from the lit end.
+        Stations over the length, from the initiated end.
     speed : (n,) float64
         Mass-weighted mean speed of the wall at each (m/s).
     mass : (n,) float64

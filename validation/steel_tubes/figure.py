@@ -42,7 +42,7 @@ def draw(tubes: Mapping[float, Along], path: Path) -> Path:
             along.plot(speeds.place, speeds.speed / wanted, label=f"{ratio:g}", **style)
         along.axhline(1.0, color=GREY, linewidth=0.8)
         along.axvspan(*REFERENCE["middle"], color="0.93", zorder=0)
-        along.set(title="(b) along the tube, lit at the left", xlabel="Station / length (eight bores)")
+        along.set(title="(b) along the tube, initiated at the left", xlabel="Station / length (eight bores)")
         along.set(ylabel="Speed over Gurney's", xlim=(0, 1), ylim=(0, None))
         along.legend(loc="lower center", title="charge over steel", ncols=2)
     return path

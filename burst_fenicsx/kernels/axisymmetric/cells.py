@@ -29,7 +29,7 @@ from burst_fenicsx.kernels.axisymmetric.release import (
     release_metal,
 )
 from burst_fenicsx.kernels.common import (
-    BEARABLE,
+    COEFFICIENT_LIMIT,
     DAMPING,
     FREQUENCY,
     HOURGLASS,
@@ -119,14 +119,14 @@ def _try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
 
 
 @block_kernel
-def _stiffen_solid(step: float, coming: float, material: np.ndarray, scratch: np.ndarray) -> None:
-    """Artificial viscosity, stable steps and hourglass coefficients, bounded by what the `coming` step (s) bears."""
+def _stiffen_solid(step: float, next_dt: float, material: np.ndarray, scratch: np.ndarray) -> None:
+    """Artificial viscosity, stable steps and hourglass coefficients, limited for the next step `next_dt` (s)."""
     widest_vectors()
     shear, lame = solid_parts.moduli(material)
     stiff = lame + 2.0 * shear
     # Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
     softened = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
-    per_step = 1.0 / coming if coming > 0.0 else np.inf
+    per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
     for lane in range(LANES):
         volume, frequency = scratch[VOLUME * LANES + lane], scratch[FREQUENCY * LANES + lane]
         mass = scratch[MASS * LANES + lane]
@@ -142,7 +142,7 @@ def _stiffen_solid(step: float, coming: float, material: np.ndarray, scratch: np
         scratch[solid_parts.SPRING * LANES + lane] = (
             material[9] / 9.0 * stiff * step * volume / scratch[AREA * LANES + lane]
         )
-        scratch[BEARABLE * LANES + lane] = per_step / scratch[GAMMA_SQUARE * LANES + lane]
+        scratch[COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[GAMMA_SQUARE * LANES + lane]
 
 
 @block_kernel
@@ -177,19 +177,19 @@ def charge_ring_block(
     """
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)
-    least_burn = charge_parts.load_state(block, time, material[8], grid, state, scratch)
+    min_burn = charge_parts.load_state(block, time, material[8], grid, state, scratch)
     move_quadrilaterals(step, scratch)
     released = mark_crushed_products(scratch) > 0
     if released:
         hold_released(block, grid, scratch, rings)
-    if least_burn < 1.0:
+    if min_burn < 1.0:
         charge_parts.burn_by_compression(material, scratch)
     if material[9] == _LANDAU:
         charge_parts.press_by_landau(material, scratch)
     else:
         charge_parts.press_by_jwl(material, scratch)
     # The step in which a cell burns out still takes its deviator to zero.
-    if least_burn < 1.0:
+    if min_burn < 1.0:
         charge_parts.hold_by_strength(block, step, material, grid, state, scratch, energy)
     _stiffen_charge(max(step, share * grid.longest), material, scratch)
     if released:
@@ -202,12 +202,12 @@ def charge_ring_block(
 
 
 @block_kernel
-def _stiffen_charge(coming: float, material: np.ndarray, scratch: np.ndarray) -> None:
-    """Artificial viscosity, stable steps and hourglass coefficient, bounded by what the `coming` step (s) bears."""
+def _stiffen_charge(next_dt: float, material: np.ndarray, scratch: np.ndarray) -> None:
+    """Artificial viscosity, stable steps and hourglass coefficient, limited for the next step `next_dt` (s)."""
     widest_vectors()
     # While a cell may still be initiated, the step allows for the products' sound speed at the front, 3/4 D.
     front_speed = 0.75 * material[7]
-    per_step = 1.0 / coming if coming > 0.0 else np.inf
+    per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
     for lane in range(LANES):
         frequency, mass = scratch[FREQUENCY * LANES + lane], scratch[MASS * LANES + lane]
         density = mass / scratch[VOLUME * LANES + lane]
@@ -217,8 +217,8 @@ def _stiffen_charge(coming: float, material: np.ndarray, scratch: np.ndarray) ->
             trace_of_rate(scratch, lane), 1.0 / frequency, density, sound, fastest, material[4], material[5]
         )
         scratch[VISCOUS * LANES + lane], scratch[STABLE * LANES + lane] = viscous, stable
-        bearable = MOST_DAMPED * per_step / scratch[GAMMA_SQUARE * LANES + lane]
-        scratch[DAMPING * LANES + lane] = min(material[6] * mass * sound * frequency, bearable)
+        coefficient_limit = MOST_DAMPED * per_step / scratch[GAMMA_SQUARE * LANES + lane]
+        scratch[DAMPING * LANES + lane] = min(material[6] * mass * sound * frequency, coefficient_limit)
 
 
 @block_kernel

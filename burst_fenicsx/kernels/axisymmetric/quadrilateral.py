@@ -22,12 +22,12 @@ from burst_fenicsx.kernels.common import (
     FREQUENCY,
     GRADIENT,
     HOURGLASS,
+    HOURGLASS_MODES,
     MASS,
     POSITION,
     RATE,
     VELOCITY,
     VOLUME,
-    WARP,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Nodes
@@ -38,7 +38,7 @@ __all__ = [
     "GAMMA_SQUARE",
     "INITIAL_VOLUME",
     "INVERSE_SHARE",
-    "LEAST_CORNER",
+    "MIN_CORNER",
     "RELEASED",
     "ROWS_OF_CELLS",
     "Four",
@@ -58,10 +58,10 @@ _BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
 INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
 INITIAL_VOLUME = GRADIENT + 16  # m3
 RELEASED = GRADIENT + 17  # 1 where torn metal has been released, else 0
-_WARP_R, _WARP_Z = WARP, WARP + 1  # hourglass mode of the positions, m
-AREA = WARP + 2  # of the quadrilateral, m2
-GAMMA_SQUARE = WARP + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
-LEAST_CORNER = WARP + 4  # least of the Jacobian's values at the corners, m2: not above zero where the cell is folded
+_MODE_R, _MODE_Z = HOURGLASS_MODES, HOURGLASS_MODES + 1  # hourglass mode of the positions, m
+AREA = HOURGLASS_MODES + 2  # of the quadrilateral, m2
+GAMMA_SQUARE = HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+MIN_CORNER = HOURGLASS_MODES + 4  # minimum Jacobian at the corners, m2: not above zero where the cell is folded
 
 ROWS_OF_CELLS = 6
 """Rows of LANES that a quadrilateral keeps besides the state of all cells: INVERSE_SHARE, INITIAL_VOLUME, RELEASED."""
@@ -81,7 +81,7 @@ _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
 @lane_function
 def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
-    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) and least corner of its quadrilateral."""
+    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) and smallest Jacobian of its quadrilateral."""
     r0, r1, r2, r3 = r
     z0, z1, z2, z3 = z
     area = 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0))
@@ -194,12 +194,12 @@ def move_quadrilaterals(step: float, scratch: np.ndarray) -> None:
         qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
         store_vector((qr, 0.0, qz), scratch, HOURGLASS, lane)
 
-        br, bz, a, volume, area, least = ring_integrals(r, z)
+        br, bz, a, volume, area, min_corner = ring_integrals(r, z)
         _store(br, scratch, _BR, lane)
         _store(bz, scratch, _BZ, lane)
         _store(a, scratch, _A, lane)
         scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
-        scratch[LEAST_CORNER * LANES + lane] = least
+        scratch[MIN_CORNER * LANES + lane] = min_corner
         w = _load(scratch, INVERSE_SHARE, lane)
         u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
         u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
@@ -211,7 +211,7 @@ def move_quadrilaterals(step: float, scratch: np.ndarray) -> None:
         over = 1.0 / volume
         scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
         hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
-        scratch[_WARP_R * LANES + lane], scratch[_WARP_Z * LANES + lane] = hr, hz
+        scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
         hr, hz = over * hr, over * hz
         y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
         y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
@@ -228,7 +228,7 @@ def store_forces(
     """
     br, bz, a = _load(scratch, _BR, lane), _load(scratch, _BZ, lane), _load(scratch, _A, lane)
     over = 1.0 / scratch[VOLUME * LANES + lane]
-    hr, hz = over * scratch[_WARP_R * LANES + lane], over * scratch[_WARP_Z * LANES + lane]
+    hr, hz = over * scratch[_MODE_R * LANES + lane], over * scratch[_MODE_Z * LANES + lane]
     srr, stt, szz, _, _, srz = stress
     qr, qz = share * resistance[0], share * resistance[2]
     # The linear part of gamma acts like a stress, which need not be symmetric.

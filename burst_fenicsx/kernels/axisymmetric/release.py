@@ -1,8 +1,8 @@
 """Cells that are no continuum any more: torn metal and crushed products give up their forces; their mass flies on.
 
 A cell is judged before its state advances, by the strength and the burn that it has until then, so that a shape out of
-which no number can come reaches no state. A released cell keeps the volume that it had and is at rest as far as its
-state goes; a cell with strength that turns inside out is not released and stops the run.
+which no finite number can come reaches no state. A released cell keeps the volume that it had and is at rest as far as
+its state goes; a cell with strength that turns inside out is not released and stops the run.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from burst_fenicsx.kernels import charge as charge_parts
 from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     INITIAL_VOLUME,
-    LEAST_CORNER,
+    MIN_CORNER,
     RELEASED,
     ROWS_OF_CELLS,
     Rings,
 )
 from burst_fenicsx.kernels.common import (
-    BEARABLE,
+    COEFFICIENT_LIMIT,
     DAMPING,
     HOURGLASS,
     POSITION,
@@ -58,7 +58,7 @@ def mark_torn_metal(material: np.ndarray, scratch: np.ndarray) -> int:
     for lane in range(LANES):
         tau, _ = solid_parts.strengths(material, scratch, lane)
         relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
-        folded = not scratch[LEAST_CORNER * LANES + lane] > 0.0
+        folded = not scratch[MIN_CORNER * LANES + lane] > 0.0
         torn = (folded and relative > _BLOWN_UP) or not relative > _NOTHING_LEFT
         if torn and material[2] > 0.0 and tau == 0.0 and scratch[RELEASED * LANES + lane] == 0.0:
             scratch[RELEASED * LANES + lane] = _NOW
@@ -110,7 +110,7 @@ def release_metal(material: np.ndarray, scratch: np.ndarray) -> None:
             scratch[solid_parts.DISSIPATION * LANES + lane] += 0.5 * twice
         store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, solid_parts.STRESS, lane)
         store_vector(_ZERO, scratch, solid_parts.STORED, lane)
-        scratch[solid_parts.SPRING * LANES + lane] = scratch[BEARABLE * LANES + lane] = 0.0
+        scratch[solid_parts.SPRING * LANES + lane] = scratch[COEFFICIENT_LIMIT * LANES + lane] = 0.0
         _let_rest(scratch, lane)
 
 
@@ -133,7 +133,7 @@ def _let_rest(scratch: np.ndarray, lane: int) -> None:
 
 @block_kernel
 def drop_forces(scratch: np.ndarray) -> None:
-    """Set the nodal forces of released cells to zero, which their shape may have made no number."""
+    """Set the nodal forces of released cells to zero, which their shape may have made NaN."""
     for lane in range(LANES):
         if scratch[RELEASED * LANES + lane] > 0.0:
             for n in range(8):

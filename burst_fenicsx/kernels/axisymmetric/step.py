@@ -1,7 +1,7 @@
-"""One longest step of the axisymmetric burst in one call.
+"""One macro step of the axisymmetric burst in one call.
 
-It has up to hundreds of parts (`burst_fenicsx.subcycling`), and a call from Python costs as much as a hundred cells.
-One thread does all of it: the result does not depend on the number of threads.
+It has up to hundreds of parts (`burst_fenicsx.mechanics.subcycling`), and a call from Python costs as much as a hundred
+cells. One thread does all of it: the result does not depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class RingSums(NamedTuple):
 
     energy: np.ndarray  # (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat
     contact: np.ndarray  # (3,) J: friction heat, stiffness work, and the largest penetration (m)
-    limits: np.ndarray  # (3,) smallest stable longest step (s), smallest volume (m3) and its cell
+    limits: np.ndarray  # (3,) smallest stable macro step (s), smallest volume (m3) and its cell
     own: np.ndarray  # (nodes, 3) N, forces of contact alone
 
 
@@ -45,7 +45,7 @@ def add_ring_forces(
     step: float,
     stable_for: float,
     time: float,
-    least: int,
+    min_level: int,
     moving: int,
     scratch: np.ndarray,
     nodes: Nodes,
@@ -60,9 +60,9 @@ def add_ring_forces(
     contacts: LineContacts,
     sums: RingSums,
 ) -> None:
-    """Advance the cells of level `least` and higher to `time` (s); the forces (N) of their nodes are set.
+    """Advance the cells of level `min_level` and higher to `time` (s); the forces (N) of their nodes are set.
 
-    `step` is the longest step (s) that led here, `stable_for` the one for which the springs of contact must be stable.
+    `step` is the macro step (s) that led here, `stable_for` the one for which the springs of contact must be stable.
     """
     for k in range(moving):
         node = motion.order[k]
@@ -72,11 +72,11 @@ def add_ring_forces(
     sums.limits[2] = -1.0
     for chunk in schedule.chunk:
         first = schedule.first_solid[chunk]
-        for block in range(first, first + schedule.active[chunk, least, 0]):
+        for block in range(first, first + schedule.active[chunk, min_level, 0]):
             share = 1.0 / (1 << grid.level[block])
             solid_ring_block(block, share * step, share, nodes, grid, solid, rings, scratch, sums.energy, sums.limits)
         first = schedule.first_charge[chunk]
-        for block in range(first, first + schedule.active[chunk, least, 1]):
+        for block in range(first, first + schedule.active[chunk, min_level, 1]):
             share = 1.0 / (1 << grid.level[block])
             charge_ring_block(
                 block,
@@ -91,7 +91,7 @@ def add_ring_forces(
                 sums.energy,
                 sums.limits,
             )
-    if settings.exists and settings.level >= least and stable_for > 0.0:
+    if settings.exists and settings.level >= min_level and stable_for > 0.0:
         share = 1.0 / (1 << settings.level)
         budget = settings.stable_budget / (share * stable_for) ** 2
         law = SlideLaw(budget, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
@@ -137,28 +137,28 @@ def advance_rings(
     contacts: LineContacts,
     sums: RingSums,
 ) -> bool:
-    """All parts of a longest step (s) but for its last forces, before which the caller lets the products vent.
+    """All parts of a macro step (s) but for its last forces, before which the caller lets the products vent.
 
     `begin` (s) is its start, `last_step` (s) the one before; `moving` (levels,) how many nodes take part at each level.
     Returns whether no cell is lost.
     """
     count = 1 << highest
-    velocity_step, least = 0.5 * (last_step + step), 0
+    velocity_step, min_level = 0.5 * (last_step + step), 0
     for part in range(count):
-        _move(moving[least], velocity_step, step, part, highest, nodes, motion)
+        _move(moving[min_level], velocity_step, step, part, highest, nodes, motion)
         if part + 1 == count:
             return True
         # Cells of the shortest steps end one with every part, those of twice the step with every second one, ...
-        least, rest = highest, part + 1
+        min_level, rest = highest, part + 1
         while rest % 2 == 0:
             rest //= 2
-            least -= 1
+            min_level -= 1
         add_ring_forces(
             step,
             stable_for,
             begin + step * ((part + 1) / count),
-            least,
-            moving[least],
+            min_level,
+            moving[min_level],
             scratch,
             nodes,
             motion,

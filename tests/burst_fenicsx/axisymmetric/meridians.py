@@ -12,8 +12,8 @@ from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
 from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.axisymmetric.solver import RingSolver
-from burst_fenicsx.detonation import LeakageParts
-from burst_fenicsx.ledger import Ledger
+from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, Round
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
 
@@ -85,9 +85,9 @@ class HeldSolver(RingSolver):
     held: np.ndarray | None = None
     outside: Callable[[float, np.ndarray], None] | None = None
 
-    def add_forces(self, step: float, least: int = 0) -> None:
+    def add_forces(self, step: float, min_level: int = 0) -> None:
         """As `RingSolver`, then the forces from outside and the holds."""
-        super().add_forces(step, least)
+        super().add_forces(step, min_level)
         force = self.fields.nodes.force
         if self.outside is not None:
             self.outside(self.time, force)

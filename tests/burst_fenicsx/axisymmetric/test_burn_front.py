@@ -17,7 +17,7 @@ from tests.burst_fenicsx.boxes import TNT, box, burst, run_until
 pytestmark = pytest.mark.dolfinx
 
 SPEED = TNT.detonation_velocity
-LIT = (IgnitionPoint(station=0.0),)
+INITIATION = (IgnitionPoint(station=0.0),)
 
 
 def noisy(solver):
@@ -39,13 +39,13 @@ def test_noise_burns_nothing_ahead_of_the_front_in_the_meridian():
     """A charge in cells of 1 mm with noise, its front half-way: exactly zero ahead. Allowed earlier, it burns."""
     settings = replace(QUIET, cell_size=1e-3)
     mesh = rectangle((6, 60), (0.0, 6e-3), 0.06, Part.CHARGE)
-    solver = noisy(ring_burst(mesh, settings, ignition=LIT))
+    solver = noisy(ring_burst(mesh, settings, ignition=INITIATION))
     run_until(solver, 0.03 / SPEED)
     far = ahead(solver)
     assert len(far) > 100
     assert far.max() == 0.0
     assert (solver.fields.charge.burn_fraction == 1.0).sum() > 100
-    careless = noisy(ring_burst(mesh, settings, ignition=LIT))
+    careless = noisy(ring_burst(mesh, settings, ignition=INITIATION))
     near = careless.fields.charge.compression_from.copy()
     careless.fields.charge.compression_from[:] = 0.0
     run_until(careless, 0.03 / SPEED)
@@ -55,7 +55,7 @@ def test_noise_burns_nothing_ahead_of_the_front_in_the_meridian():
 
 def test_noise_burns_nothing_ahead_of_the_front_in_hexahedra():
     solver = noisy(
-        burst(box((3, 3, 30), (9e-3, 9e-3, 0.09), Part.CHARGE), replace(QUIET, cell_size=3e-3), ignition=LIT)
+        burst(box((3, 3, 30), (9e-3, 9e-3, 0.09), Part.CHARGE), replace(QUIET, cell_size=3e-3), ignition=INITIATION)
     )
     run_until(solver, 0.04 / SPEED)
     far = ahead(solver)
@@ -73,7 +73,7 @@ def test_the_front_runs_ahead_by_no_more_than_the_products_own_speed(products, f
     cell, length = 2e-3, 0.24
     settings = whole_steps(QUIET, cell_size=cell, products=products)
     solver = ring_burst(
-        rectangle((3, 120), (0.0, 3 * cell), length, Part.CHARGE), settings, ignition=LIT, solver=HeldSolver
+        rectangle((3, 120), (0.0, 3 * cell), length, Part.CHARGE), settings, ignition=INITIATION, solver=HeldSolver
     )
     start = solver.fields.start
     solver.held = np.stack([start[:, 0] > 2.9 * cell, start[:, 2] > length - 1e-9], axis=1)

@@ -251,8 +251,8 @@ def test_the_heat_of_sliding_rings_is_friction_times_the_way():
     contacts, inner, area, _, _ = slid(law, gap=-1e-9)
     stiffness = (contacts.stiffness[inner] / area[inner]).mean()
     gap, ahead = -40e6 / stiffness, friction * 40e6 / stiffness
-    *_, force, least = slid(law, gap=gap, slip=0.0)
-    assert np.abs(least).max() == 0.0
+    *_, force, smallest = slid(law, gap=gap, slip=0.0)
+    assert np.abs(smallest).max() == 0.0
     contacts, inner, area, force, heat = slid(law, gap=gap, slip=10.0 * ahead, steps=200)
     press = np.abs(force[inner, 0])
     last = contacts.tally[inner, 1]

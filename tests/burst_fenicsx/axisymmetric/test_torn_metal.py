@@ -83,7 +83,7 @@ def test_a_cell_with_strength_that_turns_inside_out_still_stops_the_run():
 
 
 def test_a_cell_with_strength_that_its_nodes_carry_through_itself_stops_the_run():
-    """Its state is no number after the step; what it had before decides."""
+    """Its state is NaN after the step; what it had before decides."""
     solver, cell = torn(1.0, 0.0)
     state = solver.fields
     nodes = state.mesh.dofmap[cell]

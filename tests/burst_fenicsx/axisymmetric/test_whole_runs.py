@@ -63,8 +63,8 @@ def folders(tmp_path, *names):
     return [tmp_path / name for name in names]
 
 
-def grenade(cell_size, **changes):
-    """The 155 mm grenade with coarse cells: rounds, and settings in its meridian."""
+def projectile(cell_size, **changes):
+    """The 155 mm projectile with coarse cells: rounds, and settings in its meridian."""
     case = load_case(CASES / "grenade_155_tnt.toml", cell_size=cell_size)
     return burst_rounds(case), replace(burst_settings(case), geometry="axisymmetric", **changes)
 
@@ -103,7 +103,7 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
     monkeypatch.setattr(simulation, "_PROGRESS_SECONDS", 0.0)
     usual = signal.signal(signal.SIGINT, signal.default_int_handler)
     whole, parts = folders(tmp_path, "whole", "parts")
-    (item,), settings = grenade("5 mm", end_time=230e-6)
+    (item,), settings = projectile("5 mm", end_time=230e-6)
     rounds = [replace(item, casing=replace(item.casing, shear_softening_strain=0.25, tensile_softening_strain=0.25))]
     try:
         one = simulate(rounds, settings, whole, comm=MPI.COMM_SELF)
@@ -186,9 +186,9 @@ def test_the_meridian_beside_three_dimensions_for_a_tube(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_meridian_beside_three_dimensions_for_the_grenade(tmp_path):
+def test_the_meridian_beside_three_dimensions_for_the_projectile(tmp_path):
     """In cells of 8 mm: mean speed within 1.5 %, largest within 3 %, diameter within 1 %."""
-    rounds, settings = grenade("8 mm", end_time=100e-6)
+    rounds, settings = projectile("8 mm", end_time=100e-6)
     rings, solid = speeds(tmp_path, rounds, settings)
     assert rings["mean_initial_speed"] == pytest.approx(solid["mean_initial_speed"], rel=0.015)
     assert rings["max_initial_speed"] == pytest.approx(solid["max_initial_speed"], rel=0.03)

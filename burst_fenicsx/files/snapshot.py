@@ -1,0 +1,183 @@
+"""The snapshot handed to the break-up: nodes, cells, rounds, segments and history in one HDF5 file.
+
+Cells and nodes stand in the order of the mesh that was given, whatever the number of ranks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+
+from burst_fenicsx.errors import InputError
+from fragfield_base.hdf5_files import creating
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from burst_fenicsx.problem import RigidPlane
+    from burst_fenicsx.records.measures import RoundMeasures
+
+__all__ = ["FORMAT", "ExpansionRecord", "RoundRecord", "SegmentRecord", "write_snapshot"]
+
+FORMAT = "fragfield burst snapshot"
+
+_TEXT = h5py.string_dtype()
+_SEGMENT = np.dtype(
+    [
+        ("name", _TEXT),
+        ("kind", _TEXT),
+        *(
+            (name, np.float64)
+            for name in (
+                "start",
+                "end",
+                "outer_radius",
+                "wall_thickness",
+                "charge_radius",
+                "casing_mass",
+                "charge_mass",
+                "speed",
+                "rupture_radius",
+                "rupture_wall",
+            )
+        ),
+    ]
+)
+_ALONG = np.dtype(
+    [(name, np.float64) for name in ("station", "mean_speed", "max_speed", "outer_diameter", "casing_mass")]
+)
+
+
+@dataclass(frozen=True)
+class SegmentRecord:
+    """A segment of a casing: stations (m), initial volume-mean radii and wall (m), masses (kg), speed (m/s).
+
+    `rupture_radius` and `rupture_wall` (m) are the casing's when the leakage radius is reached, or not a number.
+    """
+
+    name: str
+    kind: str
+    start: float
+    end: float
+    outer_radius: float
+    wall_thickness: float
+    charge_radius: float
+    casing_mass: float
+    charge_mass: float
+    speed: float
+    rupture_radius: float
+    rupture_wall: float
+
+
+@dataclass(frozen=True, eq=False)
+class ExpansionRecord:
+    """How a round's casing expands: what radius and rate at any hoop strain are read from.
+
+    Attributes
+    ----------
+    time : (n,) s, rising.
+    station : (bins,) centres of the station bins (m from the nose end).
+    outer_radius : (n, bins) azimuthal mean of the casing's outer radius (m); NaN where a bin has no node.
+    """
+
+    time: np.ndarray
+    station: np.ndarray
+    outer_radius: np.ndarray
+
+
+@dataclass(frozen=True)
+class RoundRecord:
+    """A round: what the break-up needs of it, in SI units."""
+
+    name: str
+    length: float
+    casing_density: float
+    casing_yield: float
+    casing_mass: float
+    charge_mass: float
+    fuze_mass: float
+    explosive: str
+    explosive_density: float
+    detonation_velocity: float
+    gurney_velocity: float
+    position: tuple[float, ...]
+    axis: tuple[float, ...]
+    segments: tuple[SegmentRecord, ...]
+    expansion: ExpansionRecord
+
+
+def write_snapshot(
+    path: Path,
+    time: float,
+    nodes: Mapping[str, np.ndarray],
+    cells: Mapping[str, np.ndarray],
+    rounds: Sequence[RoundRecord],
+    along: Sequence[RoundMeasures],
+    history: Mapping[str, np.ndarray],
+    provenance: Mapping[str, str],
+    symmetry: Sequence[RigidPlane] = (),
+    geometry: str = "3d",
+) -> None:
+    """Write the snapshot; an older one of the same name is replaced only when the new one is whole.
+
+    `symmetry` are the planes behind which mirrored rounds stand, for the break-up to add. `geometry` is "3d", or
+    "axisymmetric": then cells are quadrilaterals (m, 4) of one round's half plane, with the masses of whole rings.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    with creating(path, InputError) as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["format_version"] = 1
+        file.attrs["time"] = time
+        file.attrs["geometry"] = geometry
+        for key, text in provenance.items():
+            file.attrs[key] = text
+        for name, values in nodes.items():
+            file[f"nodes/{name}"] = values
+        for name, values in cells.items():
+            file[f"cells/{name}"] = values
+        for name, values in history.items():
+            file[f"history/{name}"] = values
+        for index, (record, measure) in enumerate(zip(rounds, along, strict=True)):
+            _write_round(file.create_group(f"rounds/{index}"), record, measure)
+        for index, plane in enumerate(symmetry):
+            group = file.create_group(f"planes/{index}")
+            for name in ("name", "point", "normal"):
+                group.attrs[name] = getattr(plane, name)
+
+
+def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures) -> None:
+    for name in (
+        "name",
+        "length",
+        "casing_density",
+        "casing_yield",
+        "casing_mass",
+        "charge_mass",
+        "fuze_mass",
+        "explosive",
+        "explosive_density",
+        "detonation_velocity",
+        "gurney_velocity",
+        "position",
+        "axis",
+    ):
+        group.attrs[name] = getattr(record, name)
+    table = np.zeros(len(record.segments), dtype=_SEGMENT)
+    for row, segment in enumerate(record.segments):
+        for name in _SEGMENT.names or ():
+            table[name][row] = getattr(segment, name)
+    group["segments"] = table
+    along = np.zeros(len(measure.station), dtype=_ALONG)
+    for name in _ALONG.names or ():
+        along[name] = getattr(measure, name)
+    group["along"] = along
+    for name in ("time", "station", "outer_radius"):
+        group[f"expansion/{name}"] = getattr(record.expansion, name)

@@ -1,0 +1,1 @@
+"""The explicit step and what it acts on: fields, solver, local time stepping, detonation, initiation, energy ledger."""

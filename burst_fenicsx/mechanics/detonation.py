@@ -1,0 +1,199 @@
+"""Ignition (Eqs. 4-5) and leakage of the products through the opened casing (Eqs. 6-7)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from burst_fenicsx.kernels.exact import quantise, rounding_constant
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.meshing.placement import frame
+
+if TYPE_CHECKING:
+    from burst_fenicsx.problem import Leakage, Round
+
+__all__ = ["LeakageParts", "burn_rates", "front_near", "ignition_times", "largest_faces", "place_ignition"]
+
+_FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
+# A front is near where it arrives within this many burning times, each of 3/2 cells at D.
+_FRONT_REACH = 2.0
+# Sums of displacements stay exact up to four times this many initial radii.
+_GREATEST_GROWTH = 16.0
+
+
+def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places (points, 3) in m and delays (points,) in s of a round's ignition points; `length` is the round's (m)."""
+    axes = frame(item.axis)
+    base = np.asarray(item.position, dtype=float)
+    places = [
+        base + (length - point.station) * axes[2] + point.offset[0] * axes[0] + point.offset[1] * axes[1]
+        for point in item.ignition
+    ]
+    return np.array(places).reshape(-1, 3), np.array([point.delay for point in item.ignition])
+
+
+def ignition_times(centres: np.ndarray, places: np.ndarray, delays: np.ndarray, velocity: float) -> np.ndarray:
+    """Time at which each cell ignites, min over the points of t0 + d/D (s).
+
+    `centres` (cells, 3) and `places` (points, 3) in m, `delays` (points,) in s, `velocity` D in m/s.
+    """
+    times = np.full(len(centres), np.inf)
+    for place, delay in zip(places, delays, strict=True):
+        times = np.minimum(times, delay + np.linalg.norm(centres - place, axis=1) / velocity)
+    return times
+
+
+@kernel
+def largest_faces(corners: np.ndarray) -> np.ndarray:
+    """Area of each cell's largest face (m2); `corners` (cells, 8, 3) in tensor order (m)."""
+    areas = np.zeros(corners.shape[0])
+    for cell in range(corners.shape[0]):
+        x = corners[cell]
+        for a, b, c, d in _FACES:
+            x1, y1, z1 = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+            x2, y2, z2 = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
+            nx, ny, nz = 0.5 * (y1 * z2 - z1 * y2), 0.5 * (z1 * x2 - x1 * z2), 0.5 * (x1 * y2 - y1 * x2)
+            areas[cell] = max(areas[cell], np.sqrt(nx * nx + ny * ny + nz * nz))
+    return areas
+
+
+def burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.ndarray:
+    """Rate of the burn fraction 2 D A_max / (3 V_e) (1/s), Eq. 5; `volumes` (cells,) m3."""
+    return 2.0 * velocity * largest_faces(corners) / (3.0 * volumes)
+
+
+def front_near(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Time from which a cell may burn by compression (s).
+
+    A few cells ahead of the front. Before, compression is a neighbour's shock, which must not burn what it does not
+    initiate, or round-off: burnt for good, it presses, compresses and burns more, and grows until the far end of a
+    finely meshed charge is initiated by it. `arrival` (cells,) s of the front, infinite where there is none yet;
+    `rates` (cells,) 1/s.
+    """
+    return arrival - _FRONT_REACH / rates
+
+
+@dataclass
+class LeakageParts:
+    """Axial parts of all charges with the nodes on their outer surface.
+
+    Attributes
+    ----------
+    settings : coefficients of Eq. 7 and the critical ratio r_cr/r0.
+    part : (nodes,) int32, part of each outermost node of this rank's own nodes.
+    node : (nodes,) int32, local node.
+    outward : (nodes, 3), initial radial direction, times the node's weight in the mean.
+    start : (nodes, 3), the node's initial place (m).
+    initial_radius : (parts,) mean initial radius r0 (m).
+    count : (parts,) outermost nodes of the part over all ranks, those in a plane of symmetry counted half.
+    source : (parts,) the part whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
+    rounding : constant (m) of `kernels.exact.quantise` for the sums over nodes, which ranks share.
+    factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
+    rupture_time : (parts,) time at which r_i first exceeded r_cr (s), infinite before.
+    """
+
+    settings: Leakage
+    comm: MPI.Comm
+    part: np.ndarray
+    node: np.ndarray
+    outward: np.ndarray
+    start: np.ndarray
+    initial_radius: np.ndarray
+    count: np.ndarray
+    source: np.ndarray
+    rounding: float
+    factor: np.ndarray
+    rupture_time: np.ndarray
+
+    @classmethod
+    def of_charges(
+        cls,
+        settings: Leakage,
+        comm: MPI.Comm,
+        node_part: np.ndarray,
+        start: np.ndarray,
+        radius: np.ndarray,
+        outward: np.ndarray,
+        parts: int,
+        weight: np.ndarray | None = None,
+    ) -> LeakageParts:
+        """Build from the parts of this rank's own nodes.
+
+        `node_part` (own nodes,) is -1 off the charge's outer surface; `start` their places (m), `radius` their
+        distances from the round's axis (m), `outward` the unit vectors away from it. `weight` is the share of each node
+        that belongs to the computed part, a half in a plane of symmetry; left out: 1.
+        """
+        node = np.flatnonzero(node_part >= 0).astype(np.int32)
+        part = node_part[node].astype(np.int32)
+        share = np.ones(len(node)) if weight is None else weight[node]
+        count = comm.allreduce(np.bincount(part, weights=share, minlength=parts))
+        largest = comm.allreduce(float(radius[node].max(initial=0.0)), op=MPI.MAX) * count.max(initial=0.0)
+        rounding = rounding_constant(_GREATEST_GROWTH * largest or 1.0)
+        total = comm.allreduce(np.bincount(part, weights=quantise(share * radius[node], rounding), minlength=parts))
+        source = _nearest_with_nodes(count, settings.parts)
+        return cls(
+            settings=settings,
+            comm=comm,
+            part=part,
+            node=node,
+            outward=np.ascontiguousarray(share[:, None] * outward[node]),
+            start=np.ascontiguousarray(start[node]),
+            initial_radius=(total / np.maximum(count, 1.0))[source],
+            count=count,
+            source=source,
+            rounding=rounding,
+            factor=np.ones(parts + 1),
+            rupture_time=np.full(parts, np.inf),
+        )
+
+    def radii(self, position: np.ndarray) -> np.ndarray:
+        """Current mean radius of every part, r0 + mean radial displacement (m), Eq. 6."""
+        moved = np.zeros(len(self.initial_radius))
+        _sum_displacements(position, self.node, self.part, self.start, self.outward, self.rounding, moved)
+        if self.comm.size > 1:
+            moved = self.comm.allreduce(moved)
+        return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
+
+    def update(self, position: np.ndarray, time: float) -> None:
+        """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before."""
+        if not self.settings.enabled or not len(self.initial_radius):
+            return
+        radii = self.radii(position)
+        critical = self.settings.radius_ratio * self.initial_radius
+        open_now = (radii > critical) & (self.count[self.source] > 0)
+        self.rupture_time[open_now] = np.minimum(self.rupture_time[open_now], time)
+        vented = self.settings.alpha * (critical / np.maximum(radii, 1e-300)) ** self.settings.beta
+        self.factor[:-1] = np.where(open_now, vented, 1.0)
+
+
+def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:
+    """Nearest part of the same round that has nodes, for every part; itself in a round that has none."""
+    source = np.arange(len(count))
+    for part in np.flatnonzero(count == 0):
+        first = part // per_round * per_round
+        filled = first + np.flatnonzero(count[first : first + per_round] > 0)
+        if len(filled):
+            source[part] = filled[np.argmin(np.abs(filled - part))]
+    return source
+
+
+@kernel
+def _sum_displacements(
+    position: np.ndarray,
+    node: np.ndarray,
+    part: np.ndarray,
+    start: np.ndarray,
+    outward: np.ndarray,
+    rounding: float,
+    moved: np.ndarray,
+) -> None:
+    """Add each outermost node's radial displacement (m), rounded by `quantise`, to its part's sum."""
+    for k in range(node.size):
+        n = node[k]
+        along = 0.0
+        for i in range(3):
+            along += (position[n, i] - start[k, i]) * outward[k, i]
+        moved[part[k]] += quantise(along, rounding)

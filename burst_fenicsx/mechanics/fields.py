@@ -1,0 +1,434 @@
+"""The state of the burst as dolfinx functions, and the kernels' view of the same memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from burst_fenicsx import compat
+from burst_fenicsx.kernels import charge as charge_kernel
+from burst_fenicsx.kernels import solid as solid_kernel
+from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
+from burst_fenicsx.kernels.balance import solid_sums
+from burst_fenicsx.kernels.exact import quantise, rounding_constant
+from burst_fenicsx.kernels.lanes import LANES
+from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
+from burst_fenicsx.kernels.shapes import folded_cells
+from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
+from burst_fenicsx.materials.products import JwlProducts, make_products
+from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.schedule import Blocks, Chunks
+from burst_fenicsx.problem import CasingMaterial, Part
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from burst_fenicsx.materials.products import Products
+    from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.problem import BurstSettings, Round
+
+__all__ = ["FUZE", "BurstFields", "Element", "hourglass_by_block", "hourglass_by_slot", "make_fields"]
+
+_PARTIAL_SUMS = 256
+
+FUZE = CasingMaterial(
+    name="fuze",
+    density=3000.0,
+    elastic_modulus=70e9,
+    poisson_ratio=0.33,
+    shear_strength=150e6,
+    tensile_strength=300e6,
+    source="a light alloy standing in for the fuze; its density is set from the fuze's mass",
+)
+"""What fills the cavity in front of the charge: inert, weaker than the casing."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """What a kind of cell gives to the fields; positions (nodes, 3) in m, `dofmap` (cells, corners).
+
+    Attributes
+    ----------
+    volumes : of the cells (cells,) in m3, from positions and dofmap.
+    shares : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
+    burn_rates : of the cells (1/s), from corners (cells, corners, 3), volumes and detonation velocity (m/s), Eq. 5.
+    lengths : of the cells (m), which softening is scaled by, from positions, dofmap and volumes.
+    largest_faces : (cells,) m2, from corners.
+    """
+
+    volumes: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    shares: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    burn_rates: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+    lengths: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+    largest_faces: Callable[[np.ndarray], np.ndarray]
+
+
+HEXAHEDRON = Element(
+    volumes=cell_volumes,
+    shares=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
+    burn_rates=burn_rates,
+    lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
+    largest_faces=largest_faces,
+)
+
+
+@dataclass
+class BurstFields:
+    """State of the burst on one rank.
+
+    Attributes
+    ----------
+    mesh : the distributed mesh; its geometry holds the current places.
+    velocity, force : vector Lagrange-1 functions (m/s, N); the velocity is half a step behind the places.
+    functions : the cell or point functions by name: stress, plastic_shear_strain, plastic_volumetric_strain,
+        pressure, burn_fraction, products_energy.
+    start : (local nodes, 3) initial places (m).
+    mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
+    cell_mass : (owned cells,) kg.
+    products : products of each round's charge.
+    nodes, grid, solid, charge : the kernels' view of the same arrays.
+    blocks : cells in blocks, chunks and colours. chunks : what arranges them.
+    """
+
+    mesh: DistributedMesh
+    velocity: Any
+    force: Any
+    functions: dict[str, Any]
+    start: np.ndarray
+    mass: np.ndarray
+    inverse_mass: np.ndarray
+    cell_mass: np.ndarray
+    products: list[Products]
+    nodes: Nodes
+    grid: Grid
+    solid: SolidState
+    charge: ChargeState
+    blocks: Blocks
+    chunks: Chunks
+
+    @property
+    def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
+        """Along which coordinates the momentum of all nodes is conserved."""
+        return True, True, True
+
+    def volumes(self) -> np.ndarray:
+        """Volumes of this rank's cells now (cells,) in m3."""
+        found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
+        return found
+
+    def cell_velocities(self) -> np.ndarray:
+        """Mean of each cell's nodal velocities (cells, 3) in m/s."""
+        found: np.ndarray = mean_velocities(self.nodes.velocity, self.mesh.dofmap)
+        return found
+
+    def folded(self) -> np.ndarray:
+        """Whether a corner of a cell is turned inside out (cells,)."""
+        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap)
+        return found
+
+    def solid_sums(self) -> np.ndarray:
+        """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings: this rank's (4,)."""
+        mesh, partial = self.mesh, np.zeros((_PARTIAL_SUMS, 4))
+        material = len(Part) * mesh.round + mesh.part
+        solid_sums(
+            self.nodes.position,
+            self.nodes.velocity,
+            mesh.dofmap,
+            mesh.part == Part.CASING,
+            self.cell_mass,
+            self.solid.stress,
+            self.solid.parameters[material, 0],  # zero for a charge
+            self.solid.parameters[material, 1],
+            partial,
+        )
+        total: np.ndarray = partial.sum(axis=0)
+        return total
+
+    @property
+    def released(self) -> np.ndarray:
+        """Whether each of this rank's cells is torn metal that has been released (cells,)."""
+        return np.zeros(self.mesh.cells, dtype=bool)
+
+    def element_arrays(self) -> dict[str, np.ndarray]:
+        """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint: nothing."""
+        return {}
+
+    def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `element_arrays` gave."""
+
+    def regroup(self, level: np.ndarray, highest: int) -> None:
+        """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
+
+        Those of the nodes, `Nodes.finest`, are known by then.
+        """
+        old, new = self.blocks, self.chunks.blocks(level, highest)
+        source = old.slot_of_cell[new.cells.ravel()]
+        hourglass = np.empty((len(new.cells), self.solid.hourglass.shape[1]))
+        move_lanes(source, self.solid.hourglass, hourglass)
+        grid, solid = self.grid, self.solid
+        self.blocks = new
+        mixed = np.empty(len(new.cells), dtype=np.int8)
+        blocks_are_mixed(new.cells, new.level, grid.dofmap, self.nodes.finest, mixed)
+        self.grid = grid._replace(
+            cells=new.cells,
+            filled=new.count,
+            material=new.material,
+            level=new.level,
+            mixed=mixed,
+            mass=grid.mass[source],
+            volume=grid.volume[source],
+            viscous=grid.viscous[source],
+            stable=grid.stable[source],
+        )
+        self.solid = solid._replace(hourglass=hourglass, softening_scale=solid.softening_scale[source])
+
+
+def hourglass_by_slot(values: np.ndarray) -> np.ndarray:
+    """Stored hourglass forces (slots, 12) from those of the blocks, (blocks, 12 LANES)."""
+    return values.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
+
+
+def hourglass_by_block(values: np.ndarray) -> np.ndarray:
+    """The way back from `hourglass_by_slot`."""
+    return np.ascontiguousarray(values.reshape(-1, LANES, 12).transpose(0, 2, 1)).reshape(-1, 12 * LANES)
+
+
+def make_fields(
+    mesh: DistributedMesh,
+    rounds: Sequence[Round],
+    settings: BurstSettings,
+    *,
+    fuze_density: Sequence[float],
+    axial_part: np.ndarray,
+    leakage: np.ndarray,
+    lengths: Sequence[float],
+    element: Element = HEXAHEDRON,
+    chunk_size: int | None = None,
+) -> BurstFields:
+    """Allocate the functions on a mesh at rest and unreacted.
+
+    Parameters
+    ----------
+    mesh, rounds, settings : the problem.
+    fuze_density : of each round's fuze (kg/m3).
+    axial_part : (owned cells,) int32, row of `leakage`.
+    leakage : (parts + 1,) factors on the products' pressure, shared with `LeakageParts`.
+    lengths : of each round (m).
+    element : the kind of the cells.
+    chunk_size : cells of a chunk, see `Chunks`.
+    """
+    domain = mesh.domain
+    vectors = compat.vector_space(domain)
+    if not np.array_equal(compat.cells_dofmap(vectors), compat.geometry_dofmap(domain)):
+        raise RuntimeError("dolfinx numbers the nodes of the geometry and of the velocity differently")
+    points = 8 if settings.quadrature == "full" else 1
+    at_points = compat.quadrature_space if points == 8 else compat.cell_space
+    scalar, tensor = at_points(domain), at_points(domain, 6)
+    flat = compat.cell_space(domain) if points == 8 else scalar
+    functions = {
+        "stress": fem.Function(tensor),
+        "plastic_shear_strain": fem.Function(scalar),
+        "plastic_volumetric_strain": fem.Function(scalar),
+        "pressure": fem.Function(flat),
+        "burn_fraction": fem.Function(flat),
+        "products_energy": fem.Function(flat),
+    }
+    velocity, force = fem.Function(vectors), fem.Function(vectors)
+    for name, function in (*functions.items(), ("velocity", velocity), ("force", force)):
+        function.name = name
+
+    material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
+    is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
+    # dolfinx has put neighbours next to each other, cells and nodes alike: in its order the gathers stay in cache.
+    chunks = Chunks(mesh.dofmap, material, is_charge, chunk_size)
+    blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
+    position = domain.geometry.x
+    volume = element.volumes(position, mesh.dofmap)
+    products = [make_products(item.explosive, settings.products) for item in rounds]
+    solid_table, charge_table, density = _material_tables(rounds, settings, products, fuze_density)
+    cell_mass = density[material] * volume
+    nodal_mass = _nodal_masses(mesh, fem.Function(vectors), cell_mass, element.shares(position, mesh.dofmap))
+    pressure = max(_largest_pressure(item) for item in rounds)
+    largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
+
+    slot_volume = blocks.by_slot(volume)
+    reference = np.array([item.casing.softening_length or 0.0 for item in rounds])[mesh.round]
+    own_length = element.lengths(position, mesh.dofmap, volume)
+    inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
+
+    ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
+    energy = functions["products_energy"].x.array
+    for index, model in enumerate(products):
+        if isinstance(model, JwlProducts):
+            energy[: mesh.cells][(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
+    stress = functions["stress"].x.array.reshape(-1, points, 6)
+    return BurstFields(
+        mesh=mesh,
+        velocity=velocity,
+        force=force,
+        functions=functions,
+        start=position.copy(),
+        mass=nodal_mass,
+        inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
+        cell_mass=cell_mass,
+        products=products,
+        nodes=Nodes(
+            position,
+            velocity.x.array.reshape(-1, 3),
+            force.x.array.reshape(-1, 3),
+            rounding_constant(largest_force),
+            np.zeros(len(position), dtype=np.int8),
+            np.zeros_like(position),
+        ),
+        grid=Grid(
+            mesh.dofmap,
+            blocks.cells,
+            blocks.count,
+            blocks.material,
+            blocks.level,
+            np.zeros(len(blocks.cells), dtype=np.int8),
+            blocks.by_slot(cell_mass),
+            slot_volume,
+            np.zeros_like(slot_volume),
+            np.full_like(slot_volume, np.inf),
+            0.0,
+        ),
+        solid=SolidState(
+            parameters=solid_table,
+            stress=stress,
+            shear_strain=functions["plastic_shear_strain"].x.array.reshape(-1, points),
+            volume_strain=functions["plastic_volumetric_strain"].x.array.reshape(-1, points),
+            hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
+            softening_scale=blocks.by_slot(inverse_scale),
+        ),
+        charge=ChargeState(
+            parameters=charge_table,
+            stress=stress,
+            pressure=functions["pressure"].x.array,
+            burn_fraction=functions["burn_fraction"].x.array,
+            energy=energy,
+            ignition_time=ignition,
+            burn_rate=burn,
+            compression_from=compression,
+            axial_part=axial_part.astype(np.int32),
+            leakage=leakage,
+        ),
+        blocks=blocks,
+        chunks=chunks,
+    )
+
+
+def _nodal_masses(
+    mesh: DistributedMesh, function: fem.Function, cell_mass: np.ndarray, shares: np.ndarray
+) -> np.ndarray:
+    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; `function` is scratch."""
+    rounding = rounding_constant(_largest(mesh, cell_mass))
+    mass = function.x.array.reshape(-1, 3)
+    for corner in range(shares.shape[1]):
+        share = quantise(cell_mass * shares[:, corner], rounding)
+        mass[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(mass))
+    compat.add_to_owners(function)
+    compat.send_to_ghosts(function)
+    return mass[:, 0].copy()
+
+
+def _largest_pressure(item: Round) -> float:
+    """Bound on the stresses (Pa) that fix how finely forces are rounded.
+
+    Four times the Chapman-Jouguet pressure of gamma = 3, and a quarter of the casing's modulus of compression in one
+    direction, which two plates of steel reach that meet at about 4 km/s.
+    """
+    nu = item.casing.poisson_ratio
+    plane = item.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    return max(item.explosive.density * item.explosive.detonation_velocity**2, 0.25 * plane)
+
+
+def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
+    """Largest of the values over all ranks."""
+    return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
+
+
+def _ignition(
+    mesh: DistributedMesh,
+    rounds: Sequence[Round],
+    products: Sequence[Products],
+    lengths: Sequence[float],
+    position: np.ndarray,
+    volume: np.ndarray,
+    element: Element,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times at which the cells ignite, burn rates, times from which compression burns them; infinite where never."""
+    ignition, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
+    burn = np.zeros(mesh.cells)
+    for index, item in enumerate(rounds):
+        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
+        corners = position[mesh.dofmap[own]]
+        places, delays = place_ignition(item, lengths[index])
+        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
+        burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
+        # The products' own front may be faster than the timed one, and may burn what it comes to first.
+        fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
+        compression[own] = front_near(ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own])
+    return ignition, burn, compression
+
+
+def _material_tables(
+    rounds: Sequence[Round], settings: BurstSettings, products: Sequence[Products], fuze_density: Sequence[float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parameters of the solid and the charge kernel and the densities, one row for each part of each round."""
+    rows = len(Part) * len(rounds)
+    solid = np.zeros((rows, len(solid_kernel.PARAMETERS)))
+    charge = np.zeros((rows, len(charge_kernel.PARAMETERS)))
+    density = np.zeros(rows)
+    viscosity, hourglass = settings.viscosity, settings.hourglass
+    for index, item in enumerate(rounds):
+        row = len(Part) * index
+        for part, material, rho in (
+            (Part.CASING, item.casing, item.casing.density),
+            (Part.FUZE, FUZE, fuze_density[index]),
+        ):
+            density[row + part] = rho
+            solid[row + part] = (
+                material.elastic_modulus,
+                material.poisson_ratio,
+                material.shear_strength,
+                material.tensile_strength,
+                _inverse(material.shear_softening_strain),
+                _inverse(material.tensile_softening_strain),
+                viscosity.linear,
+                viscosity.quadratic,
+                hourglass.casing_viscous,
+                hourglass.casing_stiffness,
+            )
+        charge[row + Part.CHARGE] = _charge_row(item, settings, products[index])
+        density[row + Part.CHARGE] = item.explosive.density
+    return solid, charge, density
+
+
+def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:
+    explosive = item.explosive
+    by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
+    unreacted = explosive.density * explosive.sound_speed**2
+    shared = (
+        explosive.density,
+        unreacted,
+        explosive.shear_modulus,
+        explosive.shear_strength,
+        settings.viscosity.linear,
+        settings.viscosity.quadratic,
+        settings.hourglass.charge_viscous,
+        explosive.detonation_velocity,
+        by_compression,
+    )
+    if isinstance(model, JwlProducts):
+        c = model.constants
+        return (*shared, 1.0, 0.0, 0.0, 1.0, c.A, c.B, c.R1, c.R2, c.omega)
+    return (*shared, 0.0, model.initial_pressure, model.knee_pressure, model.knee_volume, 0.0, 0.0, 1.0, 1.0, 0.0)
+
+
+def _inverse(limit: float | None) -> float:
+    return 0.0 if limit is None else 1.0 / limit

@@ -1,0 +1,202 @@
+"""Energy, momentum and mass of the burst, and the bounds that stop it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.kernels.balance import node_sums
+from burst_fenicsx.materials.products import JwlProducts
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from burst_fenicsx.contact import ContactForces
+    from burst_fenicsx.mechanics.fields import BurstFields
+
+__all__ = ["MIN_WORK", "Entry", "Ledger"]
+
+MIN_WORK = 1e-3
+"""Share of the chemical energy below which the ledger's error is taken relative to it: at first no work is done."""
+
+_PARTIAL_SUMS = 256
+
+
+@dataclass
+class Entry:
+    """The ledger at one time. Energies in J, momenta in kg m/s."""
+
+    time: float
+    time_step: float
+    kinetic: float
+    kinetic_casing: float
+    strain: float
+    plastic: float
+    viscous: float
+    hourglass: float
+    contact: float
+    damping: float
+    external_work: float
+    products_work: float
+    products_viscous: float
+    products_energy_left: float
+    energy_error: float
+    momentum_error: float
+    mean_casing_speed: float
+    outer_diameter: float
+
+
+@dataclass
+class Ledger:
+    """Running sums of what the kernels report, and the entries taken from time to time.
+
+    The balance is kinetic + strain + plastic + viscous + hourglass + contact + damping = work of the charge + work of
+    external forces. Its error is taken relative to that work, or to `min_work` while next to nothing has been done.
+
+    Attributes
+    ----------
+    energy_tolerance : an error above this stops the run.
+    min_work : J, `MIN_WORK` of the chemical energy.
+    sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
+    released : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
+    chemical_energies : (rounds,) J, of each round's charge.
+    balanced : (k, 3) unit vectors at right angles to each other, along which the momentum of the images balances that
+        of the computed part: there nothing is left to check.
+    """
+
+    energy_tolerance: float
+    min_work: float
+    chemical_energies: np.ndarray
+    comm: MPI.Comm
+    sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
+    released: np.ndarray = field(init=False)
+    external_work: float = 0.0
+    damping: float = 0.0
+    balanced: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    entries: list[Entry] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Start every round's sums at nothing."""
+        self.released = np.zeros((len(self.chemical_energies), 2))
+
+    def add(self, chunk_energies: np.ndarray, chunk_released: np.ndarray) -> None:
+        """Add the sums of one step, chunk after chunk: (chunks, 5) and (chunks, rounds, 2) in J."""
+        self.sums += chunk_energies.sum(axis=0)
+        self.released += chunk_released.sum(axis=0)
+
+    def record(
+        self,
+        fields_now: BurstFields,
+        time: float,
+        step: float,
+        force: np.ndarray,
+        diameter: float,
+        contact: ContactForces | None = None,
+    ) -> Entry:
+        """Take the balance at `time` (s).
+
+        Parameters
+        ----------
+        fields_now : the state; `step` (s) the last step; `force` (nodes, 3) the resultant (N).
+        diameter : outer diameter (m), written along.
+        contact : what takes energy, and momentum where there are planes.
+
+        Raises
+        ------
+        NumericalStop
+            If the energy balance is open by more than the tolerance.
+        """
+        mesh, nodes = fields_now.mesh, fields_now.nodes
+        owned = mesh.owned_nodes
+        of_nodes = np.zeros((_PARTIAL_SUMS, 5))
+        node_sums(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], of_nodes)
+        moving, momentum, momentum_size = of_nodes[:, 0].sum(), of_nodes[:, 1:4].sum(axis=0), of_nodes[:, 4].sum()
+        momentum = np.where(fields_now.momentum_is_conserved, momentum, 0.0)
+        strain, casing_mass, casing_momentum, casing_energy = fields_now.solid_sums()
+        local = np.array(
+            [
+                moving,
+                casing_energy,
+                strain,
+                *self.sums,
+                self.external_work,
+                _energies_left(fields_now).sum(),
+                casing_mass,
+                casing_momentum,
+                *(momentum - (contact.plane_impulse if contact is not None else 0.0)),
+                momentum_size,
+                contact.energy if contact is not None else 0.0,
+            ]
+        )
+        total = self.comm.allreduce(local) if self.comm.size > 1 else local
+        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, external, left = total[:10]
+        mass, weighted, size, in_contact = total[10], total[11], total[15], float(total[16])
+        momentum = total[12:15] - self.balanced.T @ (self.balanced @ total[12:15])
+        stored = kinetic + strain + plastic + viscous + hourglass + in_contact + self.damping
+        supplied = work + external
+        entry = Entry(
+            time=time,
+            time_step=step,
+            kinetic=float(kinetic),
+            kinetic_casing=float(kinetic_casing),
+            strain=float(strain),
+            plastic=float(plastic),
+            viscous=float(viscous),
+            hourglass=float(hourglass),
+            contact=in_contact,
+            damping=self.damping,
+            external_work=float(external),
+            products_work=float(work),
+            products_viscous=float(heat),
+            products_energy_left=float(left),
+            energy_error=float(abs(stored - supplied) / max(abs(supplied), self.min_work)),
+            momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
+            mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
+            outer_diameter=diameter,
+        )
+        self.entries.append(entry)
+        if not entry.energy_error <= self.energy_tolerance:
+            raise NumericalStop(
+                f"the energy ledger is open by {100 * entry.energy_error:.2f} % of the work done "
+                f"(allowed {100 * self.energy_tolerance:.2g} %): the cells hold {stored:.6g} J, "
+                f"the charge gave {supplied:.6g} J",
+                time,
+            )
+        return entry
+
+    def products_balances(self, fields_now: BurstFields) -> np.ndarray:
+        """Work released by each round's products and remaining energy over its chemical energy (rounds,); collective.
+
+        1 closes it; a charge that was never initiated gives a little less, the work done on it.
+
+        What their own artificial viscosity turns to heat is not released: at the front it does the part of the
+        compression that the pressure, which lies below the Rayleigh line there, does not.
+        """
+        local = self.released[:, 0] - self.released[:, 1] + _energies_left(fields_now)
+        total = self.comm.allreduce(local) if self.comm.size > 1 else local
+        return np.divide(total, self.chemical_energies, where=self.chemical_energies > 0.0, out=np.zeros_like(total))
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The entries as arrays of equal length, by name."""
+        return {item.name: np.array([getattr(entry, item.name) for entry in self.entries]) for item in fields(Entry)}
+
+
+def _energies_left(state: BurstFields) -> np.ndarray:
+    """Work that each round's gas can still do (rounds,) in J, on this rank, with the unreacted chemical energy."""
+    mesh = state.mesh
+    total = np.zeros(len(state.products))
+    for index, products in enumerate(state.products):
+        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
+        start = state.cell_mass[own] / products.density
+        burnt = state.charge.burn_fraction[own]
+        if isinstance(products, JwlProducts):
+            left = state.charge.energy[own]
+        else:
+            left = products.remaining_work(state.grid.volume[state.blocks.slot_of_cell[own]] / start)
+        energies = np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
+        total[index] = (start * energies).sum()
+    return total

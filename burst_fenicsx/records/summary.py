@@ -1,0 +1,132 @@
+"""The burst's part of summary.json; the names of its entries are a contract."""
+
+from __future__ import annotations
+
+import resource
+import time as clock
+from typing import TYPE_CHECKING, Any
+
+import numba
+import numpy as np
+
+from burst_fenicsx.records.exposure import verdict
+from burst_fenicsx.records.ignition_summary import ignitions
+from burst_fenicsx.records.measures import speed_quantiles
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from burst_fenicsx.problem import Round
+    from burst_fenicsx.records.exposure import Exposure
+    from burst_fenicsx.records.finished import FinishedBurst
+    from burst_fenicsx.records.measures import RoundMeasures
+
+__all__ = ["burst_summary"]
+
+
+def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+    """Summarise a finished run; collective.
+
+    Parameters
+    ----------
+    run : the run.
+    along : speeds and diameters along each round of the whole arrangement.
+    charge_masses : of each of these rounds (kg).
+    """
+    solver, last = run.solver, run.ledger.entries[-1]
+    distortion = run.measures.distortion()
+    cell_steps = run.comm.allreduce(solver.cell_steps)
+    done = max(cell_steps - run.comm.allreduce(run.first_cell_step_at), 1)
+    casing = np.array([item.casing_mass.sum() for item in along])
+    means = np.array([item.mean for item in along])
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
+    growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
+    contact = _of_all_images(run.contact.summary(), run.part.images)
+    whole, source = run.part.whole, run.part.source
+    shocks = run.completion.sources(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
+    balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
+    exposures = run.completion.exposures(run.exposures.found())
+    return {
+        "geometry": run.geometry,
+        "cells": len(run.mesh.cells),
+        "nodes": len(run.mesh.nodes),
+        "symmetry": {**run.part.summary(), "all_cells": len(run.completion.cells)},
+        "ranks": run.comm.size,
+        "threads": numba.get_num_threads(),
+        "steps": solver.steps,
+        "cell_steps": cell_steps,
+        "end_time": solver.time,
+        "wall_seconds": clock.perf_counter() - run.clocks.start,
+        "start_seconds": run.clocks.first_step,
+        "stepping_seconds": run.clocks.stepping,
+        "seconds_per_cell_step": run.clocks.stepping / done,
+        "peak_memory_bytes": int(run.comm.allreduce(memory)),
+        "casing_mass": float(casing.sum()),
+        "charge_mass": float(sum(charge_masses)),
+        "mean_initial_speed": float((means * casing).sum() / casing.sum()),
+        "max_initial_speed": max(item.largest for item in along),
+        "speed_quantiles": speed_quantiles(along),
+        "outer_diameter": last.outer_diameter,
+        "lost_cells": distortion.lost,
+        "folded_cells": distortion.folded,
+        "folded_casing_mass": distortion.folded_casing_mass,
+        "released_cells": distortion.released,
+        "released_casing_mass": distortion.released_casing_mass,
+        "passed_through": run.passage.summary(),
+        "energy_error": max(entry.energy_error for entry in run.ledger.entries),
+        "energy_error_at_outputs": _error_at_outputs(run),
+        "energy_error_at_end": last.energy_error,
+        "momentum_error": last.momentum_error,
+        "max_penetration": contact["max_penetration"],
+        "contact": contact,
+        "products_balance": float(balances @ energies / energies.sum()),
+        "acceleration_complete": run.acceleration_complete,
+        "kinetic_energy_growth": growth,
+        "products": run.settings.products,
+        "quadrature": run.settings.quadrature,
+        "cell_size": run.settings.cell_size,
+        "min_scaled_jacobian": run.quality.min_scaled_jacobian,
+        "max_aspect_ratio": run.quality.max_aspect_ratio,
+        "min_edge": run.quality.min_edge,
+        "rounds": [
+            {
+                "name": item.name,
+                "casing_mass": float(measure.casing_mass.sum()),
+                "charge_mass": float(charge),
+                "mean_initial_speed": measure.mean,
+                "max_initial_speed": measure.largest,
+                "speed_quantiles": speed_quantiles([measure]),
+                "outer_diameter": float(np.nanmax(measure.outer_diameter)),
+                "fastest_station": measure.fastest,
+                "length": run.mesh.lengths[source[index]],
+                "products_balance": float(balances[source[index]]),
+                "ignition": [
+                    one.summary()
+                    for one in ignitions(item, run.mesh.lengths[source[index]], shocks[index], solver.time)
+                ],
+                **_exposure(exposures[index], item, run.settings.cell_size),
+            }
+            for index, (item, measure, charge) in enumerate(zip(whole, along, charge_masses, strict=True))
+        ],
+    }
+
+
+def _exposure(found: Exposure | None, item: Round, cell_size: float) -> dict[str, Any]:
+    """What a neighbour's shock did to a round without ignition points; nothing for the others."""
+    return {} if found is None else {"exposure": verdict(found, item.explosive.critical_energy, cell_size)}
+
+
+def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
+    """Contact's summary with counts and energies of the whole arrangement, `images` times the computed part."""
+    extensive = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat")
+    return {**contact, **{name: images * contact[name] for name in extensive}}
+
+
+def _error_at_outputs(run: FinishedBurst) -> float:
+    """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
+    entries = run.ledger.entries
+    times = np.array([entry.time for entry in entries])
+    outputs = np.arange(1, int(times[-1] / run.settings.output_interval + 1e-9) + 1) * run.settings.output_interval
+    nearest = {int(np.argmin(np.abs(times - output))) for output in (*outputs, times[-1])}
+    return max(entries[row].energy_error for row in nearest)

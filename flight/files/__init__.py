@@ -1,0 +1,1 @@
+"""Files read and written: results, ensembles, fragments, height maps; HDF5 and CSV."""

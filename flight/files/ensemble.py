@@ -1,0 +1,294 @@
+"""The files of an ensemble: ensemble.h5 with its CSV tables, and the fragments of further realisations.
+
+ensemble.h5 holds, beside provenance and the criteria as attributes:
+
+/counts
+    what landed where, by realisation, sector and distance cell (`flight.hazard.tally.Tally`): all else follows from it;
+/realisations
+    one value a realisation of every distance (m);
+/bands/NAME
+    median, low (5 %), high (95 %), pooled, standard errors and verdict of every distance, as attributes;
+/by_sector, /by_distance
+    median, low, high and pooled by sector (azimuth in degrees) and by distance (m);
+/expected
+    the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction and by distance;
+/all_round
+    densities over all azimuths by group of realisations (`flight.hazard.DensityGroups`);
+/witness/I
+    hits on every witness surface by realisation and sector (`flight.hazard.witness_hazard.SECTOR_HITS`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.files.hdf5 import open_checked, write_attributes
+from flight.files.text_tables import write_columns
+from flight.fragments import ARRAYS, Fragments, check_possible
+from flight.hazard.criteria import Criteria
+from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.tally import Tally
+from flight.hazard.witness_hazard import SECTOR_HITS
+from fragfield_base.arrays import numbers, texts
+from fragfield_base.hdf5_files import creating
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    import h5py
+    from numpy.typing import NDArray
+
+    from flight.hazard.ensemble import Curve
+
+__all__ = [
+    "CSV_FILES",
+    "FragmentEnsemble",
+    "read_ensemble",
+    "read_fragment_ensemble",
+    "write_ensemble",
+    "write_fragment_ensemble",
+]
+
+FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
+    "fragfield ensemble", "fragfield ensemble of fragments", 2, 1,
+)  # fmt: skip
+CSV_FILES = ("ensemble.csv", "hazard_by_distance.csv", "hazard_by_sector.csv")
+_AGAIN = "break the casing up again"
+_COUNTS = ("edges", "landings", "tracks", "fragments", "hazardous", "throw")
+_GRID = ("sectors", "cuts", "cell", "cells")
+_CRITERIA = ("energy", "density", "person_area", "person_height")
+
+
+def write_ensemble(
+    found: EnsembleHazard,
+    witnesses: Mapping[str, NDArray[Any]],
+    folder: str | Path,
+    provenance: Mapping[str, str] | None = None,
+) -> list[Path]:
+    """Write ensemble.h5 and its CSV tables into a folder; return the paths.
+
+    Parameters
+    ----------
+    found : EnsembleHazard
+        Hazard over the realisations.
+    witnesses : mapping from a surface's name to (n, s) structured arrays of dtype SECTOR_HITS
+        Hits by realisation and sector.
+    folder : path
+        Where to; it must be there.
+    provenance : mapping
+        Goes into every file.
+    """
+    folder, stamp = Path(folder), dict(provenance or {})
+    path = folder / "ensemble.h5"
+    with creating(path, InputError) as file:
+        write_attributes(file, FORMAT, FORMAT_VERSION, stamp)
+        for name in _CRITERIA:
+            file.attrs[name] = getattr(found.criteria, name)
+        file.attrs["tolerance"] = found.tolerance
+        file.attrs["undetermined"] = found.undetermined
+        if found.expected is not None:
+            _put_expected(file.create_group("expected"), found.expected)
+        if found.all_round is not None:
+            _put_groups(file.create_group("all_round"), found.all_round)
+        for name in _COUNTS:
+            _put(file, f"counts/{name}", getattr(found.counts, name))
+        for name, values in found.each.items():
+            _put(file, f"realisations/{name}", values)
+        for name, band in found.bands.items():
+            group = file.create_group(f"bands/{name}")
+            group.attrs.update({key: value for key, value in asdict(band).items() if value is not None})
+        _put(file, "by_sector/azimuth", found.azimuth)
+        _put(file, "by_distance/distance", found.distance)
+        for where, curves in (("by_sector", found.by_sector), ("by_distance", found.by_distance)):
+            for key, values in _columns(curves):
+                _put(file, f"{where}/{key}", values)
+        for number, (name, table) in enumerate(witnesses.items()):
+            group = file.create_group(f"witness/{number}")
+            group.attrs["name"] = name
+            for field in SECTOR_HITS.names or ():
+                _put(group, field, np.ascontiguousarray(table[field]))
+    tables: tuple[dict[str, NDArray[Any]], ...] = (
+        {"realisation": np.arange(found.realisations), **found.each},
+        {"distance_m": found.distance, **_flat(found.by_distance)},
+        {"azimuth_deg": found.azimuth, **_flat(found.by_sector)},
+    )
+    return [path, *(write_columns(folder / name, table, stamp) for name, table in zip(CSV_FILES, tables, strict=True))]
+
+
+def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[Any]]]:
+    """Read ensemble.h5 back: the hazard over the realisations, and hits by realisation and sector on every surface.
+
+    Raises
+    ------
+    InputError
+        No such file, another format, or data cut off.
+    """
+    with open_checked(Path(path), FORMAT, FORMAT_VERSION) as file:
+        try:
+            counts = Tally(**{name: file[f"counts/{name}"][...] for name in _COUNTS})
+            criteria = Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA})
+            tolerance = float(file.attrs["tolerance"])
+            expected = _expected(file["expected"]) if "expected" in file else None
+            all_round = _groups(file["all_round"]) if "all_round" in file else None
+            undetermined = str(file.attrs["undetermined"])
+            groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
+            witnesses = {str(group.attrs["name"]): _witness(group) for group in groups}
+        except (KeyError, OSError, ValueError) as error:
+            raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
+    found = assess_ensemble(
+        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, all_round=all_round
+    )
+    return found, witnesses
+
+
+def _put_expected(group: h5py.Group, found: ExpectedDistance) -> None:
+    for entry in fields(found):
+        value = getattr(found, entry.name)
+        if isinstance(value, np.ndarray):
+            _put(group, entry.name, value)
+        elif value is not None:
+            group.attrs[entry.name] = value
+
+
+def _expected(group: h5py.Group) -> ExpectedDistance:
+    values: dict[str, Any] = {}
+    for entry in fields(ExpectedDistance):
+        if entry.name in group:
+            values[entry.name] = group[entry.name][...]
+        else:
+            value = group.attrs.get(entry.name)
+            values[entry.name] = value.item() if isinstance(value, np.generic) else value
+    values["mirrors"] = tuple(float(one) for one in np.atleast_1d(values["mirrors"]))
+    return ExpectedDistance(**values)
+
+
+def _put_groups(group: h5py.Group, groups: DensityGroups) -> None:
+    grid = groups.directions.grid
+    for name in _GRID:
+        group.attrs[name] = getattr(grid, name)
+    _put(group, "sums", groups.sums)
+    _put(group, "sizes", groups.sizes)
+
+
+def _groups(group: h5py.Group) -> DensityGroups:
+    grid = PolarGrid(**{name: group.attrs[name].item() for name in _GRID})
+    return DensityGroups.of(Directions(grid), group["sums"][...], group["sizes"][...])
+
+
+def write_fragment_ensemble(
+    realisations: Sequence[Fragments], path: str | Path, provenance: Mapping[str, str] | None = None, *, first: int = 1
+) -> Path:
+    """Write the fragments of many realisations, one after the other, into one HDF5 file.
+
+    Under /fragments lie the arrays of `Fragments` end to end; `offset` (n + 1,) parts them, and the attribute `first`
+    is the number of the first realisation: number 0 is that of fragments.h5.
+    """
+    import h5py
+
+    path = Path(path)
+    with creating(path, InputError) as file:
+        write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
+        file.attrs["first"] = first
+        first_of_all = realisations[0]
+        offset = np.cumsum([0, *(len(one) for one in realisations)])
+        _put(file, "offset", offset)
+        for name in ARRAYS:
+            like = getattr(first_of_all, name)
+            options = {"compression": "gzip", "compression_opts": 4} if like.ndim > 1 else {}
+            shape = (int(offset[-1]), *like.shape[1:])
+            file.create_dataset(f"fragments/{name}", shape=shape, dtype=like.dtype, **options)
+        for one, (start, end) in zip(realisations, pairwise(offset.tolist()), strict=True):
+            for name in ARRAYS:  # one after the other: together they may be half of the memory
+                file[f"fragments/{name}"][start:end] = getattr(one, name)
+        names = first_of_all.round_names
+        file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
+    return path
+
+
+def read_fragment_ensemble(path: str | Path) -> FragmentEnsemble:
+    """The realisations that `write_fragment_ensemble` wrote; raises InputError for another file or data cut off."""
+    where = str(path)
+    with open_checked(Path(path), FRAGMENTS_FORMAT, FRAGMENTS_VERSION, _AGAIN) as file:
+        offset = numbers(file, "offset", InputError, where, kind="whole numbers", shape=(None,), minimum=0)
+        sound = offset.size > 0 and offset[0] == 0 and bool((np.diff(offset) > 0).all())
+        if not sound or any(len(file[f"fragments/{name}"]) != offset[-1] for name in ARRAYS):
+            raise InputError(f"{path}: data cut off; {_AGAIN}")
+        names = texts(file, "round_names", InputError, where)
+    return FragmentEnsemble(Path(path), tuple(offset.tolist()), tuple(names))
+
+
+@dataclass(frozen=True)
+class FragmentEnsemble(Sequence[Fragments]):
+    """Realisations in a file, read when they are asked for: thousands of them would fill the memory.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    offset : tuple of int, (n + 1,)
+        Rows at which realisations begin and end.
+    round_names : tuple of str
+        Names of the rounds.
+    """
+
+    path: Path
+    offset: tuple[int, ...]
+    round_names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Number of realisations."""
+        return len(self.offset) - 1
+
+    @overload
+    def __getitem__(self, number: int) -> Fragments: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[Fragments]: ...
+    def __getitem__(self, number: int | slice) -> Fragments | list[Fragments]:
+        """Read one realisation, or some; raises InputError where the file has changed."""
+        if isinstance(number, slice):
+            return self.some(range(*number.indices(len(self))))
+        return self.some([range(len(self))[number]])[0]
+
+    def some(self, numbers: Iterable[int]) -> list[Fragments]:
+        """Read realisations by their numbers."""
+        found = []
+        with open_checked(self.path, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, _AGAIN) as file:
+            for number in numbers:
+                rows = slice(self.offset[number], self.offset[number + 1])
+                arrays = {name: file[f"fragments/{name}"][rows] for name in ARRAYS}
+                found.append(Fragments.from_arrays(**arrays, round_names=self.round_names))
+        for one in found:
+            check_possible(one, str(self.path))
+        return found
+
+
+def _put(file: h5py.File | h5py.Group, name: str, values: NDArray[Any]) -> None:
+    # Most cells of a tally are empty.
+    options = {"compression": "gzip", "compression_opts": 4} if values.ndim > 1 and values.size else {}
+    file.create_dataset(name, data=values, **options)
+
+
+def _witness(group: h5py.Group) -> NDArray[Any]:
+    table = np.zeros(group["hits"].shape, dtype=SECTOR_HITS)
+    for field in SECTOR_HITS.names or ():
+        table[field] = group[field][...]
+    return table
+
+
+def _columns(curves: Mapping[str, Curve]) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    for name, curve in curves.items():
+        for key, values in vars(curve).items():
+            yield f"{name}/{key}", values
+
+
+def _flat(curves: Mapping[str, Curve]) -> dict[str, NDArray[np.float64]]:
+    return {key.replace("/", "_"): values for key, values in _columns(curves)}

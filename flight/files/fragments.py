@@ -1,0 +1,111 @@
+"""fragments.h5 and fragments.csv, written and read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.errors import InputError, nearest
+from flight.files.hdf5 import open_checked, write_attributes
+from flight.files.text_tables import read_columns, write_columns
+from fragfield_base.arrays import group_of, numbers, texts
+from fragfield_base.hdf5_files import creating
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+__all__ = ["ARRAYS", "CSV_COLUMNS", "FORMAT_NAME", "FORMAT_VERSION", "read", "write"]
+
+FORMAT_NAME = "fragfield fragments"
+FORMAT_VERSION = 1
+ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
+
+REQUIRED_COLUMNS = ("mass_kg", "vx_m_s", "vy_m_s", "vz_m_s")
+CSV_COLUMNS = (
+    "id",
+    "round",
+    "segment",
+    "mass_kg",
+    "x_m",
+    "y_m",
+    "z_m",
+    "vx_m_s",
+    "vy_m_s",
+    "vz_m_s",
+    "speed_m_s",
+    "shape_factor_kg_m3",
+)
+
+
+def write(
+    arrays: Mapping[str, NDArray[Any]], round_names: Sequence[str], path: Path, provenance: Mapping[str, str]
+) -> Path:
+    """Write the `ARRAYS` of fragments as HDF5, or as CSV where the name ends so."""
+    if path.suffix.lower() == ".csv":
+        return _write_csv(arrays, path, provenance)
+    import h5py
+
+    with creating(path, InputError) as file:
+        write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
+        group = file.create_group("fragments")
+        for name in ARRAYS:
+            group.create_dataset(name, data=arrays[name])
+        if round_names:
+            file.create_dataset("round_names", data=round_names, dtype=h5py.string_dtype(), shape=(len(round_names),))
+    return path
+
+
+def read(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
+    """Arrays by name and the rounds' names from HDF5, or from CSV where the name ends so; not yet checked as fragments.
+
+    A CSV file need not have all `ARRAYS`.
+    """
+    if path.suffix.lower() == ".csv":
+        return _read_csv(path), []
+    with open_checked(path, FORMAT_NAME, FORMAT_VERSION) as file:
+        group = group_of(file, "fragments")
+        missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
+        if missing:
+            raise InputError(f"{path}: {', '.join(missing)} missing; the file is cut off or not a fragments file")
+        arrays = {name: numbers(group, name, InputError, str(path)) for name in ARRAYS}
+        names = texts(file, "round_names", InputError, str(path)) if "round_names" in file else []
+    return arrays, names
+
+
+def _write_csv(arrays: Mapping[str, NDArray[Any]], path: Path, provenance: Mapping[str, str]) -> Path:
+    velocity = arrays["velocity"]
+    columns = [
+        np.arange(len(arrays["mass"])),
+        arrays["round"],
+        arrays["segment"],
+        arrays["mass"],
+        *arrays["position"].T,
+        *velocity.T,
+        np.sqrt(np.einsum("ij,ij->i", velocity, velocity)),
+        arrays["shape_factor"],
+    ]
+    return write_columns(path, dict(zip(CSV_COLUMNS, columns, strict=True)), provenance)
+
+
+def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
+    columns = read_columns(path)
+    for name in columns:
+        if name not in CSV_COLUMNS:
+            raise InputError(f"{path}: unknown column {name!r}{nearest(name, CSV_COLUMNS)}")
+    missing = [name for name in REQUIRED_COLUMNS if name not in columns]
+    if missing:
+        raise InputError(f"{path}: column {', '.join(missing)} missing; found {', '.join(columns)}")
+    zero = np.zeros_like(columns["mass_kg"])
+    arrays = {
+        "mass": columns["mass_kg"],
+        "position": np.stack([columns.get(name, zero) for name in ("x_m", "y_m", "z_m")], axis=1),
+        "velocity": np.stack([columns[name] for name in ("vx_m_s", "vy_m_s", "vz_m_s")], axis=1),
+    }
+    for name, column in (("shape_factor", "shape_factor_kg_m3"), ("round", "round"), ("segment", "segment")):
+        if column in columns:
+            arrays[name] = columns[column]
+    return arrays

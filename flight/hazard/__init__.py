@@ -1,0 +1,45 @@
+"""Hazard from what landed and passed: densities, distances and their bounds, contours, exposed sites."""
+
+from __future__ import annotations
+
+from flight.hazard.assessment import Hazard, assess, hit_probability
+from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
+from flight.hazard.criteria import Criteria
+from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, expected_distance
+from flight.hazard.exposed import Prism, count_exposed, surfaces_of
+from flight.hazard.fields import fields_of
+from flight.hazard.near_ground import NearGround
+from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.stack_rules import effective_number, stack_rule
+from flight.hazard.tally import Tally, tally
+from flight.hazard.witness_hazard import by_azimuth, density_on
+
+__all__ = [
+    "Criteria",
+    "DensityGroups",
+    "Directions",
+    "EnsembleHazard",
+    "ExpectedDistance",
+    "Hazard",
+    "NearGround",
+    "PolarGrid",
+    "Prism",
+    "Site",
+    "Tally",
+    "assess",
+    "assess_ensemble",
+    "by_azimuth",
+    "contours_of",
+    "count_exposed",
+    "density_on",
+    "effective_number",
+    "expected_distance",
+    "fields_of",
+    "hit_probability",
+    "stack_rule",
+    "surfaces_of",
+    "tally",
+    "write_geojson",
+    "write_kml",
+]

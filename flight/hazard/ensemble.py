@@ -1,0 +1,410 @@
+"""The certainty of a hazard: bands over many realisations of one break-up, and whether there are enough of them.
+
+A distance is given three ways. The median and the band of 5 to 95 % of the realisations show what single events do.
+The pooled one is that of the mean density over all realisations, the quantity that the criterion of one hazardous
+fragment per 55.7 m2 is about (a test of several rounds is pooled alike). In narrow sectors single fragments decide, so
+that the worst sector of a realisation lies farther out than the worst of the pooled densities.
+
+How well the number of realisations fixes a distance is estimated by the bootstrap (Efron 1979): realisations are drawn
+again with replacement, and the spread of the median and of the pooled distance over such draws is their standard
+error. Beside it stands the difference between the two halves of the ensemble.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.hazard.assessment import Hazard, distances_through, hazard_of, hit_probability
+from flight.hazard.criteria import Criteria
+from flight.hazard.distances import DISTANCES, FEWEST
+from flight.hazard.tally import Tally
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from flight.hazard.expected import DensityGroups, ExpectedDistance
+
+__all__ = ["Band", "Curve", "EnsembleHazard", "assess_ensemble", "band_of"]
+
+LOW, HIGH = 0.05, 0.95
+DRAWS = 200  # of the bootstrap: the standard error itself is then known to 5 %
+
+
+@dataclass(frozen=True)
+class Band:
+    """A distance (m) over an ensemble.
+
+    Attributes
+    ----------
+    median, low, high : float
+        Of the realisations: the middle one, and the quantiles of 5 and 95 %.
+    pooled : float
+        Of all realisations together; for a throw the largest of all.
+    realisations : int
+        How many.
+    standard_error, pooled_standard_error : float or None
+        Bootstrap standard errors of the median and of the pooled distance; None for one realisation, and for the
+        largest throw, which grows with the number of realisations.
+    change_between_halves : float or None
+        Median of the second half less that of the first.
+    converged : bool
+        Whether there are `FEWEST` realisations or more, and both standard errors are within the tolerance.
+    needed : int or None
+        Realisations at which the standard errors would be within it, since they fall with the root of the number;
+        None where one realisation cannot show.
+    """
+
+    median: float
+    low: float
+    high: float
+    pooled: float
+    realisations: int
+    standard_error: float | None
+    pooled_standard_error: float | None
+    change_between_halves: float | None
+    converged: bool
+    needed: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Median, quantiles of 5 and 95 %, and pooled value of something by sector or by distance, shapes (k,)."""
+
+    median: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    pooled: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class EnsembleHazard:
+    """Hazard over n realisations; made by `assess_ensemble`.
+
+    Attributes
+    ----------
+    counts : Tally
+        What landed where, by realisation.
+    criteria : Criteria
+        What counts as a hazard.
+    tolerance : float
+        Largest standard error of a distance that counts as converged, as a fraction of the distance.
+    pooled : Hazard
+        Of the mean densities.
+    expected : ExpectedDistance, optional
+        The hazard distance: of the expected density, over all realisations that were flown.
+    undetermined : str
+        Why it cannot be determined; empty where it can.
+    all_round : DensityGroups, optional
+        Densities over all azimuths by group of realisations, from which other criteria can be assessed.
+    """
+
+    counts: Tally
+    criteria: Criteria
+    tolerance: float
+    pooled: Hazard
+    expected: ExpectedDistance | None = None
+    undetermined: str = ""
+    all_round: DensityGroups | None = None
+
+    @property
+    def realisations(self) -> int:
+        """Number of realisations."""
+        return self.counts.realisations
+
+    @property
+    def azimuth(self) -> NDArray[np.float64]:
+        """Centres of the sectors (s,) in degrees."""
+        return self.counts.azimuth
+
+    @property
+    def distance(self) -> NDArray[np.float64]:
+        """Centres of the distance cells (r,) in m."""
+        return self.pooled.distance
+
+    @cached_property
+    def ground_density(self) -> NDArray[np.float64]:
+        """Hazardous fragments per area of ground (n, s, r) in 1/m2."""
+        return np.asarray(self.counts.landings / self.counts.area)
+
+    @cached_property
+    def normal_density(self) -> NDArray[np.float64]:
+        """Hazardous fragments per area normal to their paths (n, s, r) in 1/m2."""
+        return np.asarray(self.counts.tracks / self.counts.area)
+
+    @cached_property
+    def sector_distance(self) -> dict[str, NDArray[np.float64]]:
+        """Hazardous fragment distance by "ground" and "normal" density of every realisation and sector (n, s) in m."""
+        return {"ground": self._through(self.ground_density), "normal": self._through(self.normal_density)}
+
+    @cached_property
+    def each(self) -> dict[str, NDArray[np.float64]]:
+        """Every one of `DISTANCES` in every realisation (n,) in m."""
+        return self._overall(self.ground_density, self.normal_density) | {"max_range": self.counts.throw.max(axis=1)}
+
+    @cached_property
+    def bands(self) -> dict[str, Band]:
+        """Band of every one of `DISTANCES`."""
+        pooled = self._overall(self.pooled.ground_density[None], self.pooled.normal_density[None])
+        together = self._pooled_draws()
+        found = {
+            name: band_of(self.each[name], float(pooled[name][0]), together[name], self.tolerance) for name in pooled
+        }
+        throw = self.each["max_range"]
+        return found | {"max_range": band_of(throw, float(throw.max()), None, self.tolerance)}
+
+    @property
+    def not_converged(self) -> tuple[str, ...]:
+        """Those of `DISTANCES` whose band has not converged."""
+        return tuple(name for name, band in self.bands.items() if not band.converged)
+
+    @cached_property
+    def by_sector(self) -> dict[str, Curve]:
+        """Distances, throw and numbers by sector.
+
+        Keys: hazardous_fragment_distance (the larger of both densities), ..._ground, ..._normal, max_throw (m; pooled:
+        the largest), fragments, hazardous (pooled: the mean).
+        """
+        ground, normal = self.sector_distance["ground"], self.sector_distance["normal"]
+        pooled = self.pooled
+        larger = np.maximum(pooled.ground_distance, pooled.normal_distance)
+        return {
+            "hazardous_fragment_distance": _curve(np.maximum(ground, normal), larger),
+            "hazardous_fragment_distance_ground": _curve(ground, pooled.ground_distance),
+            "hazardous_fragment_distance_normal": _curve(normal, pooled.normal_distance),
+            "max_throw": _curve(self.counts.throw, pooled.max_throw),
+            "fragments": _curve(self.counts.fragments, pooled.fragments),
+            "hazardous": _curve(self.counts.hazardous, pooled.hazardous),
+        }
+
+    @cached_property
+    def by_distance(self) -> dict[str, Curve]:
+        """Densities (1/m2) and probability of a hit on a person by distance.
+
+        Keys: ground_density, normal_density and probability over all azimuths (pooled: the mean), and
+        worst_ground_density, worst_normal_density, worst_probability in the densest sector at that distance. The
+        probability comes from the density normal to the path.
+        """
+        found = {}
+        for name, each, mean in (
+            ("ground", self.ground_density, self.pooled.ground_density),
+            ("normal", self.normal_density, self.pooled.normal_density),
+        ):
+            found[f"{name}_density"] = _curve(each.mean(axis=1), mean.mean(axis=0))
+            found[f"worst_{name}_density"] = _curve(each.max(axis=1), mean.max(axis=0))
+        area = self.criteria.person_area
+        for prefix in ("", "worst_"):
+            normal = self.normal_density.max(axis=1) if prefix else self.normal_density.mean(axis=1)
+            probability = hit_probability(normal, area)
+            found[f"{prefix}probability"] = _curve(probability, probability.mean(axis=0))
+        return found
+
+    @cached_property
+    def sectors_not_converged(self) -> int:
+        """Sectors in which the standard error of the pooled hazardous fragment distance exceeds the tolerance."""
+        if self.realisations < 2:
+            return int(self.counts.throw.shape[1])
+        error = self._sector_draws.std(axis=0, ddof=1)
+        pooled = self.by_sector["hazardous_fragment_distance"].pooled
+        return int((error > self.tolerance * np.maximum(pooled, float(self.counts.edges[1]))).sum())
+
+    @property
+    def headline(self) -> dict[str, Any] | None:
+        """The hazard distance for summary.json (SI; azimuth in degrees); None where it was not estimated.
+
+        `single_event` is something else: median, 5 and 95 % of the distances at which the density of single
+        realisations over all azimuths, or in the same direction, falls below the limit.
+        """
+        found = self.expected
+        if found is None:
+            return None
+        known = not self.undetermined
+        median, low, high = self.single_event
+        return {
+            "distance": found.distance if known else None,
+            "upper": found.upper if known else None,
+            "standard_error": found.standard_error if known else None,
+            "basis": found.basis,
+            "direction_deg": found.direction if known else None,
+            "realisations": found.realisations,
+            "determined": known,
+            "reason": self.undetermined,
+            "single_event": {"median": median, "low": low, "high": high} if known else None,
+            "largest_throw": float(self.counts.throw.max()),
+            "tolerance": self.tolerance,
+            "converged": known and found.uncertainty <= self.tolerance,
+            "distance_ground": found.ground if known else None,
+            "distance_normal": found.normal if known else None,
+            "max_bias": found.max_bias if known else None,
+            "kernel_deg": found.kernel,
+            "mirror_planes_deg": list(found.mirrors),
+            "level": 0.95,
+        }
+
+    @cached_property
+    def single_event(self) -> tuple[float, float, float]:
+        """Median, 5 and 95 % of the realisations' own distances (m) over all azimuths or in the worst direction.
+
+        Of the realisations whose counts are kept; in the worst direction in the sector that holds it.
+        """
+        if self.expected is None or self.expected.direction is None:
+            each = self.each["hazardous_fragment_distance_all_round"]
+        else:
+            sectors = self.counts.throw.shape[1]
+            sector = round(self.expected.direction / 360.0 * sectors) % sectors
+            each = np.maximum(*(self.sector_distance[kind][:, sector] for kind in ("ground", "normal")))
+        low, median, high = (float(value) for value in np.quantile(each, [LOW, 0.5, HIGH]))
+        return median, low, high
+
+    def summary(self) -> dict[str, Any]:
+        """Numbers for summary.json: medians under the names of one realisation's, and "bands" beside them."""
+        sectors = self.by_sector
+        rows = [
+            {
+                "azimuth_deg": float(azimuth),
+                **{
+                    name: float(curve.pooled[i] if name in ("fragments", "hazardous") else curve.median[i])
+                    for name, curve in sectors.items()
+                },
+                "bands": {
+                    name: {key: float(values[i]) for key, values in vars(curve).items()}
+                    for name, curve in sectors.items()
+                    if name in ("hazardous_fragment_distance", "max_throw")
+                },
+            }
+            for i, azimuth in enumerate(self.azimuth)
+        ]
+        return {
+            **{name: band.median for name, band in self.bands.items()},
+            "hazardous_fragments": float(self.pooled.hazardous.sum()),
+            "realisations": self.realisations,
+            "tolerance": self.tolerance,
+            "converged": not self.not_converged,
+            "not_converged": list(self.not_converged),
+            "sectors_not_converged": self.sectors_not_converged,
+            "bands": {name: asdict(band) for name, band in self.bands.items()},
+            "by_sector": rows,
+        }
+
+    def _through(self, density: NDArray[np.float64]) -> NDArray[np.float64]:
+        return distances_through(self.distance, density, self.criteria.density, float(self.counts.edges[-1]))
+
+    def _overall(self, ground: NDArray[np.float64], normal: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        """Hazardous fragment distances over all sectors (k,) of densities (k, s, r)."""
+        worst = [self._through(density).max(axis=1) for density in (ground, normal)]
+        mean = [self._through(density.mean(axis=1)) for density in (ground, normal)]
+        name = "hazardous_fragment_distance"
+        return {
+            name: np.maximum(*worst),
+            f"{name}_ground": worst[0],
+            f"{name}_normal": worst[1],
+            f"{name}_all_round": np.maximum(*mean),
+            f"{name}_all_round_ground": mean[0],
+            f"{name}_all_round_normal": mean[1],
+        }
+
+    @cached_property
+    def _drawn_densities(self) -> list[NDArray[np.float64]]:
+        """Mean densities (DRAWS, s, r) of the bootstrap's draws, on the ground and normal to the path."""
+        n = self.realisations
+        weight = np.zeros((DRAWS, n))
+        np.add.at(weight, (np.arange(DRAWS)[:, None], _draws(n)), 1.0 / n)
+        return [
+            (weight @ density.reshape(n, -1)).reshape(DRAWS, *density.shape[1:])
+            for density in (self.ground_density, self.normal_density)
+        ]
+
+    @cached_property
+    def _sector_draws(self) -> NDArray[np.float64]:
+        return np.maximum(*(self._through(density) for density in self._drawn_densities))
+
+    def _pooled_draws(self) -> dict[str, NDArray[np.float64] | None]:
+        if self.realisations < 2:
+            return dict.fromkeys(DISTANCES)
+        return dict(self._overall(*self._drawn_densities))
+
+
+def assess_ensemble(
+    counts: Tally | Sequence[Tally], criteria: Criteria | None = None, *, tolerance: float = 0.05,
+    expected: ExpectedDistance | None = None, undetermined: str = "", all_round: DensityGroups | None = None,
+) -> EnsembleHazard:  # fmt: skip
+    """Hazard over many realisations.
+
+    Parameters
+    ----------
+    counts : Tally or sequence of Tally
+        `flight.hazard.tally.tally` of every realisation, with the same sectors and distance cells.
+    criteria : Criteria, optional
+        Those that were counted with.
+    tolerance : float
+        Largest standard error of a distance that counts as converged, as a fraction of the distance.
+    expected, undetermined, all_round
+        The hazard distance, why it cannot be determined, and the densities behind it; see `EnsembleHazard`.
+
+    Raises
+    ------
+    InputError
+        There is no realisation, grids differ, or the tolerance is not above zero.
+    """
+    if not (math.isfinite(tolerance) and tolerance > 0.0):
+        raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
+    joined = counts if isinstance(counts, Tally) else Tally.join(counts)
+    criteria = criteria or Criteria()
+    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round)
+
+
+def band_of(
+    each: NDArray[np.float64], pooled: float, pooled_draws: NDArray[np.float64] | None, tolerance: float
+) -> Band:
+    """Band of a distance.
+
+    Parameters
+    ----------
+    each : (n,) float64
+        The distance in every realisation (m), in their order.
+    pooled : float
+        That of all together.
+    pooled_draws : (b,) float64 or None
+        That of every draw of the bootstrap; None where the pooled one is not judged.
+    tolerance : float
+        Largest standard error as a fraction of the distance.
+    """
+    n = len(each)
+    low, median, high = (float(value) for value in np.quantile(each, [LOW, 0.5, HIGH]))
+    if n < 2:
+        return Band(median, low, high, pooled, n, None, None, None, converged=False, needed=None)
+    error = float(np.median(each[_draws(n)], axis=1).std(ddof=1))
+    pooled_error = None if pooled_draws is None else float(pooled_draws.std(ddof=1))
+    change = float(np.median(each[n // 2 :]) - np.median(each[: n // 2]))
+    excess = max(
+        _over(error, median, tolerance), 0.0 if pooled_error is None else _over(pooled_error, pooled, tolerance)
+    )
+    needed = max(FEWEST, math.ceil(n * excess**2)) if math.isfinite(excess) else None
+    return Band(
+        median, low, high, pooled, n, error, pooled_error, change, converged=n >= FEWEST and excess <= 1.0,
+        needed=needed,
+    )  # fmt: skip
+
+
+def _over(error: float, value: float, tolerance: float) -> float:
+    """How many times the tolerance an error is."""
+    if error == 0.0:
+        return 0.0
+    return error / (tolerance * value) if value > 0.0 else math.inf
+
+
+def _draws(number: int) -> NDArray[np.int64]:
+    """Realisations of every draw of the bootstrap (DRAWS, number): the same for the same number."""
+    return np.random.default_rng(number).integers(number, size=(DRAWS, number))
+
+
+def _curve(each: NDArray[Any], pooled: NDArray[np.float64]) -> Curve:
+    low, median, high = np.quantile(each, [LOW, 0.5, HIGH], axis=0)
+    return Curve(median, low, high, np.asarray(pooled, dtype=np.float64))

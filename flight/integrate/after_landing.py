@@ -1,0 +1,153 @@
+"""A chunk of fragments from launch to rest: one flight after the other, joined by impacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from flight.result import Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.kernels.limits import Limits
+    from flight.kernels.motion import Surroundings
+    from flight.kernels.terrain import Terrain
+    from flight.scene.scene import Scene
+
+__all__ = ["FlownChunk", "fly_chunk_to_rest"]
+
+FRAGMENT_OF_HIT, FRAGMENT_OF_PATH, FRAGMENT_OF_STRIKE = 8, 7, 9  # columns
+
+
+@dataclass(frozen=True, eq=False)
+class FlownChunk:
+    """What became of n fragments.
+
+    Attributes
+    ----------
+    outcome : (n, 13) float64
+        First impact on the ground, or the end of those that have none, as `flight.kernels.trajectory` gives it; steps
+        and Mach numbers are of all flights.
+    status : (n,) int8
+        Status there.
+    rest : (n, 7) float64
+        Time, place, velocity at the very end.
+    rest_status : (n,) int8
+        Status there.
+    stopped_by : (n, 2) int64
+        Obstacle and face that stopped it, or -1.
+    bounces : (n,) int64
+        On the ground.
+    hits, path, struck : arrays
+        Crossings of witness surfaces, points of paths, impacts on obstacles; rows by fragment and then time.
+    """
+
+    outcome: NDArray[np.float64]
+    status: NDArray[np.int8]
+    rest: NDArray[np.float64]
+    rest_status: NDArray[np.int8]
+    stopped_by: NDArray[np.int64]
+    bounces: NDArray[np.int64]
+    hits: NDArray[np.float64]
+    path: NDArray[np.float64]
+    struck: NDArray[np.float64]
+
+
+class ChunkFlight(Protocol):
+    """What flies a chunk once: `flight.integrate.job.FlightJob`."""
+
+    scene: Scene
+    around: Surroundings
+    terrain: Terrain
+    obstacles: NDArray[np.float64]
+
+    def fly(
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Crossings and points of paths of the fragments start..end-1."""
+
+
+def fly_chunk_to_rest(
+    job: ChunkFlight,
+    arrays: list[NDArray[np.float64]],
+    start: int,
+    end: int,
+    limits: Limits,
+    buffers: dict[str, NDArray[Any]],
+) -> FlownChunk:
+    """Fly the fragments start..end-1, and on from every rebound."""
+    hits, path = job.fly(arrays, start, end, limits, buffers)
+    outcome, status = buffers["outcome"][: end - start], buffers["status"][: end - start]
+    if job.scene.rebounds:
+        return _fly_on(job, arrays, start, limits, buffers, (outcome.copy(), status.copy(), hits.copy(), path.copy()))
+    stopped = np.flatnonzero(status == Status.STOPPED)
+    struck = np.ones((stopped.size, 11))
+    struck[:, :7], struck[:, 7:9], struck[:, 9] = outcome[stopped, :7], outcome[stopped, 11:13], start + stopped
+    still = np.zeros(end - start, dtype=np.int64)
+    return FlownChunk(
+        outcome, status, outcome[:, :7], status, outcome[:, 11:13].astype(np.int64), still, hits, path, struck
+    )
+
+
+def _fly_on(
+    job: ChunkFlight, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
+    flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
+) -> FlownChunk:  # fmt: skip
+    """Let rebound what has landed or struck, and fly on until all rest."""
+    from flight.kernels.impacts import STRUCK_COLUMNS, settle
+
+    outcome, status, hits, path = flown
+    number = len(outcome)
+    mass, shape_factor = arrays[0], arrays[1]
+    first, first_status = np.zeros_like(outcome), np.zeros(number, dtype=np.int8)
+    first[:, 7:11] = outcome[:, 7:11]
+    last, last_status = np.zeros((number, 7)), np.zeros(number, dtype=np.int8)
+    stopped_by = np.full((number, 2), -1, dtype=np.int64)
+    bounces, contacts = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
+    record, surfaces = np.zeros((number, STRUCK_COLUMNS)), job.scene.surfaces()
+    moving = np.arange(number)
+    all_hits, all_paths, all_struck = [hits], [path], []
+    while True:
+        flying, strikes = settle(
+            moving, len(moving), outcome, status, surfaces, job.around.gravity, limits, job.terrain, job.obstacles,
+            first, first_status, last, last_status, stopped_by, bounces, contacts, record,
+        )  # fmt: skip
+        all_struck.append(record[:strikes].copy())
+        moving = moving[:flying]
+        if not flying:
+            break
+        again = [
+            mass[start + moving],
+            shape_factor[start + moving],
+            last[moving, 1:4],
+            last[moving, 4:7],
+            np.column_stack([last[moving, 0], np.full(flying, np.inf)]),
+        ]
+        again = [np.ascontiguousarray(array) for array in again]
+        hits, path = job.fly(again, 0, flying, limits, buffers)
+        outcome, status = buffers["outcome"][:flying], buffers["status"][:flying]
+        first[moving, 7:9] += outcome[:, 7:9]
+        first[moving, 9] = np.minimum(first[moving, 9], outcome[:, 9])
+        first[moving, 10] = np.maximum(first[moving, 10], outcome[:, 10])
+        for rows, column, pile in ((hits, FRAGMENT_OF_HIT, all_hits), (path, FRAGMENT_OF_PATH, all_paths)):
+            mine = rows.copy()
+            mine[:, column] = start + moving[rows[:, column].astype(np.int64)]
+            pile.append(mine)
+    struck = np.concatenate(all_struck)
+    struck[:, FRAGMENT_OF_STRIKE] += start
+    if limits.path_points:
+        rest = np.column_stack([last, start + np.arange(number)])
+        all_paths.append(rest[last[:, 0] > first[:, 0]])  # where it slid to
+    return FlownChunk(
+        first, first_status, last, last_status, stopped_by, bounces,
+        _sorted(np.concatenate(all_hits), FRAGMENT_OF_HIT), _sorted(np.concatenate(all_paths), FRAGMENT_OF_PATH),
+        _sorted(struck, FRAGMENT_OF_STRIKE),
+    )  # fmt: skip
+
+
+def _sorted(rows: NDArray[np.float64], fragment: int) -> NDArray[np.float64]:
+    """Rows by fragment and then time, those of one time as they came."""
+    return rows[np.lexsort((rows[:, 0], rows[:, fragment]))]

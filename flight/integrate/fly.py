@@ -1,0 +1,256 @@
+"""`fly`: fragments in, landings and hits out."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.drag import Drag
+from flight.errors import FlightWarning, InputError, nearest
+from flight.integrate.contact import FEWEST, Contact, Encounters
+from flight.integrate.integrator import Adaptive, Domain, FixedStep
+from flight.integrate.job import FlightJob, FlightProgress
+from flight.integrate.legs import legs_between
+from flight.result import FlightResult, Status
+from flight.scene.air import Air, ConstantAir, StandardAtmosphere
+from flight.scene.bounce import Bounce
+from flight.scene.scene import Scene
+from flight.shape import describe, shaped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from flight.fragments import Fragments
+    from flight.hazard.near_ground import NearGround
+    from flight.integrate.integrator import Integrator
+    from flight.scene.height_map import HeightMap
+    from flight.scene.obstacles import Obstacle
+    from flight.scene.targets import Witness
+    from flight.scene.wind import Wind
+    from flight.shape import Shape
+
+__all__ = ["FlightProgress", "fly"]
+
+STANDARD_GRAVITY = 9.80665  # m/s2
+
+
+def fly(
+    fragments: Fragments,
+    *,
+    air: Air | str | float = "standard",
+    drag: Drag | str | Path | float = "shell_fragment",
+    gravity: float = STANDARD_GRAVITY,
+    wind: Wind | None = None,
+    ground: float | HeightMap | None = 0.0,
+    bounce: Bounce | str | None = None,
+    obstacles: Sequence[Obstacle] = (),
+    witnesses: Sequence[Witness] = (),
+    integrator: Integrator | None = None,
+    contact: Contact | None = None,
+    shape: Shape | None = None,
+    domain: Domain | None = None,
+    time_limit: float = 3600.0,
+    origin: tuple[float, float] = (0.0, 0.0),
+    near_ground: NearGround | None = None,
+    sample: int | ArrayLike = 0,
+    seed: int = 0,
+    threads: int | None = None,
+    on_progress: Callable[[FlightProgress], None] | None = None,
+) -> FlightResult:
+    """Fly fragments through air until each has landed, left the domain or run out of time.
+
+    Parameters
+    ----------
+    fragments : Fragments
+        What flies; none may start below the ground.
+    air : Air, "standard", "vacuum" or float
+        A float is a constant density (kg/m3).
+    drag : Drag, str, Path or float
+        A table, the name of a built-in one, a .csv file, or a constant coefficient.
+    gravity : float
+        Downward acceleration (m/s2).
+    wind : Wind, optional
+        Horizontal wind.
+    ground : float, HeightMap or None
+        Height of flat ground (m), a map of heights, or no ground.
+    bounce : Bounce, str or None
+        How fragments bounce and roll on the ground, or the name of a kind of ground; None: they stay where they land.
+    obstacles : sequence of Wall, Barricade or Building
+        What stops fragments, or turns them off.
+    witnesses : sequence of Cylinder, Panel or Polygon
+        Surfaces that record every crossing, up to the landing (with bounces, up to the last; a slide is not recorded).
+    integrator : Adaptive or FixedStep
+        Default `Adaptive()`.
+    contact : Contact, optional
+        Lets fragments strike each other in the first metres, over flat ground without bounce and obstacles.
+    shape : flight.shape.Mean, Lognormal or Box, optional
+        Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
+    domain : Domain, optional
+        Where a fragment counts as gone.
+    time_limit : float
+        End of every flight (s).
+    origin : (2,) floats
+        Place from which distance and azimuth are counted (m).
+    near_ground : NearGround, optional
+        Lengths of paths below a person's height to count, by azimuth and distance; needs a ground.
+    sample : int or indices
+        Fragments whose paths are kept: that many drawn with `seed`, or those named.
+    seed : int
+        Of whatever is drawn at random.
+    threads : int, optional
+        Default: all cores this process may use. The result does not depend on it.
+    on_progress : callable, optional
+        Called now and then with a FlightProgress.
+
+    Raises
+    ------
+    InputError
+        A fragment starts below the ground, off the map or in an obstacle, or an argument is out of range.
+
+    Notes
+    -----
+    Wang et al., Eqs. 32-34; see `flight.kernels.motion`. The first call compiles for some seconds, once a machine.
+    """
+    began = time.perf_counter()
+    drag = Drag.of(drag)
+    integrator = Adaptive() if integrator is None else integrator
+    _check(gravity, time_limit, origin, threads, integrator)
+    scene = Scene(ground, Bounce.of(bounce), tuple(obstacles))
+    scene.check(fragments, gravity, origin)
+    if contact is not None:
+        scene.check_contact()
+    fragments = fragments if shape is None else shaped(fragments, shape, seed)
+    job = FlightJob(
+        fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
+        near_ground,
+    )  # fmt: skip
+    chosen = _chosen(sample, len(fragments), seed)
+    threads = threads or _cores()
+    if contact is None or len(fragments) < FEWEST:
+        landing, hits, struck, extremes = job.run(threads, on_progress, began)
+        paths = job.paths(chosen)
+        result = FlightResult(
+            landing, hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=struck,
+            near_ground=job.path_lengths,
+        )  # fmt: skip
+    else:
+        result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
+    result.summary["presented_area"] = describe(shape, fragments)
+    result.summary.update(_summary(result, extremes, drag, job, time.perf_counter() - began))
+    return result
+
+
+def _fly_in_contact(
+    job: FlightJob, contact: Contact, chosen: NDArray[np.int64], threads: int,
+    on_progress: Callable[[FlightProgress], None] | None, began: float,
+) -> tuple[FlightResult, NDArray[np.float32]]:  # fmt: skip
+    """Find all contacts, then fly the legs between them."""
+    encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
+    legs = legs_between(job.fragments, encounters.contacts)
+    job.fragments, job.clock = legs.fragments, legs.clock
+    near, job.near = job.near, None
+    landing, hits, _, extremes = job.run(threads, on_progress, began)
+    flown = legs.flown(landing)
+    landing, hits, extremes = legs.join(landing, hits, extremes)
+    lengths = None
+    if near is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
+        job.near, job.fragments, job.clock = near, legs.fragments.select(flown), legs.clock[flown]
+        job.run(threads, None, began)
+        job.fragments, job.clock = legs.fragments, legs.clock
+        lengths = job.path_lengths
+    paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
+    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths)
+    result.summary["contact"] = encounters.summary
+    return result, extremes
+
+
+def _air(value: Air | str | float) -> Air:
+    if isinstance(value, str):
+        names: dict[str, Air] = {"standard": StandardAtmosphere(), "vacuum": ConstantAir(0.0)}
+        if value not in names:
+            raise InputError(f"air: unknown name {value!r}{nearest(value, names)}, or a density in kg/m3")
+        return names[value]
+    return ConstantAir(float(value)) if isinstance(value, int | float) else value
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64]:
+    if isinstance(sample, int | np.integer):
+        if sample < 0:
+            raise InputError(f"sample is {sample}, needed: zero or more, or indices of fragments")
+        draw = np.random.default_rng(seed).choice(number, size=min(int(sample), number), replace=False)
+        return np.sort(draw).astype(np.int64)
+    chosen = np.asarray(sample)
+    if (
+        chosen.ndim != 1
+        or chosen.dtype.kind not in "iu"
+        or (chosen.size and (chosen.min() < 0 or chosen.max() >= number))
+    ):
+        raise InputError(f"sample: indices must be whole numbers from 0 to {number - 1}")
+    return chosen.astype(np.int64)
+
+
+def _check(
+    gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, integrator: Integrator
+) -> None:
+    if not math.isfinite(gravity):
+        raise InputError(f"gravity is {gravity}, needed: a finite number (m/s2)")
+    if not (math.isfinite(time_limit) and time_limit > 0.0):
+        raise InputError(f"time_limit is {time_limit} s, needed: finite and above zero")
+    if np.shape(origin) != (2,) or not np.isfinite(origin).all():
+        raise InputError(f"origin is {origin}, needed: two finite numbers (m)")
+    if threads is not None and threads < 1:
+        raise InputError(f"threads is {threads}, needed: 1 or more")
+    if not isinstance(integrator, Adaptive | FixedStep):
+        raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
+
+
+def _summary(
+    result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: FlightJob, seconds: float
+) -> dict[str, Any]:
+    landing = result.landing
+    landed = landing["status"] == Status.LANDED
+    at_rest = landing["rest_position"][landing["rest_status"] == Status.LANDED, :2] - job.origin
+    beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if job.in_air else 0
+    below = int((extremes[:, 2] < drag.lowest_mach).sum()) if job.in_air else 0
+    if beyond:
+        warnings.warn(
+            f"drag {drag.name}: {beyond} of {len(landing)} fragments flew above Mach {drag.highest_mach:g}, the "
+            f"table's last entry (fastest: Mach {extremes[:, 3].max():.3g}); its last coefficient was used there",
+            FlightWarning, stacklevel=3,
+        )  # fmt: skip
+    return {
+        "fragments": len(landing),
+        "mass": float(landing["mass"].sum()),
+        "landed": int(landed.sum()),
+        "status": _by_status(landing, "status"),
+        "rest_status": _by_status(landing, "rest_status"),
+        "max_rest_distance": float(np.sqrt((at_rest**2).sum(axis=1)).max(initial=0.0)),
+        "bounces": int(landing["bounces"].sum()),
+        "hits": len(result.hits),
+        "obstacle_hits": len(result.obstacle_hits),
+        "max_range": float(landing["distance"].max(where=landed, initial=0.0)),
+        "drag": drag.name,
+        "above_drag_table": beyond,
+        "below_drag_table": below,
+        "steps": int(extremes[:, 0].sum(dtype=np.float64)),
+        "rejected_steps": int(extremes[:, 1].sum(dtype=np.float64)),
+        "wall_seconds": seconds,
+    }
+
+
+def _by_status(landing: NDArray[Any], field: str) -> dict[str, dict[str, Any]]:
+    """Numbers and mass by a status, so that they add up to all that flew."""
+    rows = {status: landing["mass"][landing[field] == status] for status in Status}
+    return {status.name.lower(): {"fragments": len(mass), "mass": float(mass.sum())} for status, mass in rows.items()}

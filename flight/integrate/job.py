@@ -1,0 +1,302 @@
+"""The work of one flight: tables for the kernel, threads that pull chunks of fragments, rows of the result."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.hazard.criteria import Criteria
+from flight.hazard.near_ground import NearGround, PathLengths
+from flight.hazard.polar_grid import PolarGrid
+from flight.integrate.after_landing import FlownChunk, fly_chunk_to_rest
+from flight.integrate.integrator import Adaptive, FixedStep
+from flight.result import HITS, LANDING, OBSTACLE_HITS, Trajectories
+from flight.scene.targets import Cylinder, pack
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from flight.drag import Drag
+    from flight.fragments import Fragments
+    from flight.integrate.integrator import Domain, Integrator
+    from flight.kernels.limits import Limits
+    from flight.scene.air import Air
+    from flight.scene.scene import Scene
+    from flight.scene.targets import Witness
+    from flight.scene.wind import Wind
+
+__all__ = ["FlightProgress", "FlightJob"]
+
+CHUNK = 2048  # fragments a thread takes at once
+EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
+MOST_STEPS = 100_000_000  # of one fragment
+POINTS_PER_STEP = 2  # of a trajectory
+
+
+@dataclass(frozen=True)
+class FlightProgress:
+    """How far a flight has come: fragments done, of how many, and the time it took so far (s)."""
+
+    done: int
+    total: int
+    wall_seconds: float
+
+    @property
+    def seconds_left(self) -> float:
+        """Time left at the rate so far (s)."""
+        return self.wall_seconds * (self.total - self.done) / max(self.done, 1)
+
+
+class FlightJob:
+    """One flight: the tables, and the threads that pull chunks of fragments."""
+
+    def __init__(
+        self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, scene: Scene,
+        witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
+        origin: tuple[float, float], near: NearGround | None = None,
+    ) -> None:  # fmt: skip
+        from flight.kernels import events, motion, trajectory
+        from flight.kernels.limits import Limits
+
+        self.trajectory, self.hit_columns = trajectory, events.HIT_COLUMNS
+        self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin
+        self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
+        rows, bins, bins_per_mach = drag.table()
+        table = air.table()
+        self.around = motion.Surroundings(
+            table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
+            np.zeros((0, 9)) if wind is None else wind.table(), float(gravity),
+        )  # fmt: skip
+        fixed = isinstance(integrator, FixedStep)
+        self.limits = Limits(
+            scene.flat_height, float(origin[0]), float(origin[1]), float(domain.radius),
+            float(domain.ceiling), float(domain.floor), float(time_limit),
+            1.0 if isinstance(integrator, FixedStep) else integrator.tolerance,
+            integrator.step if isinstance(integrator, FixedStep) else 0.0,
+            math.inf if fixed else integrator.longest_step,  # type: ignore[union-attr]
+            MOST_STEPS, 0,
+        )  # fmt: skip
+        self.in_air = bool(table.pieces[:, :4].any())
+        self.rows, self.vertices, self.everything = pack(self.witnesses)
+        self.near = near if near is not None and scene.ground is not None else None
+        self.path_lengths: PathLengths | None = None
+        self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
+
+    def run(
+        self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[np.float32]]:
+        """Fly all; give landing, hits, hits on obstacles, and per fragment steps, rejected ones, Mach numbers."""
+        total = len(self.fragments)
+        landing = np.zeros(total, dtype=LANDING)
+        extremes = np.zeros((total, 4), dtype=np.float32)
+        chunks = range(0, total, CHUNK)
+        no_hits, none_struck = np.zeros(0, dtype=HITS), np.zeros(0, dtype=OBSTACLE_HITS)
+        hits: list[NDArray[Any]] = [no_hits] * len(chunks)
+        struck: list[NDArray[Any]] = [none_struck] * len(chunks)
+        arrays = [*self._arrays(self.fragments), self.clock]
+        done, lock, stop = 0, threading.Lock(), threading.Event()
+        queue = iter(enumerate(chunks))
+        counted: list[dict[str, NDArray[Any]]] = []
+
+        def work() -> None:
+            nonlocal done
+            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0, self.near)
+            counted.append(buffers)
+            while not stop.is_set():
+                with lock:
+                    index, start = next(queue, (-1, -1))
+                if index < 0:
+                    return
+                end = min(start + CHUNK, total)
+                flown = fly_chunk_to_rest(self, arrays, start, end, self.limits, buffers)
+                hits[index], struck[index] = self._hits(flown.hits), self._struck(flown.struck)
+                self._fill_landing(landing[start:end], start, flown)
+                extremes[start:end] = flown.outcome[:, 7:11]
+                with lock:
+                    done += end - start
+
+        workers = max(1, min(threads, len(chunks)))
+        if workers == 1 and on_progress is None:
+            work()
+        else:
+            with ThreadPoolExecutor(workers) as pool:
+                running = [pool.submit(work) for _ in range(workers)]
+                try:
+                    while not all(future.done() for future in running):
+                        time.sleep(0.002 if time.perf_counter() - began < 1.0 else 0.1)
+                        if on_progress is not None:
+                            on_progress(FlightProgress(done, total, time.perf_counter() - began))
+                finally:
+                    stop.set()
+                for future in running:
+                    future.result()
+            if on_progress is not None:
+                on_progress(FlightProgress(done, total, time.perf_counter() - began))
+        if self.near is not None:
+            if any(buffers["beyond"][0] for buffers in counted):
+                self.near = NearGround(self.near.grid.up_to(EXTENSION * self.near.grid.reach), self.near.criteria)
+                return self.run(threads, on_progress, began)
+            self.path_lengths = PathLengths.of(self.near, [buffers["lengths"] for buffers in counted])
+        return landing, _joined(hits, HITS), _joined(struck, OBSTACLE_HITS), extremes
+
+    def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
+        """Fly the chosen fragments again and keep their paths."""
+        if chosen.size == 0:
+            none = np.zeros((0, 3))
+            return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
+        few = [*self._arrays(self.fragments.select(chosen)), self.clock[chosen]]
+        # adaptive whatever the flight's step: points of a fixed small step would fill the memory
+        tolerance = min(self.limits.tolerance, Adaptive().tolerance)
+        limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
+        pieces = []
+        for start in range(0, chosen.size, CHUNK):
+            end = min(start + CHUNK, chosen.size)
+            pieces.append(fly_chunk_to_rest(self, few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK)).path)
+        path = np.concatenate(pieces)
+        start_rows = np.searchsorted(path[:, 7], np.arange(chosen.size + 1))
+        return Trajectories(
+            chosen, start_rows.astype(np.int64), path[:, 0].copy(), path[:, 1:4].copy(), path[:, 4:7].copy()
+        )
+
+    @property
+    def _near_table(self) -> tuple[Any, ...]:
+        """What is counted near the ground, for the kernel; of no meaning where nothing is."""
+        return (self.near or NearGround(PolarGrid(1, 2, 1.0, 1), Criteria())).table()
+
+    def _arrays(self, fragments: Fragments) -> list[NDArray[np.float64]]:
+        """Arrays for the kernel in one layout: numba would compile again for read-only or strided ones."""
+        start = self.scene.lifted(fragments.position)
+        arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
+        return [np.require(array, requirements=["C", "W"]) for array in arrays]
+
+    def _buffers(self, hits: int, path: int, near: NearGround | None = None) -> dict[str, NDArray[Any]]:
+        columns = self.trajectory
+        cells = (0, 0) if near is None else near.grid.shape
+        return {
+            "chunk_lengths": np.zeros(cells, dtype=np.int64),
+            "lengths": np.zeros(cells, dtype=np.int64),
+            "beyond": np.zeros(1, dtype=np.bool_),
+            "outcome": np.zeros((CHUNK, columns.OUTCOME_COLUMNS)),
+            "status": np.zeros(CHUNK, dtype=np.int8),
+            "hits": np.zeros((hits, self.hit_columns)),
+            "path": np.zeros((path, columns.PATH_COLUMNS)),
+        }
+
+    def fly(
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
+        near = self._near_table
+        while True:
+            buffers["chunk_lengths"][:] = 0
+            hit_count, path_count, inside = self.trajectory.fly_chunk(
+                start, end, *arrays,
+                self.around, limits, self.terrain, self.obstacles, self.rows, self.vertices, self.everything,
+                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"], near,
+                buffers["chunk_lengths"],
+            )  # fmt: skip
+            for name, count in (("hits", hit_count), ("path", path_count)):
+                if count < 0:
+                    rows, columns = buffers[name].shape
+                    buffers[name] = np.zeros((4 * rows + CHUNK, columns))
+            if hit_count >= 0 and path_count >= 0:
+                break
+        buffers["lengths"] += buffers["chunk_lengths"]
+        buffers["beyond"] |= not inside
+        hits, path = buffers["hits"][:hit_count], buffers["path"][:path_count]
+        return hits[np.lexsort((hits[:, 0], hits[:, 8]))], path[np.argsort(path[:, 7], kind="stable")]
+
+    def _fill_landing(self, rows: NDArray[Any], start: int, flown: FlownChunk) -> None:
+        number, outcome = len(rows), flown.outcome
+        here = slice(start, start + number)
+        fragments = self.fragments
+        rows["fragment"] = np.arange(start, start + number)
+        rows["status"] = flown.status
+        rows["rest_status"], rows["bounces"] = flown.rest_status, flown.bounces
+        rows["obstacle"], rows["face"] = flown.stopped_by[:, 0], flown.stopped_by[:, 1]
+        rows["rest_time"], rows["rest_position"] = flown.rest[:, 0], flown.rest[:, 1:4]
+        for name in ("round", "segment", "mass"):
+            rows[name] = getattr(fragments, name)[here]
+        with np.errstate(over="ignore"):
+            rows["initial_speed"] = np.linalg.norm(fragments.velocity[here], axis=1)
+        rows["time"], rows["position"], rows["velocity"] = outcome[:, 0], outcome[:, 1:4], outcome[:, 4:7]
+        with np.errstate(over="ignore"):  # a flight that gave NaN
+            speed = np.linalg.norm(outcome[:, 4:7], axis=1)
+        rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
+        place = outcome[:, 1:3] - self.origin
+        rows["distance"], rows["azimuth"] = _horizontal(place), _azimuth(place)
+        rows["angle"] = _angles(-outcome[:, 6], _horizontal(outcome[:, 4:6]))
+
+    def _struck(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
+        rows = np.zeros(len(buffer), dtype=OBSTACLE_HITS)
+        fragment = buffer[:, 9].astype(np.int64)
+        rows["obstacle"], rows["face"], rows["stopped"] = buffer[:, 7], buffer[:, 8], buffer[:, 10]
+        self._fill_impacts(rows, fragment, buffer)
+        return rows
+
+    def _fill_impacts(self, rows: NDArray[Any], fragment: NDArray[np.int64], buffer: NDArray[np.float64]) -> None:
+        """What an impact has of its fragment, and time, place and velocity from the buffer's first columns."""
+        rows["fragment"] = fragment
+        for name in ("round", "segment", "mass"):
+            rows[name] = getattr(self.fragments, name)[fragment]
+        rows["initial_speed"] = np.linalg.norm(self.fragments.velocity[fragment], axis=1)
+        rows["time"], rows["position"], rows["velocity"] = buffer[:, 0], buffer[:, 1:4], buffer[:, 4:7]
+        speed = np.linalg.norm(buffer[:, 4:7], axis=1)
+        rows["speed"], rows["energy"] = speed, 0.5 * rows["mass"] * speed**2
+
+    def _hits(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
+        rows = np.zeros(len(buffer), dtype=HITS)
+        if not len(buffer):
+            return rows
+        fragment = buffer[:, 8].astype(np.int64)
+        witness = buffer[:, 7].astype(np.int32)
+        rows["witness"], rows["direction"] = witness, buffer[:, 9]
+        self._fill_impacts(rows, fragment, buffer)
+        centres = np.array(
+            [surface.centre if isinstance(surface, Cylinder) else self.origin for surface in self.witnesses]
+        )
+        rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
+        rows["elevation"] = _angles(buffer[:, 6], _horizontal(buffer[:, 4:6]))
+        return rows
+
+
+def _joined(parts: list[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
+    """All rows of the parts, which are taken from the list one by one: never twice in memory."""
+    whole = np.empty(sum(map(len, parts)), dtype=kind)
+    end = len(whole)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
+
+
+def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Length of the first two columns."""
+    from flight.kernels.angles import row_lengths
+
+    result = np.empty(len(rows))
+    row_lengths(np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1]), result)
+    return result
+
+
+def _angles(opposite: NDArray[np.float64], adjacent: NDArray[np.float64]) -> NDArray[np.float64]:
+    from flight.kernels.angles import row_angles
+
+    result = np.empty(len(opposite))
+    row_angles(np.ascontiguousarray(opposite), np.ascontiguousarray(adjacent), result)
+    return result
+
+
+def _azimuth(place: NDArray[np.float64]) -> NDArray[np.float64]:
+    angle = _angles(place[:, 1], place[:, 0]) % 360.0
+    angle[angle >= 360.0] = 0.0  # a tiny negative angle rounds up to 360
+    return np.asarray(angle)

@@ -1,0 +1,203 @@
+"""Air at rest: density and speed of sound over height."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.scene.tables import evaluate_pieces, hermite_pieces
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Air", "AirTable", "ConstantAir", "StandardAtmosphere", "VACUUM", "table_values"]
+
+EARTH_RADIUS = 6_356_766.0  # m; US Standard Atmosphere 1976, section 1.2.5
+GRAVITY = 9.80665  # m/s2
+GAS_CONSTANT = 8314.32 / 28.9644  # J/(kg K); the 1976 value of R* over the molar mass
+RATIO_OF_HEATS = 1.4
+LAYER_BASE = np.array([0.0, 11e3, 20e3, 32e3, 47e3, 51e3, 71e3, 84.852e3])  # geopotential m, table 4
+LAYER_LAPSE = np.array([-6.5e-3, 0.0, 1.0e-3, 2.8e-3, 0.0, -2.8e-3, -2.0e-3])  # K per geopotential m
+SEA_LEVEL_TEMPERATURE = 288.15  # K
+SEA_LEVEL_PRESSURE = 101_325.0  # Pa
+TABLE_BOTTOM, TABLE_TOP, TABLE_STEP = -5000.0, 84_800.0, 100.0  # geopotential m; layer bases fall on entries
+
+
+@dataclass(frozen=True)
+class AirTable:
+    """What the kernels read: cubics of equal width in geopotential height, constant beyond the ends.
+
+    Attributes
+    ----------
+    bottom, step : float
+        Geopotential altitude of the first entry and width of a piece (m).
+    pieces : (n, 8) float64
+        Coefficients of the density (kg/m3) and of one over the speed of sound (s/m), in powers of the height above the
+        piece's lower end.
+    site_altitude : float
+        Altitude of z = 0 above sea level (m).
+    """
+
+    bottom: float
+    step: float
+    pieces: NDArray[np.float64]
+    site_altitude: float
+
+
+class Air(Protocol):
+    """Anything that gives density and sound speed at a height z (m) of the world, and their table."""
+
+    def density(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Density (kg/m3) at heights z (m)."""
+        ...
+
+    def sound_speed(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Speed of sound (m/s) at heights z (m)."""
+        ...
+
+    def table(self) -> AirTable:
+        """Return the table that the kernels read."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantAir:
+    """Air of one density (kg/m3) and one speed of sound (m/s) at every height; density 0 is a vacuum."""
+
+    density_everywhere: float = 1.225
+    sound_speed_everywhere: float = 340.294
+
+    def __post_init__(self) -> None:
+        """Refuse what is not air."""
+        if not (math.isfinite(self.density_everywhere) and self.density_everywhere >= 0.0):
+            raise InputError(f"air: density is {self.density_everywhere} kg/m3, needed: zero or more")
+        if not (math.isfinite(self.sound_speed_everywhere) and self.sound_speed_everywhere > 0.0):
+            raise InputError(f"air: sound speed is {self.sound_speed_everywhere} m/s, needed: above zero")
+
+    def density(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Density (kg/m3) at heights z (m)."""
+        return np.full(np.shape(height), self.density_everywhere)
+
+    def sound_speed(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Speed of sound (m/s) at heights z (m)."""
+        return np.full(np.shape(height), self.sound_speed_everywhere)
+
+    def table(self) -> AirTable:
+        """Return the table that the kernels read: one constant piece."""
+        piece = [self.density_everywhere, 0.0, 0.0, 0.0, 1.0 / self.sound_speed_everywhere, 0.0, 0.0, 0.0]
+        return AirTable(0.0, 1.0, np.array([piece]), 0.0)
+
+
+VACUUM = ConstantAir(0.0)
+
+
+@dataclass(frozen=True)
+class StandardAtmosphere:
+    """US Standard Atmosphere 1976 (NOAA-S/T 76-1562), from 5 km below the sea to 84.8 km, constant beyond.
+
+    `site_altitude` is the altitude of z = 0 above sea level (m).
+    """
+
+    site_altitude: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a site outside the atmosphere."""
+        if not -5000.0 <= self.site_altitude <= 84_000.0:
+            raise InputError(f"air: site altitude is {self.site_altitude} m, allowed: -5000 to 84000")
+
+    def density(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Density (kg/m3) at heights z (m)."""
+        temperature, pressure, _ = self._state(self._geopotential(height))
+        return np.asarray(pressure / (GAS_CONSTANT * temperature))
+
+    def sound_speed(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Speed of sound (m/s) at heights z (m)."""
+        temperature, _, _ = self._state(self._geopotential(height))
+        return np.asarray(np.sqrt(RATIO_OF_HEATS * GAS_CONSTANT * temperature))
+
+    def temperature(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Temperature (K) at heights z (m)."""
+        return self._state(self._geopotential(height))[0]
+
+    def pressure(self, height: ArrayLike) -> NDArray[np.float64]:
+        """Pressure (Pa) at heights z (m)."""
+        return self._state(self._geopotential(height))[1]
+
+    def table(self) -> AirTable:
+        """Return the table that the kernels read; its error is below 1e-9 of the value."""
+        entries = np.arange(TABLE_BOTTOM, TABLE_TOP + 0.5 * TABLE_STEP, TABLE_STEP)
+        columns = []
+        middle = 0.5 * (entries[:-1] + entries[1:])
+        layer = self._layer(middle)  # of each piece, so that kinks between layers stay sharp
+        for quantity in (self._density_and_slope, self._slowness_and_slope):
+            value = quantity(entries, self._layer(entries))[0]
+            after = np.append(quantity(entries[:-1], layer)[1], 0.0)
+            before = np.insert(quantity(entries[1:], layer)[1], 0, 0.0)
+            columns.append(hermite_pieces(entries, value, after, before))
+        return AirTable(TABLE_BOTTOM, TABLE_STEP, np.ascontiguousarray(np.hstack(columns)), self.site_altitude)
+
+    def _geopotential(self, height: ArrayLike) -> NDArray[np.float64]:
+        altitude = np.asarray(height, dtype=np.float64) + self.site_altitude
+        return np.clip(EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude), TABLE_BOTTOM, TABLE_TOP)
+
+    @staticmethod
+    def _layer(geopotential: NDArray[np.float64]) -> NDArray[np.intp]:
+        return np.clip(np.searchsorted(LAYER_BASE, geopotential, side="right") - 1, 0, LAYER_LAPSE.size - 1)
+
+    @classmethod
+    def _state(
+        cls, geopotential: NDArray[np.float64], layer: NDArray[np.intp] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Temperature (K), pressure (Pa) and lapse (K/m), equations 23 and 33 of the standard."""
+        index = cls._layer(geopotential) if layer is None else layer
+        base_temperature, base_pressure = _layer_bases()
+        lapse, rise = LAYER_LAPSE[index], geopotential - LAYER_BASE[index]
+        temperature = base_temperature[index] + lapse * rise
+        isothermal = lapse == 0.0
+        exponent = GRAVITY / GAS_CONSTANT
+        power = (base_temperature[index] / temperature) ** (exponent / np.where(isothermal, 1.0, lapse))
+        decay = np.exp(-exponent * rise / base_temperature[index])
+        return temperature, np.asarray(base_pressure[index] * np.where(isothermal, decay, power)), lapse
+
+    @classmethod
+    def _density_and_slope(
+        cls, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        temperature, pressure, lapse = cls._state(geopotential, layer)
+        density = pressure / (GAS_CONSTANT * temperature)
+        return density, -density * (GRAVITY / GAS_CONSTANT + lapse) / temperature
+
+    @classmethod
+    def _slowness_and_slope(
+        cls, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        temperature, _, lapse = cls._state(geopotential, layer)
+        slowness = 1.0 / np.sqrt(RATIO_OF_HEATS * GAS_CONSTANT * temperature)
+        return slowness, -0.5 * slowness * lapse / temperature
+
+
+def _layer_bases() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    temperature, pressure = [SEA_LEVEL_TEMPERATURE], [SEA_LEVEL_PRESSURE]
+    for thickness, lapse in zip(np.diff(LAYER_BASE)[:-1], LAYER_LAPSE[:-1], strict=True):
+        start, end = temperature[-1], temperature[-1] + lapse * thickness
+        factor = (
+            (start / end) ** (GRAVITY / (GAS_CONSTANT * lapse))
+            if lapse
+            else math.exp(-GRAVITY * thickness / (GAS_CONSTANT * start))
+        )
+        temperature.append(end)
+        pressure.append(pressure[-1] * factor)
+    return np.array(temperature), np.array(pressure)
+
+
+def table_values(table: AirTable, height: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Density (kg/m3) and sound speed (m/s) that the kernels read at heights z (m), for tests and plots."""
+    altitude = np.asarray(height, dtype=np.float64) + table.site_altitude
+    geopotential = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude)
+    entries = table.bottom + table.step * np.arange(len(table.pieces) + 1)
+    density = evaluate_pieces(entries, table.pieces[:, :4], geopotential)
+    return density, 1.0 / evaluate_pieces(entries, table.pieces[:, 4:], geopotential)

@@ -1,0 +1,276 @@
+"""Walls, barricades and buildings: they stop fragments or turn them off, and count their hits by face."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.scene.bounce import Bounce
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    Face = tuple[NDArray[np.float64], NDArray[np.float64]]  # a point of it, its outward unit normal
+
+__all__ = ["Barricade", "Building", "Obstacle", "Wall", "count_by_face", "depth_in", "pack_obstacles"]
+
+FIRST_FACE, FACES, COLUMNS = 7, 6, 43  # as in flight.kernels.obstacles
+DEPTH = 1.0  # m that obstacles reach below the lowest ground, so that nothing passes under them
+SLACK = 1e-6  # m by which boxes are wider
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Wall:
+    """An upright wall from `start` to `end` (x, y) along its centre line, with its height and thickness (m).
+
+    Its height counts from `base` (z; None: the ground at its centre); it reaches down to the ground everywhere. Faces:
+    left and right as seen from start to end, start, end, top.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    height: float
+    thickness: float = 0.2
+    base: float | None = None
+    ricochet: Bounce | str | None = None
+    name: str = "wall"
+    faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "top", "under")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a wall."""
+        _check(self, ("start", "end"), ("height", "thickness"))
+        _direction(self)
+
+    @property
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
+        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
+
+    def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
+        """Faces from `bottom` to `top` (z, m), and the corners of their hull (n, 3)."""
+        middle, along, half = _direction(self)
+        return _prism(middle, along, half, 0.5 * self.thickness, 0.0, top, bottom)
+
+
+@dataclass(frozen=True)
+class Barricade:
+    """An earth barricade: a bank along its crest from `start` to `end` (x, y), with sloped sides and upright ends.
+
+    Height and width of the crest (m); `slope` is how far the sides run out for each unit of height. Else as `Wall`.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    height: float
+    crest_width: float = 1.0
+    slope: float = 2.0
+    base: float | None = None
+    ricochet: Bounce | str | None = None
+    name: str = "barricade"
+    faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "crest", "under")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a bank."""
+        _check(self, ("start", "end"), ("height", "crest_width"))
+        if not (math.isfinite(self.slope) and self.slope >= 0.0):
+            raise InputError(f"obstacle {self.name}: slope is {self.slope}, needed: zero (upright) or more")
+        _direction(self)
+
+    @property
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
+        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
+
+    def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
+        """As of `Wall`."""
+        middle, along, half = _direction(self)
+        return _prism(middle, along, half, 0.5 * self.crest_width, self.slope, top, bottom)
+
+
+@dataclass(frozen=True)
+class Building:
+    """A box about `centre` (x, y): `length` along `azimuth` (degrees from +x, counter-clockwise), width, height (m).
+
+    Faces: front, whose normal points along the azimuth, back, left, right, roof. Else as `Wall`.
+    """
+
+    centre: tuple[float, float]
+    length: float
+    width: float
+    height: float
+    azimuth: float = 0.0
+    base: float | None = None
+    ricochet: Bounce | str | None = None
+    name: str = "building"
+    faces: ClassVar[tuple[str, ...]] = ("left", "right", "back", "front", "roof", "under")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a box."""
+        _check(self, ("centre",), ("length", "width", "height"))
+        if not math.isfinite(self.azimuth):
+            raise InputError(f"obstacle {self.name}: azimuth is {self.azimuth}, needed: degrees")
+
+    @property
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
+        return float(self.centre[0]), float(self.centre[1])
+
+    def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
+        """As of `Wall`."""
+        turn = math.radians(self.azimuth)
+        along = np.array([math.cos(turn), math.sin(turn), 0.0])
+        middle = np.array([*self.centre, 0.0])
+        return _prism(middle, along, 0.5 * self.length, 0.5 * self.width, 0.0, top, bottom)
+
+
+Obstacle = Wall | Barricade | Building
+
+
+def pack_obstacles(
+    obstacles: Sequence[Obstacle], lowest: float | None, ground: Callable[[float, float], float | None]
+) -> NDArray[np.float64]:
+    """Rows (n, 43) for the kernels.
+
+    Parameters
+    ----------
+    obstacles : sequence of Wall, Barricade or Building
+        What stands there.
+    lowest : float or None
+        Lowest ground (z, m); None: no ground.
+    ground : callable
+        Height of the ground at (x, y); None where there is none.
+
+    Raises
+    ------
+    InputError
+        An obstacle has no ground to stand on, or does not stand out of it.
+    """
+    rows = np.zeros((len(obstacles), COLUMNS))
+    for row, obstacle in zip(rows, obstacles, strict=True):
+        if not isinstance(obstacle, Wall | Barricade | Building):
+            raise InputError(
+                f"obstacle {obstacle!r}: a {type(obstacle).__name__}, allowed: flight.Wall, Barricade or Building"
+            )
+        x, y = obstacle.plan_centre
+        below = ground(x, y)
+        base = below if obstacle.base is None else obstacle.base
+        if base is None:
+            raise InputError(f"obstacle {obstacle.name}: there is no ground to stand on; give it a base (z, m)")
+        top = base + obstacle.height
+        if below is not None and top <= below:
+            raise InputError(
+                f"obstacle {obstacle.name}: its top at {top:g} m is not above the ground there, {below:g} m; "
+                "raise its base or leave it out"
+            )
+        bottom = base if lowest is None else min(base, lowest) - DEPTH
+        faces, corners = obstacle.sides(top, bottom)
+        slack = SLACK * (1.0 + np.abs(corners).max())
+        row[1:7:2], row[2:7:2] = corners.min(axis=0) - slack, corners.max(axis=0) + slack
+        for number, (point, normal) in enumerate(faces):
+            row[FIRST_FACE + 6 * number : FIRST_FACE + 6 * number + 6] = [*point, *normal]
+    return rows
+
+
+def depth_in(rows: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How deep places (n, 3) lie in each obstacle (m), (n, obstacles); below zero outside."""
+    faces = rows[:, FIRST_FACE:].reshape(len(rows), FACES, 2, 3)
+    way = place[:, None, None, :] - faces[None, :, :, 0]
+    return np.asarray(-np.einsum("nofj,ofj->nof", way, faces[:, :, 1]).max(axis=2))
+
+
+def count_by_face(obstacles: Sequence[Obstacle], hits: NDArray[Any], energy: float = 79.0) -> list[dict[str, Any]]:
+    """Hits on each obstacle by face, as in summary.json.
+
+    Parameters
+    ----------
+    obstacles : sequence
+        As flown.
+    hits : structured array of dtype OBSTACLE_HITS
+        `FlightResult.obstacle_hits`.
+    energy : float
+        Of a hazardous hit (J).
+    """
+    table = []
+    for index, obstacle in enumerate(obstacles):
+        mine = hits[hits["obstacle"] == index]
+        normals = [normal for _, normal in obstacle.sides(1.0, 0.0)[0]]
+        entry = {"name": obstacle.name, "kind": type(obstacle).__name__.lower(), **_tally(mine, energy)}
+        entry["faces"] = [
+            {
+                "face": face,
+                "azimuth_deg": None if abs(n[2]) == 1.0 else round(math.degrees(math.atan2(n[1], n[0])), 9) % 360.0,
+                **_tally(mine[mine["face"] == number], energy),
+            }
+            for number, (face, n) in enumerate(zip(obstacle.faces, normals, strict=True))
+            if face != "under" or (mine["face"] == number).any()  # reached where there is no ground alone
+        ]
+        table.append(entry)
+    return table
+
+
+def _tally(hits: NDArray[Any], energy: float) -> dict[str, Any]:
+    stopped = hits[hits["stopped"] == 1]
+    return {
+        "hits": len(hits),
+        "hazardous_hits": int((hits["energy"] >= energy).sum()),
+        "stopped": len(stopped),
+        "stopped_mass": float(stopped["mass"].sum()),
+        "max_energy": float(hits["energy"].max(initial=0.0)),
+        "max_speed": float(hits["speed"].max(initial=0.0)),
+    }
+
+
+def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]) -> None:
+    name = obstacle.name
+    for what in places:
+        value = getattr(obstacle, what)
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.array([])
+        if array.shape != (2,) or not np.isfinite(array).all():
+            raise InputError(f"obstacle {name}: {what} is {value}, needed: two finite numbers (m)")
+    for what in lengths:
+        value = getattr(obstacle, what)
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"obstacle {name}: {what} is {value} m, needed: above zero")
+    if obstacle.base is not None and not math.isfinite(obstacle.base):
+        raise InputError(f"obstacle {name}: base is {obstacle.base}, needed: a finite height (m), or None: the ground")
+    try:
+        Bounce.of(obstacle.ricochet)
+    except InputError as error:
+        raise InputError(f"obstacle {name}: {error}") from None
+
+
+def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Middle, unit vector from start to end, half the length."""
+    way = np.array([obstacle.end[0] - obstacle.start[0], obstacle.end[1] - obstacle.start[1], 0.0])
+    length = float(np.linalg.norm(way))
+    if not length > 0.0:
+        raise InputError(f"obstacle {obstacle.name}: start and end are both {obstacle.start}; they must differ")
+    return np.array([*obstacle.plan_centre, 0.0]), way / length, 0.5 * length
+
+
+def _prism(
+    middle: NDArray[np.float64], along: NDArray[np.float64], half_length: float, half_width: float, slope: float,
+    top: float, bottom: float,
+) -> tuple[list[Face], NDArray[np.float64]]:  # fmt: skip
+    """Faces left, right, start, end, top, under, of a body whose left and right run out by `slope` below its top."""
+    left = np.array([-along[1], along[0], 0.0])
+    crest = middle + top * UP
+    faces = [(crest + s * half_width * left, (s * left + slope * UP) / math.hypot(1.0, slope)) for s in (1.0, -1.0)]
+    faces += [(crest + s * half_length * along, s * along) for s in (-1.0, 1.0)]
+    faces += [(crest, UP), (middle + bottom * UP, -UP)]
+    foot = half_width + slope * (top - bottom)
+    corners = [
+        middle + s * half_length * along + t * width * left + z * UP
+        for s in (-1.0, 1.0) for t in (-1.0, 1.0) for z, width in ((top, half_width), (bottom, foot))
+    ]  # fmt: skip
+    return faces, np.array(corners)

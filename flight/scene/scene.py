@@ -1,0 +1,148 @@
+"""What fragments may meet: the ground, flat or a map of heights, and obstacles; and checks of where they start."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.scene.bounce import Bounce
+from flight.scene.height_map import HeightMap
+from flight.scene.obstacles import Obstacle, depth_in, pack_obstacles
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.fragments import Fragments
+    from flight.kernels.terrain import Terrain
+
+__all__ = ["Scene"]
+
+ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.rebound
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The ground (height in m, map, or None), how fragments bounce on it (None: not at all), and the obstacles."""
+
+    ground: float | HeightMap | None = 0.0
+    bounce: Bounce | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+
+    @property
+    def rebounds(self) -> bool:
+        """Whether any flight goes on after an impact."""
+        return self.bounce is not None or any(obstacle.ricochet is not None for obstacle in self.obstacles)
+
+    @property
+    def flat_height(self) -> float:
+        """Height of flat ground (m); not a number where there is a map or no ground."""
+        return math.nan if self.ground is None or isinstance(self.ground, HeightMap) else float(self.ground)
+
+    def ground_at(self, x: float, y: float) -> float | None:
+        """Height of the ground (m), None where there is none."""
+        return float(self.ground.at(x, y)) if isinstance(self.ground, HeightMap) else self.ground
+
+    def terrain(self) -> Terrain:
+        """The map for the kernels; without rows where the ground is flat."""
+        if isinstance(self.ground, HeightMap):
+            return self.ground.table()
+        from flight.kernels.terrain import Terrain
+
+        levels = np.zeros((0, 3), dtype=np.int64)
+        return Terrain(np.zeros((0, 0)), 0.0, 0.0, 1.0, 1.0, np.zeros(0), levels, -math.inf)
+
+    def obstacle_rows(self) -> NDArray[np.float64]:
+        """The obstacles for the kernels."""
+        lowest = float(self.ground.heights.min()) if isinstance(self.ground, HeightMap) else self.ground
+        return pack_obstacles(self.obstacles, lowest, self.ground_at)
+
+    def surfaces(self) -> NDArray[np.float64]:
+        """How fragments bounce on the ground, then on each obstacle."""
+        return Bounce.table([self.bounce, *(Bounce.of(obstacle.ricochet) for obstacle in self.obstacles)])
+
+    def lifted(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Places at which fragments start: those on a map's surface just above it."""
+        if not isinstance(self.ground, HeightMap):
+            return position
+        lifted = position.copy()
+        lifted[:, 2] = np.maximum(lifted[:, 2], self.ground.at(position[:, 0], position[:, 1]) + ON_THE_GROUND)
+        return lifted
+
+    def check(self, fragments: Fragments, gravity: float, origin: tuple[float, float]) -> None:
+        """Refuse what cannot be flown: fragments below the ground, off the map, in an obstacle; an origin in one."""
+        if self.bounce is not None and not gravity > 0.0:
+            raise InputError(f"bounce: gravity is {gravity} m/s2; without weight nothing comes to rest")
+        if self.bounce is not None and self.ground is None:
+            raise InputError("bounce: there is no ground to bounce on")
+        if isinstance(self.ground, float | int) and not math.isfinite(self.ground):
+            raise InputError(f"ground is {self.ground}, needed: a finite height (m), a flight.HeightMap, or None")
+        self.check_places(fragments.position, origin, "fragments")
+        if isinstance(self.ground, HeightMap):
+            height = self.ground.at(fragments.position[:, 0], fragments.position[:, 1])
+            self._check_above(fragments, height, f"of {self.ground.name}")
+        elif self.ground is not None:
+            self._check_above(fragments, np.full(len(fragments), float(self.ground)), f"at {self.ground} m")
+
+    def check_contact(self) -> None:
+        """Refuse contact between fragments over anything but flat ground where they stay: it knows nothing else."""
+        meets = {
+            "a height map": isinstance(self.ground, HeightMap),
+            "bounce": self.bounce is not None,
+            "obstacles": bool(self.obstacles),
+        }
+        if found := [name for name, there in meets.items() if there]:
+            raise InputError(
+                f"contact: found together with {' and '.join(found)}, of which it knows nothing; allowed: flat ground "
+                "or none, without bounce and obstacles"
+            )
+
+    def check_places(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:
+        """Refuse places (n, 3) off the map or in an obstacle, and an origin in one; `what` stands there."""
+        if isinstance(self.ground, HeightMap):
+            self._check_map(self.ground, position, what)
+        self._check_obstacles(position, origin, what)
+
+    @staticmethod
+    def _check_map(ground: HeightMap, position: NDArray[np.float64], what: str) -> None:
+        x, y = position[:, 0], position[:, 1]
+        off = ~ground.contains(x, y)
+        if off.any():
+            first = int(np.argmax(off))
+            raise InputError(
+                f"{what}: {off.sum()} start off {ground.name}, {ground.extent()}; the first is number {first} at "
+                f"x = {x[first]} m, y = {y[first]} m; is the map's site right?"
+            )
+
+    @staticmethod
+    def _check_above(fragments: Fragments, ground: NDArray[np.float64], which: str) -> None:
+        below = fragments.position[:, 2] < ground
+        if below.any():
+            first = int(np.argmax(below))
+            raise InputError(
+                f"fragments: {int(below.sum())} start below the ground {which}, the first is fragment {first} at "
+                f"z = {fragments.position[first, 2]} m where the ground is at {ground[first]} m; "
+                "raise the rounds or lower the ground"
+            )
+
+    def _check_obstacles(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:
+        if not self.obstacles:
+            return
+        rows = self.obstacle_rows()
+        ground = self.ground_at(*origin)
+        for row, obstacle in zip(rows, self.obstacles, strict=True):
+            inside = np.flatnonzero(depth_in(row[None], position)[:, 0] > 0.0)
+            if inside.size:
+                raise InputError(
+                    f"obstacle {obstacle.name}: {inside.size} {what} start inside it, the first is number {inside[0]} "
+                    f"at {tuple(position[inside[0]].tolist())} m; move the obstacle off the rounds"
+                )
+            if ground is not None and depth_in(row[None], np.array([[*origin, ground]]))[0, 0] > 0.0:
+                place = (float(origin[0]), float(origin[1]))
+                raise InputError(
+                    f"obstacle {obstacle.name}: it stands on the origin {place} m, from which distances are "
+                    "counted; move the obstacle, or the origin"
+                )
