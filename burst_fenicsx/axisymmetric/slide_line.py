@@ -154,6 +154,7 @@ class MeridianContact(ContactForces):
         self.friction = self.stiffness_work = 0.0
         self.plane_impulse, self.plane_force = np.zeros(3), np.zeros(3)
         self.penetrations = Penetrations()
+        self.torn = np.zeros(len(mesh.cells), dtype=bool)  # the line's own contacts end in its kernel
         # Parts that share their nodes have a line without edges, which does nothing.
         self.line = LineInterface(mesh, fields)
         self.interface = self.line if len(mesh.twins) else None

@@ -78,6 +78,7 @@ class CollidingSurfaces(NodeContact):
             face_round=surfaces.face_body // 2,
             node_round=surfaces.node_body // 2,
         )
+        self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not torn metal
         self._halo = Halo(self._comm, self._owners(count))
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
@@ -146,6 +147,11 @@ class CollidingSurfaces(NodeContact):
         self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
+    def drop_faces(self, torn: np.ndarray) -> None:
+        """From the next search on, which is due now, nothing meets the faces of `torn` cells (cells of the mesh,)."""
+        self._whole = ~torn[self.surfaces.cell]
+        self.travel = np.inf
+
     def search(self) -> None:
         """Look for the faces that each node may meet; collective."""
         self.search_from(self._everywhere(self._fields.nodes.position))
@@ -159,7 +165,8 @@ class CollidingSurfaces(NodeContact):
         boxes = np.empty((len(surfaces.faces), 6))
         face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)
         normals = np.empty_like(position)
-        node_normals(position, surfaces.faces[: surfaces.on_surface], normals)
+        outer = np.flatnonzero(self._whole[: surfaces.on_surface])
+        node_normals(position, surfaces.faces[outer], normals)
         self.surfaces.flatten(normals)
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
@@ -208,14 +215,14 @@ class CollidingSurfaces(NodeContact):
         `nodes` (n,) search, at `places` (n, 3) m.
         """
         on_surface, bodies = self.surfaces.on_surface, self._bodies
-        wanted = np.ones(len(boxes), dtype=bool)
+        wanted = self._whole.copy()
         within = bodies.face_round[on_surface:]
         for index in np.unique(within):
             others = places[bodies.node_round[nodes] != index]
             inner = on_surface + np.flatnonzero(within == index)
             wanted[inner] = False
             if len(others):
-                wanted[inner[_meet(boxes[inner], others)]] = True
+                wanted[inner[self._whole[inner] & _meet(boxes[inner], others)]] = True
         return wanted
 
     def _interior_within_reach(self, boxes: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -77,6 +77,7 @@ class ContactForces:
     friction, stiffness_work : J so far, on this rank: friction, and what changes of the springs' stiffness gave.
     plane_impulse, plane_force : (3,) N s so far and N now, given by the planes to this rank's nodes.
     penetrations : the largest so far.
+    torn : (cells of the whole mesh,) bool, cells that are torn metal and whose faces nothing meets any more.
     """
 
     def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> None:
@@ -90,6 +91,7 @@ class ContactForces:
         self.plane_impulse = np.zeros(3)
         self.plane_force = np.zeros(3)
         self.penetrations = Penetrations()
+        self.torn = np.zeros(len(mesh.cells), dtype=bool)
         self._at_interface = np.zeros(0, dtype=np.int64)
         self.surfaces: ContactSurfaces | None = None
         self.interface: SlidingInterface | None = None
@@ -148,6 +150,25 @@ class ContactForces:
     def exists(self) -> bool:
         """Whether there is anything that may touch."""
         return self.interface is not None or self.collisions is not None or bool(self.planes)
+
+    def drop_faces(self, released: np.ndarray) -> None:
+        """Let nothing meet the faces of this rank's `released` cells (cells,) bool any more; collective."""
+        numbers = self._fields.mesh.cell[np.flatnonzero(released)]
+        found = not self.torn[numbers].all()
+        if self.comm.size > 1:
+            found = self.comm.allreduce(found, op=MPI.LOR)
+        if not found:
+            return
+        for part in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
+            self.torn[part] = True
+        self.restore_torn(self.torn)
+
+    def restore_torn(self, torn: np.ndarray) -> None:
+        """Take over which cells of the whole mesh are torn metal."""
+        self.torn[:] = torn
+        for part in (self.interface, self.collisions):
+            if part is not None and self.torn.any():
+                part.drop_faces(self.torn)
 
     def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.

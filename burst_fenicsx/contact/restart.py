@@ -49,6 +49,7 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     arrays = {
         "sums": sums_of_ranks(sums, comm),
         "penetrations": np.array(astuple(deepest)),
+        "torn": contact.torn,
     }
     if contact.interface is not None:
         arrays |= {f"interface/{name}": values for name, values in contact.interface.arrays().items()}
@@ -65,6 +66,7 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     contact.friction, contact.stiffness_work = float(sums[0]), float(sums[1])
     contact.plane_impulse, contact.plane_force = sums[2:5].copy(), sums[5:].copy()
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
+    contact.restore_torn(arrays["torn"])
     if contact.interface is not None:
         contact.interface.restore({name: arrays[f"interface/{name}"] for name in contact.interface.array_names})
     if contact.collisions is not None:

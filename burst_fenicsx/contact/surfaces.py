@@ -29,6 +29,7 @@ class ContactSurfaces:
     node : (surface nodes,) int64, ascending: numbers in the whole mesh, of nodes on faces and of interior ones.
     faces : (faces, 4) int32, rows of `node`, in outward order.
     face_body, node_body : int32, twice the round.
+    cell : (faces,) int64, number in the whole mesh of the cell that each face belongs to.
     edge : (faces,) m, square root of the initial area.
     outside : (surface nodes,) bool, nodes on the outside of a whole round: those that may meet others from the start.
     interior : (surface nodes,) bool, nodes of a casing that lie on no face: they meet faces of other rounds only.
@@ -41,6 +42,7 @@ class ContactSurfaces:
     faces: np.ndarray
     face_body: np.ndarray
     node_body: np.ndarray
+    cell: np.ndarray
     edge: np.ndarray
     outside: np.ndarray
     interior: np.ndarray
@@ -73,7 +75,7 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     on_face[all_faces] = True
     used = on_face.copy()
     solid = mesh.part != Part.CHARGE
-    layers, of_layers = np.zeros((0, 4), dtype=np.int64), np.zeros(0, dtype=np.int32)
+    layers, of_layers = np.zeros((0, 4), dtype=np.int64), np.zeros(0, dtype=np.int64)
     if len(np.unique(mesh.round)) > 1:
         used[mesh.cells[solid]] = True
         layers, of_layers = _faces_of_layers(mesh, solid)
@@ -85,7 +87,7 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     node_body = of_node[node]
     for corner in range(4):
         node_body[numbered[: len(all_faces), corner]] = face_body
-    face_body = np.concatenate([face_body, of_layers])
+    face_body = np.concatenate([face_body, (2 * mesh.round[of_layers]).astype(np.int32)])
     at = mesh.nodes[node][numbered]
     area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
     return ContactSurfaces(
@@ -93,6 +95,7 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
         numbered,
         face_body,
         node_body,
+        np.concatenate([cell[order], of_layers]),
         np.sqrt(area),
         outside[node],
         ~on_face[node],
@@ -123,10 +126,10 @@ def outward_sides(mesh: HexahedralMesh) -> np.ndarray:
 
 
 def _faces_of_layers(mesh: HexahedralMesh, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces between the layers of the casings' cells, and their bodies.
+    """Faces between the layers of the casings' cells, and the cells that they belong to.
 
     `solid` (cells,) names the cells of casings. Returns nodes (faces, 4), in the order that looks outward, and (faces,)
-    int32.
+    int64.
     """
     cell, side = np.nonzero(outward_sides(mesh) & (mesh.neighbours >= 0) & solid[:, None])
-    return mesh.cells[cell[:, None], FACES[side]], (2 * mesh.round[cell]).astype(np.int32)
+    return mesh.cells[cell[:, None], FACES[side]], cell

@@ -12,6 +12,7 @@ __all__ = [
     "EDGES",
     "edge_extremes",
     "folded_cells",
+    "least_corner_volume",
     "hexahedron_volumes",
     "min_scaled_jacobians",
 ]
@@ -110,22 +111,30 @@ def edge_extremes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.
     return shortest, longest
 
 
+@kernel
+def least_corner_volume(position: np.ndarray, nodes: np.ndarray) -> float:
+    """Least triple product (m3) of the edges at a corner of a cell; `nodes` (8,) in tensor-product order."""
+    least = np.inf
+    for corner in range(8):
+        here = position[nodes[corner]]
+        x = position[nodes[TENSOR_NEIGHBOURS[corner, 0]]]
+        y = position[nodes[TENSOR_NEIGHBOURS[corner, 1]]]
+        z = position[nodes[TENSOR_NEIGHBOURS[corner, 2]]]
+        ax, ay, az = z[0] - here[0], z[1] - here[1], z[2] - here[2]
+        bx, by, bz = x[0] - here[0], x[1] - here[1], x[2] - here[2]
+        cx, cy, cz = y[0] - here[0], y[1] - here[1], y[2] - here[2]
+        volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        least = min(least, volume)
+    return least
+
+
 @parallel_kernel
 def folded_cells(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """Whether a corner of each cell is turned inside out (cells,).
 
     `position` (nodes, 3) m, `dofmap` (cells, 8) in tensor-product order.
     """
-    count = dofmap.shape[0]
-    folded = np.zeros(count, dtype=np.bool_)
-    for run in numba.prange(count // _RUN + 1):
-        vectors = np.empty((3, 3))
-        for cell in range(run * _RUN, min((run + 1) * _RUN, count)):
-            for corner in range(8):
-                here = position[dofmap[cell, corner]]
-                for k in range(3):
-                    there = position[dofmap[cell, TENSOR_NEIGHBOURS[corner, k]]]
-                    for i in range(3):
-                        vectors[k, i] = there[i] - here[i]
-                folded[cell] |= _triple(vectors[2], vectors[0], vectors[1]) <= 0.0
+    folded = np.zeros(dofmap.shape[0], dtype=np.bool_)
+    for cell in numba.prange(dofmap.shape[0]):
+        folded[cell] = least_corner_volume(position, dofmap[cell]) <= 0.0
     return folded

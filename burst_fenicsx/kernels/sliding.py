@@ -61,6 +61,7 @@ class SlideSurface(NamedTuple):
     face: np.ndarray  # int32, faces of each group
     known: np.ndarray  # (faces,) bool, whether this rank knows the positions of the face and of those around it
     vector: np.ndarray  # (groups, 3) m2, sum of the groups' area vectors, now
+    torn: np.ndarray  # (faces,) bool, whether the cell behind the face is torn metal: nothing lies on it any more
 
 
 class SlideContacts(NamedTuple):
@@ -133,6 +134,7 @@ def find_slide_forces(
             surface.corner,
             surface.known,
             surface.vector,
+            surface.torn,
             contacts,
             burnt[c],
             pressure[c],
@@ -155,6 +157,7 @@ def _slide(
     corner: np.ndarray,
     known: np.ndarray,
     vector: np.ndarray,
+    torn: np.ndarray,
     contacts: SlideContacts,
     burnt: float,
     pressure: float,
@@ -228,6 +231,7 @@ def _slide(
     reach, old = _OFF_EDGE * np.sqrt(0.25 * size), contacts.stiffness[c]
     entered = _ENTRY * law.step * np.sqrt(vx * vx + vy * vy + vz * vz) + _BENT * reach
     off = contacts.off[c] != 0 or beyond > reach or gap < -reach or (old == 0.0 and gap < -entered)
+    off = off or torn[face]
     contacts.off[c] = off
     stiffness = law.budget / inverse_mass
     unreacted = 1.0 - burnt

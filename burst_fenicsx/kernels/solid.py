@@ -1,4 +1,4 @@
-"""One-point kernel of casing and fuze: objective rate, Tresca return, hourglass control, nodal forces."""
+"""One-point cells of casing and fuze: objective rate, Tresca return, hourglass control, nodal forces."""
 
 from __future__ import annotations
 
@@ -13,25 +13,20 @@ from burst_fenicsx.kernels.common import (
     HOURGLASS,
     MASS,
     MOST_DAMPED,
-    POSITION,
     POWER,
     RATE,
     STABLE,
-    VELOCITY,
     VISCOUS,
     VOLUME,
-    bound_hourglass,
     force_modes,
-    gather_velocities,
     lower_limits,
     may_overdo,
-    move_cells,
     trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, cells_of_lanes, gather, store_nodal_forces
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
+from burst_fenicsx.kernels.hexahedron import cells_of_lanes, store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.state import Grid, SolidState
 from burst_fenicsx.kernels.tensors import (
     Matrix,
     Symmetric,
@@ -65,7 +60,6 @@ __all__ = [
     "resist_mode",
     "return_if_plastic",
     "return_plastic",
-    "solid_block",
     "spin",
     "store_state",
     "strengths",
@@ -173,44 +167,6 @@ def return_if_plastic(
     return return_stress(stress, np.inf if elastic else tau, np.inf if elastic else sigma, modulus, poisson)
 
 
-@inlined_kernel
-def solid_block(
-    block: int,
-    step: float,
-    share: float,
-    nodes: Nodes,
-    grid: Grid,
-    state: SolidState,
-    scratch: np.ndarray,
-    energy: np.ndarray,
-    limits: np.ndarray,
-) -> None:
-    """Advance one block of solid cells by `step` (s) and add its nodal forces times `share`.
-
-    Parameters
-    ----------
-    share : `step` over the longest that any cell takes.
-    energy : (5,) J, added to: plastic, viscous, hourglass work of this step (entries 3 and 4 belong to the charge).
-    limits : (3,): smallest stable step over `share` (s), smallest volume (m3) and its cell; updated.
-    """
-    cells = grid.cells[block]
-    count = grid.filled[block]
-    material = state.parameters[grid.material[block]]
-    gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
-    gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
-    load_state(block, grid, state, scratch)
-    _fetch_next(block, grid, state)
-    move_cells(step, scratch)
-    if _try_elastic(step, material, scratch) > 0:
-        return_plastic(material, scratch)
-    next_dt = max(step, share * grid.longest)
-    bound_hourglass(next_dt, _stiffen(step, next_dt, material, scratch) > 0, scratch)
-    _resist(share, nodes.rounding, scratch)
-    add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
-    store_state(block, grid, state, scratch)
-    add_work(block, step, share, grid, scratch, energy, limits)
-
-
 @block_kernel
 def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Gather the cell state into lanes."""
@@ -231,7 +187,7 @@ def load_state(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -
 
 
 @block_kernel
-def _fetch_next(block: int, grid: Grid, state: SolidState) -> None:
+def fetch_next(block: int, grid: Grid, state: SolidState) -> None:
     """Prefetch the cell state of the next block while this block is computed."""
     next_block = min(block + 1, len(grid.filled) - 1)
     start = address(state.hourglass) + np.uint64(next_block * 12 * LANES * 8)
@@ -275,7 +231,7 @@ def strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[flo
 
 
 @block_kernel
-def _try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
+def try_elastic(step: float, material: np.ndarray, scratch: np.ndarray) -> int:
     """Turn what is stored and add the elastic increment; count the cells that may be plastic."""
     widest_vectors()
     shear, lame = moduli(material)
@@ -311,7 +267,7 @@ def return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
 
 
 @block_kernel
-def _stiffen(step: float, next_dt: float, material: np.ndarray, scratch: np.ndarray) -> int:
+def stiffen(step: float, next_dt: float, material: np.ndarray, scratch: np.ndarray) -> int:
     """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
 
     Flanagan and Belytschko (1981), Eq. 59-62. The viscous coefficient multiplies rho c V/L / 4; the stiffness is
@@ -348,7 +304,7 @@ def _stiffen(step: float, next_dt: float, material: np.ndarray, scratch: np.ndar
 
 
 @block_kernel
-def _resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+def resist(share: float, rounding: float, scratch: np.ndarray) -> None:
     """Nodal forces of the stresses, the artificial viscosity and the hourglass control."""
     widest_vectors()
     for lane in range(LANES):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
+from burst_fenicsx.kernels.torn_metal import NOW, WHOLE, are_torn
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
@@ -116,9 +118,9 @@ class BurstFields:
         return True, True, True
 
     def volumes(self) -> np.ndarray:
-        """Volumes of this rank's cells now (cells,) in m3."""
+        """Volumes of this rank's cells now (cells,) in m3; of released ones as they were then."""
         found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
-        return found
+        return np.where(self.released, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
@@ -126,9 +128,9 @@ class BurstFields:
         return found
 
     def folded(self) -> np.ndarray:
-        """Whether a corner of a cell is turned inside out (cells,)."""
+        """Whether a corner of a cell is turned inside out (cells,); released ones are no cells any more."""
         found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap)
-        return found
+        return found & ~self.released
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings: this rank's (4,)."""
@@ -151,14 +153,38 @@ class BurstFields:
     @property
     def released(self) -> np.ndarray:
         """Whether each of this rank's cells is torn metal that has been released (cells,)."""
-        return np.zeros(self.mesh.cells, dtype=bool)
+        found: np.ndarray = self.blocks.by_cell(self.solid.released) != WHOLE
+        return found
+
+    def release_torn_metal(self) -> np.ndarray:
+        """Release the cells of casing and fuze that are torn metal; returns which this rank has released now (k,)."""
+        solid, mesh = self.solid, self.mesh
+        if solid.shear_strain.shape[1] > 1:
+            return np.zeros(0, dtype=np.int64)  # not with 2x2x2 points
+        parameters = solid.parameters[len(Part) * mesh.round + mesh.part]
+        softened = solid.shear_strain[: mesh.cells, 0] * parameters[:, 4] * self.blocks.by_cell(solid.softening_scale)
+        cells = np.flatnonzero((softened >= 1.0) & (self.blocks.by_cell(solid.released) == WHOLE))
+        torn = np.zeros(len(cells), dtype=bool)
+        relative = self.blocks.by_cell(self.grid.volume)[cells] / self._initial_volumes[cells]
+        are_torn(cells, self.nodes.position, mesh.dofmap, relative, torn)
+        released: np.ndarray = cells[torn]
+        flags = self.blocks.by_cell(solid.released)
+        flags[released] = NOW
+        solid.released[:] = self.blocks.by_slot(flags)
+        return released
+
+    @cached_property
+    def _initial_volumes(self) -> np.ndarray:
+        found: np.ndarray = cell_volumes(self.start, self.mesh.dofmap)
+        return found
 
     def element_arrays(self) -> dict[str, np.ndarray]:
-        """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint: nothing."""
-        return {}
+        """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint."""
+        return {"released": self.blocks.by_cell(self.solid.released)}
 
     def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `element_arrays` gave."""
+        self.solid.released[:] = self.blocks.by_slot(arrays["released"])
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
@@ -184,7 +210,11 @@ class BurstFields:
             viscous=grid.viscous[source],
             stable=grid.stable[source],
         )
-        self.solid = solid._replace(hourglass=hourglass, softening_scale=solid.softening_scale[source])
+        self.solid = solid._replace(
+            hourglass=hourglass,
+            softening_scale=solid.softening_scale[source],
+            released=solid.released[source],
+        )
 
 
 def hourglass_by_slot(values: np.ndarray) -> np.ndarray:
@@ -304,6 +334,7 @@ def make_fields(
             volume_strain=functions["plastic_volumetric_strain"].x.array.reshape(-1, points),
             hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
             softening_scale=blocks.by_slot(inverse_scale),
+            released=np.zeros(len(slot_volume), dtype=np.int8),
         ),
         charge=ChargeState(
             parameters=charge_table,

@@ -153,6 +153,8 @@ class BurstSolver:
         NumericalStop
             If a cell is lost or the state is not a number any more.
         """
+        if self.steps % _STEPS_PER_CHOICE == 0:
+            self.release_torn_metal()
         step = self.choose_step(until)
         self.advance(step)
         self.time_step = step
@@ -200,6 +202,12 @@ class BurstSolver:
         left = until - self.time
         # Two equal steps rather than a full and a tiny one.
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
+
+    def release_torn_metal(self) -> None:
+        """Release cells of casings that are no continuum any more, and their faces from contact; collective."""
+        self.fields.release_torn_metal()
+        if self.contact is not None:
+            self.contact.drop_faces(self.fields.released)
 
     def set_burning_times(self) -> None:
         """Find the largest burn rate (1/s) and the time by which every initiated cell has burnt out (s); collective.

@@ -225,7 +225,7 @@ class Passage:
         """Whether places (n, 3) of nodes of the given rounds (n,) lie within this rank's cells of other rounds."""
         mesh, count = self._fields.mesh, len(places)
         reached = (boxes[:, :3] <= places.max(axis=0)).all(axis=1) & (boxes[:, 3:] >= places.min(axis=0)).all(axis=1)
-        rows = np.flatnonzero(reached)
+        rows = np.flatnonzero(reached & ~self._fields.released)
         # The mapping of a folded cell reaches out of its own faces; those cells are counted by themselves.
         position = self._fields.nodes.position
         rows = rows[~folded_cells(position, np.ascontiguousarray(mesh.dofmap[rows]))]

@@ -126,6 +126,16 @@ def _burst(run: RunFiles) -> list[Finding]:
                 "out); what they carry is not reliable.",
             )
         )
+    released, casing = _value(part, "released_casing_mass"), _value(part, "casing_mass")
+    if released and casing:
+        found.append(
+            Finding(
+                "note",
+                f"{number(released, 3)} kg of the casings ({100 * released / casing:.2g} %) is torn metal at the end: "
+                "without strength, and folded or blown up to more than twice its volume. It gave up its stresses and "
+                "flew on with its mass and momentum; single speeds in it are not reliable.",
+            )
+        )
     size = si_value(run.case.get("burst", {}).get("cell_size"), math.nan)
     walls = [float(np.min(item.segments["wall_thickness"])) for item in run.rounds if len(item.segments)]
     if walls and size > 0:

@@ -61,13 +61,13 @@ def test_a_folding_wall_does_not_pass_a_plane():
     assert np.abs((momentum(solver) - start)[1:]).max() < 1e-12 * momentum_size(solver)
 
 
-def thrown(order=(0, 1), *, speed=1000.0, counts=(4, 16, 8), comm=MPI.COMM_SELF):
+def thrown(order=(0, 1), *, speed=1000.0, counts=(4, 16, 8), comm=MPI.COMM_SELF, casing=METAL):
     """A wall and its mirror image thrown at each other at 45 degrees, in plane strain."""
     one = wall(counts, 45.0)
     meshes = [(one, mirrored(one))[k] for k in order]
     speeds = [((-speed, 0.0, 0.0), (speed, 0.0, 0.0))[k] for k in order]
     placed = [moved(mesh, (0, 0, 0), k) for k, mesh in enumerate(meshes)]
-    solver = bodies(placed, speeds, SETTINGS, casing=METAL, comm=comm)
+    solver = bodies(placed, speeds, SETTINGS, casing=casing, comm=comm)
     solver.holds = (Hold(np.arange(len(solver.fields.mass)), (0.0, 0.0, 1.0)),)
     return solver
 
