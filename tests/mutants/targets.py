@@ -111,6 +111,8 @@ AREAS = (
                 (f"flight/{name}.py", _HAZARD)
                 for name in (
                     "hazard/assessment",
+                    "hazard/criteria",
+                    "hazard/fields",
                     "hazard/expected",
                     "hazard/ensemble",
                     "hazard/exposed",
@@ -147,11 +149,12 @@ AREAS = (
                     "integrate/legs",
                     "scene/scene",
                     "result",
+                    "rows",
                     "integrate/job",
                 )
             ),
         ),
-        left_out=("*/__init__.py", "*/compiling.py", "*/errors.py", "flight/files/*"),
+        left_out=("*/__init__.py", "*/compiling.py", "*/errors.py", "*/shape_factors.py", "flight/files/*"),
     ),
 )
 """The parts that compute."""
