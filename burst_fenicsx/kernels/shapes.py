@@ -12,8 +12,8 @@ __all__ = [
     "EDGES",
     "edge_extremes",
     "folded_cells",
-    "least_corner_volume",
     "hexahedron_volumes",
+    "min_corner_volume",
     "min_scaled_jacobians",
 ]
 
@@ -112,9 +112,9 @@ def edge_extremes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.
 
 
 @kernel
-def least_corner_volume(position: np.ndarray, nodes: np.ndarray) -> float:
-    """Least triple product (m3) of the edges at a corner of a cell; `nodes` (8,) in tensor-product order."""
-    least = np.inf
+def min_corner_volume(position: np.ndarray, nodes: np.ndarray) -> float:
+    """Minimum triple product (m3) of the edges at a corner of a cell; `nodes` (8,) in tensor-product order."""
+    minimum = np.inf
     for corner in range(8):
         here = position[nodes[corner]]
         x = position[nodes[TENSOR_NEIGHBOURS[corner, 0]]]
@@ -124,8 +124,8 @@ def least_corner_volume(position: np.ndarray, nodes: np.ndarray) -> float:
         bx, by, bz = x[0] - here[0], x[1] - here[1], x[2] - here[2]
         cx, cy, cz = y[0] - here[0], y[1] - here[1], y[2] - here[2]
         volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-        least = min(least, volume)
-    return least
+        minimum = min(minimum, volume)
+    return minimum
 
 
 @parallel_kernel
@@ -136,5 +136,5 @@ def folded_cells(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """
     folded = np.zeros(dofmap.shape[0], dtype=np.bool_)
     for cell in numba.prange(dofmap.shape[0]):
-        folded[cell] = least_corner_volume(position, dofmap[cell]) <= 0.0
+        folded[cell] = min_corner_volume(position, dofmap[cell]) <= 0.0
     return folded

@@ -23,7 +23,7 @@ from burst_fenicsx.kernels.common import (
     VOLUME,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, parallel_kernel
-from burst_fenicsx.kernels.shapes import least_corner_volume
+from burst_fenicsx.kernels.shapes import min_corner_volume
 from burst_fenicsx.kernels.state import Grid, SolidState
 from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
 
@@ -56,7 +56,7 @@ def are_torn(
     """
     for k in numba.prange(cells.size):
         value = relative[k]
-        folded = value >= 1.0 and not least_corner_volume(position, dofmap[cells[k]]) > 0.0
+        folded = value >= 1.0 and not min_corner_volume(position, dofmap[cells[k]]) > 0.0
         torn[k] = folded or value > BLOWN_UP or not value > NOTHING_LEFT
 
 
