@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.snapshot import RoundRecord
     from burst_fenicsx.surfaces import RadialSurfaces
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
@@ -140,15 +141,7 @@ class Simulation:
             images=self.part.images,
             weight=self.mesh.node_weight,
         )
-        self.passage = Passage(
-            self.mesh,
-            self.fields,
-            self.rounds,
-            settings,
-            images=self.part.images,
-            multiplicity=self.part.multiplicity,
-            mirrors=len(self.part.planes()),
-        )
+        self.passage = self._make_passage()
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
@@ -202,6 +195,18 @@ class Simulation:
             contact=self.contact,
             initiation=self.initiation,
             holds=self._holds(),
+        )
+
+    def _make_passage(self) -> Passage:
+        """What finds metal that has passed through planes or into other rounds."""
+        return Passage(
+            self.mesh,
+            self.fields,
+            self.rounds,
+            self.settings,
+            images=self.part.images,
+            multiplicity=self.part.multiplicity,
+            mirrors=len(self.part.planes()),
         )
 
     def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:
@@ -270,7 +275,7 @@ class Simulation:
         entries = self.ledger.entries
         history = entries[-1].time + _HISTORY_INTERVAL if entries else 0.0
         output = 0.0
-        while output < solver.time * (1.0 + 1e-9) and self._resumed_at is not None:
+        while output < solver.time * (1.0 + 1e-9):  # of a resumed burst, or one that begins with its first ignition
             output += settings.output_interval
         self.clocks.first_step = clock.perf_counter() - self.clocks.start
         began = clock.perf_counter()
@@ -340,7 +345,7 @@ class Simulation:
             )
 
     def _write_output(self) -> None:
-        points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
+        points, cells = output_fields(self.fields, self.contact.nodal_force if self.contact.exists else None)
         if self._series is not None:
             points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             self._place(points)
@@ -391,12 +396,12 @@ class Simulation:
         along = self.measures.rounds()
         counts = [len(segments) for segments in self.mesh.segments]
         masses, speeds = self.measures.segment_masses_and_speeds(counts)
-        records = whole.records(round_records(self, masses, speeds))
+        records = whole.records(self._records(masses, speeds))
         along = whole.measures(along)
         nodes, cells = snapshot_fields(self.fields)
         self._place(nodes)
         history = whole.history(self.ledger.columns())
-        summary = burst_summary(self, along, [record.charge_mass for record in records])
+        summary = self._summary(along, [record.charge_mass for record in records])
         self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
         if self.comm.rank == 0:
             names = whole.names
@@ -413,6 +418,14 @@ class Simulation:
                 geometry=self.geometry,
             )
         return BurstResult(summary, along, history)
+
+    def _records(self, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
+        """The computed rounds as the snapshot describes them; by segment masses (kg) and speeds (m/s)."""
+        return round_records(self, masses, speeds)
+
+    def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+        """The burst's part of summary.json."""
+        return burst_summary(self, along, charge_masses)
 
 
 def _fuze_density(item: Round) -> float:

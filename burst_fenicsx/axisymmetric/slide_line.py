@@ -145,14 +145,19 @@ class LineInterface:
 
 
 class MeridianContact(ContactForces):
-    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes."""
+    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes.
+
+    Attributes
+    ----------
+    line_force : (nodes, 3) N, of the slide line alone.
+    """
 
     interface: LineInterface | None  # type: ignore[assignment]
 
     def __init__(self, mesh: MeridianMesh, fields: RingFields, settings: BurstSettings) -> None:
         self._fields = fields
         self.comm = MPI.COMM_SELF
-        self.force = np.zeros_like(fields.nodes.force)
+        self.force = self.line_force = np.zeros_like(fields.nodes.force)
         self.friction = self.stiffness_work = 0.0
         self.plane_impulse, self.plane_force = np.zeros(3), np.zeros(3)
         self.penetrations = Penetrations()

@@ -264,7 +264,11 @@ class CollidingSurfaces(NodeContact):
         clear_rows(self._sums, self._halo.needed)
         add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
         self._halo.give(self._sums)
+        self._join_copies()
         take_reactions(self._sums, rows, self._near_local, self.state.load, force)
+
+    def _join_copies(self) -> None:
+        """Add the sums of a node's copies to its own: in three dimensions there are no copies."""
 
     def _exchange_motion(self, velocity: np.ndarray) -> None:
         """Bring places, speeds and loads of the near nodes to the ranks that need them."""

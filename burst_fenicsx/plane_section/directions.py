@@ -1,0 +1,142 @@
+"""In which directions of a section its casings fly: mass and momentum by azimuth, the focus between rounds, and its speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from burst_fenicsx.problem import Part
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from burst_fenicsx.axisymmetric.fields import RingFields
+
+__all__ = ["HALF_WIDTHS", "Flight", "casing_flight", "direction_summary", "focus_ratio", "weighted_quantile"]
+
+HALF_WIDTHS = (5.0, 10.0, 20.0, 35.0)
+"""Degrees to each side of the focus within which the casing's mass is summed."""
+
+_BEYOND = 60.0  # degrees from the focus beyond which the mass per degree is that of the undisturbed rounds
+_SECTOR = 5.0  # degrees of a sector of the table
+_NEAR = 5.0  # degrees to each side of the focus within which speeds are read
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """Casing cells of a section in flight.
+
+    Attributes
+    ----------
+    mass : (cells,) kg/m. velocity : (cells, 2) m/s. azimuth : (cells,) degrees from u to v, 0 to 360.
+    speed : (cells,) m/s. strong : (cells,) bool, whether the cell has any strength left and has not been released.
+    """
+
+    mass: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    strong: NDArray[np.bool_]
+
+    @property
+    def speed(self) -> NDArray[np.float64]:
+        """Speeds (cells,) in m/s."""
+        speeds: NDArray[np.float64] = np.linalg.norm(self.velocity, axis=1)
+        return speeds
+
+    @property
+    def azimuth(self) -> NDArray[np.float64]:
+        """Directions of flight (cells,) in degrees from u towards v, 0 to 360."""
+        angles: NDArray[np.float64] = np.degrees(np.arctan2(self.velocity[:, 1], self.velocity[:, 0])) % 360.0
+        return angles
+
+    def off(self, azimuth: float) -> NDArray[np.float64]:
+        """Angles (cells,) in degrees, 0 to 180, between the directions of flight and an azimuth (degrees)."""
+        angles: NDArray[np.float64] = np.abs((self.azimuth - azimuth + 180.0) % 360.0 - 180.0)
+        return angles
+
+
+def casing_flight(fields: RingFields) -> Flight:
+    """The casings' cells now: a cell flies with the mean velocity of its nodes."""
+    casing = np.flatnonzero(fields.mesh.part == Part.CASING)
+    return Flight(
+        mass=fields.cell_mass[casing],
+        velocity=fields.cell_velocities()[casing][:, [0, 2]],
+        strong=_has_strength(fields)[casing] & ~fields.released[casing],
+    )
+
+
+def _has_strength(fields: RingFields) -> NDArray[np.bool_]:
+    """Whether softening has left the cells any shear strength, by plastic strain over its scaled limit (cells,)."""
+    parameters = fields.solid.parameters[len(Part) * fields.mesh.round + fields.mesh.part]
+    shear, tension = parameters[:, 4], parameters[:, 5]
+    scale = fields.blocks.by_cell(fields.solid.softening_scale)
+    count = fields.mesh.cells
+    spent = np.maximum(
+        fields.solid.shear_strain[:count, 0] * shear * scale, fields.solid.volume_strain[:count, 0] * tension * scale
+    )
+    strong: NDArray[np.bool_] = spent < 1.0
+    return strong
+
+
+def focus_ratio(flight: Flight, focus: float, half_width: float) -> float:
+    """Mass per degree within `half_width` of an azimuth (degrees), over that beyond 60 degrees from its line.
+
+    The directions on both sides of the line count: within `half_width` of the focus or of its opposite, and beyond 60
+    degrees from both.
+    """
+    off = np.minimum(flight.off(focus), flight.off(focus + 180.0))
+    undisturbed = flight.mass[off > _BEYOND].sum() / (4.0 * (90.0 - _BEYOND))
+    return float(flight.mass[off <= half_width].sum() / (4.0 * half_width) / undisturbed) if undisturbed > 0.0 else 0.0
+
+
+def weighted_quantile(values: NDArray[np.float64], mass: NDArray[np.float64], share: float) -> float:
+    """Value that a share of the mass does not exceed, cells' masses at the middle of their steps; 0 without cells."""
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(mass[order])
+    if not len(total):
+        return 0.0
+    return float(np.interp(share, (total - 0.5 * mass[order]) / total[-1], values[order]))
+
+
+def direction_summary(flight: Flight, focus: float | None) -> dict[str, Any]:
+    """Part of the summary: sectors of 5 degrees by their centres and, where rounds face each other, their focus.
+
+    `focus` is the azimuth at right angles to the line through two neighbouring rounds (degrees); None: a single round.
+    """
+    count = round(360.0 / _SECTOR)
+    sector = np.floor(((flight.azimuth + 0.5 * _SECTOR) % 360.0) / _SECTOR).astype(int)
+    mass = np.bincount(sector, weights=flight.mass, minlength=count)
+    momentum = np.bincount(sector, weights=flight.mass * flight.speed, minlength=count)
+    largest = np.zeros(count)
+    np.maximum.at(largest, sector, flight.speed)
+    found: dict[str, Any] = {
+        "momentum": [float(value) for value in flight.mass @ flight.velocity],
+        "by_azimuth": [
+            {
+                "azimuth_deg": _SECTOR * index,
+                "mass": float(mass[index]),
+                "momentum": float(momentum[index]),
+                "max_speed": float(largest[index]),
+            }
+            for index in range(count)
+        ],
+        "focus": None,
+    }
+    if focus is not None:
+        off = np.minimum(flight.off(focus), flight.off(focus + 180.0))
+        near = off <= _NEAR
+        found["focus"] = {
+            "azimuth_deg": focus % 180.0,
+            "mass_ratio": {f"{width:g}": focus_ratio(flight, focus, width) for width in HALF_WIDTHS},
+            "speed_99_percent": weighted_quantile(flight.speed[near], flight.mass[near], 0.99),
+            "max_speed": float(flight.speed[near].max(initial=0.0)),
+            "undisturbed_speed": _mean(flight, off > _BEYOND),
+            "strengthless_share": float(flight.mass[near & ~flight.strong].sum() / max(flight.mass[near].sum(), 1e-300)),
+        }
+    return found
+
+
+def _mean(flight: Flight, chosen: NDArray[np.bool_]) -> float:
+    total = flight.mass[chosen].sum()
+    return float((flight.mass * flight.speed)[chosen].sum() / total) if total > 0.0 else 0.0
