@@ -28,6 +28,7 @@ class SectionCollisions(CollidingSurfaces):
     """Point-face contact of a section's casings; a node's copies move with it and hand it what they are given."""
 
     surfaces: SectionSurfaces
+    steady = True
 
     def __init__(self, surfaces: SectionSurfaces, fields: RingFields, friction_angle: float, reach: float) -> None:
         self._first_copy = len(surfaces.node) - len(surfaces.copy_of)
@@ -80,6 +81,12 @@ class SectionCollisions(CollidingSurfaces):
         sums[copies] = 0.0
 
 
+class SectionPlane(PlaneContact):
+    """A rigid plane against the nodes of a section, whose loaded springs get no stiffer."""
+
+    steady = True
+
+
 class SectionContact(MeridianContact):
     """Contact of a section: the slide lines of all charges, casings among each other, and planes.
 
@@ -110,7 +117,7 @@ class SectionContact(MeridianContact):
             rows = np.argsort(interior, kind="stable")
             local = fields.mesh.local_node(at_planes[rows])
             outer = int(np.count_nonzero(~interior))
-            self.planes = [PlaneContact(plane, fields, local, rows, outer) for plane in planes]
+            self.planes = [SectionPlane(plane, fields, local, rows, outer) for plane in planes]
         self._of_bodies = np.zeros(len(self.force), dtype=bool)
         for nodes in (casing, at_planes):
             self._of_bodies[fields.mesh.local_node(nodes)] = True

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.axisymmetric.rings import areas
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ HALF_WIDTHS = (5.0, 10.0, 20.0, 35.0)
 _BEYOND = 60.0  # degrees from the focus beyond which the mass per degree is that of the undisturbed rounds
 _SECTOR = 5.0  # degrees of a sector of the table
 _NEAR = 5.0  # degrees to each side of the focus within which speeds are read
+_STRETCHED = 2.0  # area over the initial one from which a cell without strength is torn
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +33,12 @@ class Flight:
     Attributes
     ----------
     mass : (cells,) kg/m. velocity : (cells, 2) m/s. azimuth : (cells,) degrees from u to v, 0 to 360.
-    speed : (cells,) m/s. strong : (cells,) bool, whether the cell has any strength left and has not been released.
+    speed : (cells,) m/s. torn : (cells,) bool, whether the cell is torn metal and no continuum any more.
     """
 
     mass: NDArray[np.float64]
     velocity: NDArray[np.float64]
-    strong: NDArray[np.bool_]
+    torn: NDArray[np.bool_]
 
     @property
     def speed(self) -> NDArray[np.float64]:
@@ -62,21 +64,18 @@ def casing_flight(fields: RingFields) -> Flight:
     return Flight(
         mass=fields.cell_mass[casing],
         velocity=fields.cell_velocities()[casing][:, [0, 2]],
-        strong=_has_strength(fields)[casing] & ~fields.released[casing],
+        torn=_torn(fields)[casing],
     )
 
 
-def _has_strength(fields: RingFields) -> NDArray[np.bool_]:
-    """Whether softening has left the cells any shear strength, by plastic strain over its scaled limit (cells,)."""
+def _torn(fields: RingFields) -> NDArray[np.bool_]:
+    """Whether cells are torn metal (cells,): released, folded, or without strength and stretched to twice their area."""
     parameters = fields.solid.parameters[len(Part) * fields.mesh.round + fields.mesh.part]
-    shear, tension = parameters[:, 4], parameters[:, 5]
     scale = fields.blocks.by_cell(fields.solid.softening_scale)
-    count = fields.mesh.cells
-    spent = np.maximum(
-        fields.solid.shear_strain[:count, 0] * shear * scale, fields.solid.volume_strain[:count, 0] * tension * scale
-    )
-    strong: NDArray[np.bool_] = spent < 1.0
-    return strong
+    spent = fields.solid.shear_strain[: fields.mesh.cells, 0] * parameters[:, 4] * scale >= 1.0
+    stretched = fields.volumes() > _STRETCHED * areas(fields.start, fields.mesh.dofmap)
+    torn: NDArray[np.bool_] = fields.released | fields.folded() | (spent & stretched)
+    return torn
 
 
 def focus_ratio(flight: Flight, focus: float, half_width: float) -> float:
@@ -132,7 +131,8 @@ def direction_summary(flight: Flight, focus: float | None) -> dict[str, Any]:
             "speed_99_percent": weighted_quantile(flight.speed[near], flight.mass[near], 0.99),
             "max_speed": float(flight.speed[near].max(initial=0.0)),
             "undisturbed_speed": _mean(flight, off > _BEYOND),
-            "strengthless_share": float(flight.mass[near & ~flight.strong].sum() / max(flight.mass[near].sum(), 1e-300)),
+            "torn_share": float(flight.mass[near & flight.torn].sum() / max(flight.mass[near].sum(), 1e-300)),
+            "max_speed_of_whole": float(flight.speed[near & ~flight.torn].max(initial=0.0)),
         }
     return found
 

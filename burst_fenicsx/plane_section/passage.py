@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 __all__ = ["SectionPassage"]
 
 _DEEP = 1e-3  # m, half of the depth that boxes are given along the axis
-_HELD = 0.5  # of the cell size: how deep contact holds a node, see `kernels.collisions`; deeper it has lost its face
-_HELD_BY_PLANE = 0.25  # of the cell size; half as much, since a plane of symmetry stands for a wall that is as deep
-_THICKEST_SKIN = 0.5  # of a cell's width
+_HELD = 0.25  # of the cell size: contact holds a node up to half a cell deep; walls that meet load it to a sixth
+_HELD_BY_PLANE = 0.125  # of the cell size; half as much, since a plane of symmetry stands for a wall that is as deep
+_THICKEST_SKIN = 0.25  # of a cell's width
 
 
 class SectionPassage(Passage):
     """As `Passage`, of quadrilaterals; masses are those per metre.
 
-    Walls that meet at some 2.5 km/s load the springs of contact until their nodes lie two fifths of a cell deep, at any
-    cell size, and in a section they meet over their whole length at once. So what counts as passed through is what lies
-    deeper than contact can hold: half of a cell. Parameters and attributes as for `Passage`.
+    Walls that meet at some 2.5 km/s load the springs of contact until their nodes lie a sixth of a cell deep, at any
+    cell size, and in a section they meet over their whole length at once. So what counts as passed through lies deeper:
+    a quarter of a cell. Parameters and attributes as for `Passage`.
     """
 
     def __init__(

@@ -164,7 +164,7 @@ class SectionSimulation(Simulation):
                 "words": WORDS,
                 "origin": self.section.origin.tolist(),
                 "directions": self.section.directions[[0, 2]].tolist(),
-                "strengthless_mass": float(flight.mass[~flight.strong].sum()),
+                "torn_mass": float(flight.mass[flight.torn].sum()),
                 **direction_summary(flight, self._focus()),
             },
         }

@@ -18,6 +18,11 @@ class SectionSolver(RingSolver):
 
     contact: SectionContact
 
+    def choose_levels(self) -> None:
+        """Choose the steps of the cells again, contact's as it was."""
+        self.subcycling.steady_contact = self.contact.collisions is not None or bool(self.contact.planes)
+        super().choose_levels()
+
     def advance(self, step: float) -> None:
         """All parts of a longest step (s), as in three dimensions: casings may meet in each."""
         BurstSolver.advance(self, step)
