@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.problem import RigidPlane
     from burst_fenicsx.snapshot import RoundRecord
     from burst_fenicsx.surfaces import RadialSurfaces
 
@@ -414,10 +415,14 @@ class Simulation:
                 along,
                 history,
                 self.provenance,
-                [plane for plane in self.settings.planes if plane.symmetry],
+                self._symmetry_planes(),
                 geometry=self.geometry,
             )
         return BurstResult(summary, along, history)
+
+    def _symmetry_planes(self) -> list[RigidPlane]:
+        """Planes in the world behind which mirrored rounds stand."""
+        return [plane for plane in self.settings.planes if plane.symmetry]
 
     def _records(self, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
         """The computed rounds as the snapshot describes them; by segment masses (kg) and speeds (m/s)."""

@@ -154,8 +154,8 @@ class SectionContact(MeridianContact):
         with self._mean_velocities(step) as velocity:
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
-        for part in self._parts:
-            if part is not self.interface:
+        for part in (self.collisions, *self.planes):
+            if part is not None:
                 _, friction, work = part.booked
                 self.friction += friction
                 self.stiffness_work += work

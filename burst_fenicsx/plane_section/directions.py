@@ -1,4 +1,4 @@
-"""In which directions of a section its casings fly: mass and momentum by azimuth, the focus between rounds, and its speeds."""
+"""In which directions of a section its casings fly: mass and momentum by azimuth, focus between rounds, speeds."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def casing_flight(fields: RingFields) -> Flight:
 
 
 def _torn(fields: RingFields) -> NDArray[np.bool_]:
-    """Whether cells are torn metal (cells,): released, folded, or without strength and stretched to twice their area."""
+    """Whether cells are torn metal (cells,): released, folded, or without strength and twice as large as at first."""
     parameters = fields.solid.parameters[len(Part) * fields.mesh.round + fields.mesh.part]
     scale = fields.blocks.by_cell(fields.solid.softening_scale)
     spent = fields.solid.shear_strain[: fields.mesh.cells, 0] * parameters[:, 4] * scale >= 1.0

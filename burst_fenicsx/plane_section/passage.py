@@ -33,9 +33,7 @@ class SectionPassage(Passage):
     a quarter of a cell. Parameters and attributes as for `Passage`.
     """
 
-    def __init__(
-        self, mesh: SectionMesh, fields: RingFields, rounds: Sequence[Round], settings: BurstSettings
-    ) -> None:
+    def __init__(self, mesh: SectionMesh, fields: RingFields, rounds: Sequence[Round], settings: BurstSettings) -> None:
         super().__init__(mesh, fields, rounds, settings)  # type: ignore[arg-type]
         self._overlap = _HELD * settings.cell_size
         self._planes = [(point, normal, _HELD_BY_PLANE * settings.cell_size) for point, normal, _ in self._planes]

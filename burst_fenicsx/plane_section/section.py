@@ -87,7 +87,8 @@ def find_section(rounds: Sequence[Round], settings: BurstSettings) -> tuple[Sect
         if not item.profile.charge_front < place < item.profile.charge_end:
             return None, (
                 f"the section cuts round '{item.name}' at station {1e3 * place:.4g} mm, where it has no charge; "
-                f"its charge lies between {1e3 * item.profile.charge_front:.4g} and {1e3 * item.profile.charge_end:.4g} mm"
+                f"its charge lies between {1e3 * item.profile.charge_front:.4g} and "
+                f"{1e3 * item.profile.charge_end:.4g} mm"
             )
         across = directions @ (base - origin)
         stations.append(place)

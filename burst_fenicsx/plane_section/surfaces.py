@@ -100,7 +100,7 @@ def section_surfaces(mesh: SectionMesh, depth: float) -> SectionSurfaces:
 
 
 def _edges_of_layers(mesh: SectionMesh, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges between the layers of the casings' cells, the outer layer to the right, and the cells that they belong to."""
+    """Edges between the layers of the casings' cells, the outer layer to the right, and the cells they belong to."""
     if len(mesh.lengths) < 2:
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
     cell, side = np.nonzero(outward_sides(mesh) & (mesh.neighbours >= 0) & solid[:, None])
@@ -119,7 +119,7 @@ def nodes_at_planes(mesh: SectionMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def section_radii(mesh: SectionMesh, section: Section) -> RadialSurfaces:
-    """Nodes on the outlines of charges and casings, one part and one bin for each round, as `burst_fenicsx.surfaces`."""
+    """Nodes on the outlines of charges and casings, one part and bin for each round, as `burst_fenicsx.surfaces`."""
     count, nodes = len(section.stations), len(mesh.nodes)
     charge_part = np.full(nodes, -1, dtype=np.int32)
     casing_bin = np.full(nodes, -1, dtype=np.int32)

@@ -46,6 +46,7 @@ def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSett
     return BurstSettings(
         cell_size=table.cell_size,
         geometry=geometry or burst_geometry(case).geometry,
+        section_station=table.section_station,
         symmetry=table.symmetry,
         quadrature=table.quadrature,
         products=table.products,

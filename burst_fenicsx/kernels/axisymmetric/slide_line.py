@@ -410,12 +410,10 @@ def _work(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray)
 
 
 @block_kernel
-def _ring_area(
-    c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray, nr: float, nz: float
-) -> float:
+def _ring_area(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
     """The contact's share of the charge's surface, projected on the normal (m2): what a pressure there acts on.
 
-    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal, in a plane section half.
+    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal, in a section half.
     """
     total, node = 0.0, contacts.slave[c]
     for k in range(2):

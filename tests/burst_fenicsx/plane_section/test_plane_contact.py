@@ -76,7 +76,7 @@ def test_a_node_in_an_edge_is_pushed_by_the_lever_rule():
     force = contact.force
     first = fields.mesh.local_node(np.unique(mesh.cells[0]))
     right = first[position[first, 0] > -0.5 * SIZE]
-    lower, upper = right[np.argsort(position[right, 2])]
+    upper = right[np.argmax(position[right, 2])]
     # The second block's upper node lies at a quarter of the first one's edge, the first one's lower node at three
     # quarters of the second one's: each is pushed by the other's edge.
     upper_of_second = second[np.argmax(position[second, 2] - 1e-3 * position[second, 0])]
@@ -104,7 +104,9 @@ def test_two_blocks_collide_and_part_with_momentum_and_energy_kept(friction):
     size = (fields.mass * np.linalg.norm(fields.nodes.velocity, axis=1)).sum()
     run(solver, 1.5e-5)
     assert np.abs(momentum(solver) - before).max() < 1e-12 * size
-    speed = np.array([np.average(fields.nodes.velocity[of_node == k, 0], weights=fields.mass[of_node == k]) for k in (0, 1)])
+    speed = np.array(
+        [np.average(fields.nodes.velocity[of_node == k, 0], weights=fields.mass[of_node == k]) for k in (0, 1)]
+    )
     assert speed[0] < 0.0 < speed[1]  # thrown back
     held = solver.ledger
     solver.ledger.external_work += kinetic  # they began in motion
@@ -154,9 +156,7 @@ def test_a_loaded_spring_of_a_section_gets_no_stiffer_and_so_brings_no_energy_in
     normal, mass = np.array([0.0, 0.0, 1.0]), np.array([2.0])
     stored = {}
     for steady in (False, True):
-        state = PlaneState(
-            np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 3))
-        )
+        state = PlaneState(np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 3)))
         for budget in (1e12, 16e12):
             force = np.zeros((1, 3))
             law = PlaneLaw(normal, 0.0, budget, 1e-8, 0.0, steady)

@@ -48,7 +48,7 @@ def test_two_rounds_conserve_momentum_and_energy_and_focus_between_them(tmp_path
     found = result.summary
     assert found["geometry"] == "plane"
     assert found["momentum_error"] < 1e-12
-    assert found["energy_error_at_outputs"] < 0.01
+    assert found["energy_error"] < 0.01
     assert found["lost_cells"] == 0
     assert found["passed_through"]["largest_together"] < 0.005 * found["casing_mass"]
     section = found["section"]
@@ -86,8 +86,12 @@ def test_a_single_round_moves_as_the_same_disc_does_in_its_meridian(tmp_path):
     mesh = rectangle((31, 1), (0.0, 0.0775), size)
     part = np.where(mesh.nodes[mesh.cells, 0].mean(axis=1) < 0.055, Part.CHARGE, Part.CASING)
     burnt = replace(BARE, cell_size=size, viscosity=asked.viscosity, hourglass=asked.hourglass)
-    disc = ring_burst(named(mesh, part), whole_steps(burnt), casing=STEEL, ignition=(IgnitionPoint(0.0),), solver=HeldSolver)
-    disc.held = np.column_stack([np.zeros(len(disc.fields.mass), dtype=bool), np.ones(len(disc.fields.mass), dtype=bool)])
+    disc = ring_burst(
+        named(mesh, part), whole_steps(burnt), casing=STEEL, ignition=(IgnitionPoint(0.0),), solver=HeldSolver
+    )
+    disc.held = np.column_stack(
+        [np.zeros(len(disc.fields.mass), dtype=bool), np.ones(len(disc.fields.mass), dtype=bool)]
+    )
     charge = disc.fields.mesh.part == Part.CHARGE
     disc.fields.charge.ignition_time[charge] = 0.0
     disc.set_burning_times()
@@ -159,4 +163,6 @@ def test_what_has_no_section_stops_before_any_work(tmp_path):
         simulate([tube()], settings(1e-6, section_station=0.31), tmp_path, comm=MPI.COMM_SELF)
     behind = replace(MIRROR, point=(0.05, 0.0, 0.0))
     with pytest.raises(InputError, match=r"lies 128 mm behind the plane 'mirror'"):
-        simulate([tube()], settings(1e-6, planes=(replace(behind, normal=(1.0, 0.0, 0.0)),)), tmp_path, comm=MPI.COMM_SELF)
+        simulate(
+            [tube()], settings(1e-6, planes=(replace(behind, normal=(1.0, 0.0, 0.0)),)), tmp_path, comm=MPI.COMM_SELF
+        )
