@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import RigidPlane
     from burst_fenicsx.snapshot import RoundRecord
     from burst_fenicsx.surfaces import RadialSurfaces
+    from burst_fenicsx.symmetry.part import SymmetricPart
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
 
@@ -108,7 +109,7 @@ class Simulation:
         on_progress: Callable[[BurstProgress], None] | None = None,
     ) -> None:
         check_problem(rounds, settings)
-        self.part = smallest_part(rounds, settings)
+        self.part = self._find_part(rounds, settings)
         self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
         self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
         self.out_dir = out_dir
@@ -116,7 +117,7 @@ class Simulation:
         self.provenance = provenance
         self.on_progress = on_progress
         self.clocks = Clocks()
-        if comm.rank == 0 and self.geometry == "3d":
+        if comm.rank == 0 and self.geometry != "axisymmetric":
             for line in symmetry_words(self.part.summary()):
                 _log.info("%s", line)
         if len(rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
@@ -154,6 +155,10 @@ class Simulation:
     def checkpoint_path(self) -> Path:
         """Where the state is kept while the burst runs."""
         return self.out_dir / "checkpoint.h5"
+
+    def _find_part(self, rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
+        """What of the arrangement is computed."""
+        return smallest_part(rounds, settings)
 
     def _make_mesh(self) -> tuple[HexahedralMesh, MeshQuality]:
         """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
@@ -348,8 +353,9 @@ class Simulation:
     def _write_output(self) -> None:
         points, cells = output_fields(self.fields, self.contact.nodal_force if self.contact.exists else None)
         if self._series is not None:
-            points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             self._place(points)
+            self._turn_stress(cells)
+            points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
@@ -360,6 +366,9 @@ class Simulation:
 
     def _place(self, fields: dict[str, np.ndarray]) -> None:
         """Carry nodal fields, by name, to world coordinates in place: here they are there already."""
+
+    def _turn_stress(self, fields: dict[str, np.ndarray]) -> None:
+        """Carry the `stress` of cells, if it is to be, to world coordinates in place: here it is there already."""
 
     def _write_checkpoint(self) -> None:
         self._checkpoint_at = clock.perf_counter()

@@ -56,8 +56,9 @@ def check_report(case: Case) -> dict[str, Any]:
     from burst_fenicsx.symmetry import smallest_part
 
     settings, rounds = burst_settings(case), burst_rounds(case)
-    # Rings of a meridian and rounds of a section are whole: no plane of symmetry cuts them.
-    part = smallest_part(rounds, settings if settings.geometry == "3d" else replace(settings, symmetry="off"))
+    # A ring of the meridian is whole, and so are the rounds of a section: no plane of symmetry cuts them.
+    whole = replace(settings, symmetry="off") if settings.geometry == "axisymmetric" else settings
+    part = smallest_part(rounds, whole, through_rounds=settings.geometry == "3d")
     stations = section_stations(rounds, settings) if settings.geometry == "plane" else None
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
     first = _first_alike(case)

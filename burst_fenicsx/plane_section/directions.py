@@ -58,9 +58,9 @@ class Flight:
         return angles
 
 
-def casing_flight(fields: RingFields) -> Flight:
-    """The casings' cells now: a cell flies with the mean velocity of its nodes."""
-    casing = np.flatnonzero(fields.mesh.part == Part.CASING)
+def casing_flight(fields: RingFields, index: int) -> Flight:
+    """The casing's cells of the round `index` now: a cell flies with the mean velocity of its nodes."""
+    casing = np.flatnonzero((fields.mesh.part == Part.CASING) & (fields.mesh.round == index))
     return Flight(
         mass=fields.cell_mass[casing],
         velocity=fields.cell_velocities()[casing][:, [0, 2]],

@@ -33,8 +33,16 @@ class SectionPassage(Passage):
     a quarter of a cell. Parameters and attributes as for `Passage`.
     """
 
-    def __init__(self, mesh: SectionMesh, fields: RingFields, rounds: Sequence[Round], settings: BurstSettings) -> None:
-        super().__init__(mesh, fields, rounds, settings)  # type: ignore[arg-type]
+    def __init__(
+        self,
+        mesh: SectionMesh,
+        fields: RingFields,
+        rounds: Sequence[Round],
+        settings: BurstSettings,
+        *,
+        images: int = 1,
+    ) -> None:
+        super().__init__(mesh, fields, rounds, settings, images=images)  # type: ignore[arg-type]
         self._overlap = _HELD * settings.cell_size
         self._planes = [(point, normal, _HELD_BY_PLANE * settings.cell_size) for point, normal, _ in self._planes]
 

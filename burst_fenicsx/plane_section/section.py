@@ -48,6 +48,13 @@ class Section:
     centres: NDArray[np.float64]
     ignition: NDArray[np.float64]
 
+    def of_rounds(self, indices: Sequence[int]) -> Section:
+        """The same plane with some of the rounds."""
+        chosen = list(indices)
+        return replace(
+            self, stations=self.stations[chosen], centres=self.centres[chosen], ignition=self.ignition[chosen]
+        )
+
     def world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (n, 3) of the section's coordinates in the world (m)."""
         placed: NDArray[np.float64] = self.origin + points @ self.directions

@@ -15,7 +15,7 @@ from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.mesh import merge
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.plane_section.contact import SectionContact
-from burst_fenicsx.plane_section.directions import casing_flight, direction_summary
+from burst_fenicsx.plane_section.directions import Flight, casing_flight, direction_summary
 from burst_fenicsx.plane_section.mesh import SectionMesh, mesh_section, section_quality
 from burst_fenicsx.plane_section.passage import SectionPassage
 from burst_fenicsx.plane_section.section import WORDS, find_section
@@ -24,6 +24,8 @@ from burst_fenicsx.plane_section.surfaces import section_radii
 from burst_fenicsx.problem import Part
 from burst_fenicsx.records import round_records
 from burst_fenicsx.simulation import Simulation
+from burst_fenicsx.symmetry import smallest_part
+from burst_fenicsx.symmetry.completion import turned_stress
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -33,10 +35,11 @@ if TYPE_CHECKING:
     from burst_fenicsx.ledger import Ledger
     from burst_fenicsx.measures import RoundMeasures
     from burst_fenicsx.meshing import MeshQuality
-    from burst_fenicsx.problem import BurstSettings, RigidPlane, Round
+    from burst_fenicsx.problem import BurstSettings, Round
     from burst_fenicsx.simulation import BurstProgress
     from burst_fenicsx.snapshot import RoundRecord
     from burst_fenicsx.surfaces import RadialSurfaces
+    from burst_fenicsx.symmetry.part import SymmetricPart
 
 __all__ = ["SectionSimulation"]
 
@@ -69,21 +72,26 @@ class SectionSimulation(Simulation):
         section, reason = find_section(rounds, settings)
         if section is None:
             raise InputError(f"the burst has no plane section: {reason}; compute it in three dimensions")
-        self.section = section
-        self._planes = settings.planes
-        self.section_planes = section.planes(settings.planes)
+        self.whole_section = section
         _log.info("%s: %s", WORDS, self.section_words(rounds))
-        whole = replace(settings, planes=self.section_planes, symmetry="off")
-        super().__init__(rounds, whole, out_dir, MPI.COMM_SELF, provenance, on_progress)
+        super().__init__(rounds, settings, out_dir, MPI.COMM_SELF, provenance, on_progress)
+
+    def _find_part(self, rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
+        """What of the arrangement is computed: rounds on one side of the planes of symmetry between them."""
+        return smallest_part(rounds, settings, through_rounds=False)
 
     def section_words(self, rounds: Sequence[Round]) -> str:
         """Where the rounds are cut and when their sections ignite, in words."""
         return ", ".join(
             f"'{item.name}' at station {1e3 * station:.4g} mm, ignited at {1e6 * time:.4g} us"
-            for item, station, time in zip(rounds, self.section.stations, self.section.ignition, strict=True)
+            for item, station, time in zip(
+                rounds, self.whole_section.stations, self.whole_section.ignition, strict=True
+            )
         )
 
     def _make_mesh(self) -> tuple[SectionMesh, MeshQuality]:  # type: ignore[override]
+        self.section = self.whole_section.of_rounds(self.part.indices)
+        self.section_planes = self.section.planes(self.settings.planes)
         meshes = []
         for index, item in enumerate(self.rounds):
             assert item.profile is not None
@@ -149,7 +157,13 @@ class SectionSimulation(Simulation):
         return ledger
 
     def _make_passage(self) -> SectionPassage:
-        return SectionPassage(self.mesh, self.fields, self.rounds, self.settings)
+        return SectionPassage(
+            self.mesh,
+            self.fields,
+            self.rounds,
+            replace(self.settings, planes=self.section_planes),
+            images=self.part.images,
+        )
 
     def _place(self, fields: dict[str, np.ndarray]) -> None:
         """Carry nodal fields from the section's coordinates to the world's."""
@@ -159,34 +173,47 @@ class SectionSimulation(Simulation):
             else:
                 fields[name] = values @ self.section.directions
 
-    def _symmetry_planes(self) -> list[RigidPlane]:
-        """Planes in the world behind which mirrored rounds stand."""
-        return [plane for plane in self._planes if plane.symmetry]
-
     def _records(self, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
         """The rounds as the snapshot describes them, per metre; a section has no segments."""
         return [replace(record, segments=()) for record in round_records(self, masses, speeds)]
 
+    def _turn_stress(self, fields: dict[str, np.ndarray]) -> None:
+        fields["stress"] = turned_stress(fields["stress"], self.section.directions.T)
+
     def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
         found = super()._summary(along, charge_masses)
-        flight = casing_flight(self.fields)
-        for entry, station, time in zip(found["rounds"], self.section.stations, self.section.ignition, strict=True):
+        flight, section = self._flight(), self.whole_section
+        for entry, station, time in zip(found["rounds"], section.stations, section.ignition, strict=True):
             entry["section_station"], entry["section_ignition"] = float(station), float(time)
             entry["fastest_station"] = float(station)
         return {
             **found,
             "section": {
                 "words": WORDS,
-                "origin": self.section.origin.tolist(),
-                "directions": self.section.directions[[0, 2]].tolist(),
+                "origin": section.origin.tolist(),
+                "directions": section.directions[[0, 2]].tolist(),
                 "torn_mass": float(flight.mass[flight.torn].sum()),
                 **direction_summary(flight, self._focus()),
             },
         }
 
+    def _flight(self) -> Flight:
+        """The casings of all rounds in flight, those of images reflected."""
+        part, axes = self.part, self.section.directions
+        casings = [casing_flight(self.fields, index) for index in range(len(self.rounds))]
+        images = []
+        for source, mirrors in zip(part.source.tolist(), part.mirrors.tolist(), strict=True):
+            reflected = (axes @ part.matrix(mirrors) @ axes.T)[np.ix_([0, 2], [0, 2])]
+            images.append(replace(casings[source], velocity=casings[source].velocity @ reflected.T))
+        return Flight(
+            mass=np.concatenate([one.mass for one in images]),
+            velocity=np.concatenate([one.velocity for one in images]),
+            torn=np.concatenate([one.torn for one in images]),
+        )
+
     def _focus(self) -> float | None:
         """Azimuth (degrees) across the line from the first round to its nearest neighbour or mirror image."""
-        centres = self.section.centres
+        centres = self.whole_section.centres
         images = [
             centres[0] - 2.0 * ((centres[0] - point) @ normal) * normal
             for plane in self.section_planes

@@ -48,15 +48,17 @@ class _Sections:
         ]
         return folder
 
-    def row_of(self, name: str, size: str, *, count: int = 2, gap: float, delays: Sequence[float] = ()) -> Path:
-        """Run so many rounds in a row with a gap (m) and delays (s)."""
+    def row_of(
+        self, name: str, size: str, *, count: int = 2, gap: float, delays: Sequence[float] = (), **changes: Any
+    ) -> Path:
+        """Run so many rounds in a row with a gap (m) and delays (s); `changes` by dotted key."""
         times = list(delays) or [0.0] * count
         text = (ROOT / REFERENCE["case"]).read_text(encoding="utf-8")
         self.runs.folder.mkdir(parents=True, exist_ok=True)
         path = self.runs.folder / f"{NAME}_{name}_row.toml"
         text = varied(text, count=count, gap=gap, delays=times, end=end_of(gap, max(times)))
         path.write_text(text, encoding="utf-8")
-        return self.folder(name, str(path), size)
+        return self.folder(name, str(path), size, **changes)
 
     def focus(self, name: str, size: str, **changes: Any) -> Focus:
         """The focus of one of these."""
@@ -85,7 +87,8 @@ def study(options: Options, runs: Runs) -> list[Row]:
     rows += single_rows(speed, cylinder_speed(meridian / "burst_snapshot.h5"), _gurney(single))
 
     gap, calibre = REFERENCE["gap"], REFERENCE["calibre"]
-    whole = sections.row_of("whole", usual, gap=gap)
+    off = {"burst.symmetry": "off"}  # both rounds are computed
+    whole = sections.row_of("whole", usual, gap=gap, **off)
     together = focus_of(whole / "burst_snapshot.h5")
     if usual in sizes:
         rows += mirrored_rows(_burst(whole), found[sizes.index(usual)])
@@ -104,7 +107,9 @@ def study(options: Options, runs: Runs) -> list[Row]:
     rows += delay_rows(delays, together)
     key = "burst.contact.surface_friction_angle"
     frictions = {
-        angle: _ratio(sections.folder(f"friction_{angle:g}", REFERENCE["case"], usual, **{key: f"{angle:g} deg"}))
+        angle: _ratio(
+            sections.folder(f"friction_{angle:g}", REFERENCE["case"], usual, **{key: f"{angle:g} deg"}, **off)
+        )
         for angle in REFERENCE["frictions"]
     }
     rows += friction_rows(frictions, _ratio(whole))

@@ -115,6 +115,33 @@ def test_a_mirrored_round_is_half_of_a_pair(tmp_path):
     assert two["contact"]["max_plane_penetration"] < 0.2 * 4e-3
 
 
+def test_the_program_finds_the_plane_between_two_rounds_and_completes_the_pair(tmp_path):
+    """The numbers of a round before a plane that the case gives, and both rounds in the files, one reflected."""
+    asked = settings(40e-6, symmetry="auto")
+    found, given = folders(tmp_path, "found", "given")
+    one = simulate(pair(), asked, found, comm=MPI.COMM_SELF).summary
+    two = simulate(pair()[:1], replace(asked, planes=(MIRROR,)), given, comm=MPI.COMM_SELF, series=False).summary
+    assert one["symmetry"]["share"] == 0.5
+    assert [item["name"] for item in one["symmetry"]["computed_rounds"]] == ["one"]
+    assert one["casing_mass"] == pytest.approx(2.0 * two["casing_mass"], rel=1e-12)
+    assert one["mean_initial_speed"] == pytest.approx(two["mean_initial_speed"], rel=1e-9)
+    momentum = np.array(one["section"]["momentum"])
+    assert abs(momentum[0]) < 1e-9 * one["casing_mass"] * one["mean_initial_speed"]
+    for width, ratio in two["section"]["focus"]["mass_ratio"].items():
+        assert one["section"]["focus"]["mass_ratio"][width] == pytest.approx(ratio, rel=1e-9)
+    with h5py.File(found / "burst_snapshot.h5") as file:
+        place, cells = file["nodes/position"][()], file["cells/nodes"][()]
+        of_round, mass = file["cells/round"][()], file["cells/mass"][()]
+    centres = [
+        np.average(place[cells[of_round == k]].mean(axis=1), axis=0, weights=mass[of_round == k]) for k in (0, 1)
+    ]
+    np.testing.assert_allclose(centres[1], centres[0] * [-1.0, 1.0, 1.0], atol=1e-9)
+    corner = place[cells][..., :2]
+    area = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    whole = np.abs(area) > 1e-12
+    assert (np.sign(area[whole & (of_round == 0)]).sum() > 0) == (np.sign(area[whole & (of_round == 1)]).sum() > 0)
+
+
 def test_a_delayed_round_is_pushed_away_before_it_expands(tmp_path):
     """Until its own front comes it is a body that the neighbour accelerates; the cell's own ignition is kept."""
     delay = 50e-6
