@@ -1,4 +1,4 @@
-"""From rounds and settings to a finished burst, in three dimensions or in the meridian."""
+"""From rounds and settings to a finished burst, in three dimensions, in the meridian or in a plane section."""
 
 from __future__ import annotations
 
@@ -53,14 +53,18 @@ def simulate(
     """
     comm = comm or MPI.COMM_WORLD
     given = dict(provenance or {})
-    if settings.geometry != "axisymmetric":
+    if settings.geometry == "3d":
         return _driven(Simulation(rounds, settings, out_dir, comm, given, on_progress), resume=resume, series=series)
     from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
+    from burst_fenicsx.plane_section.simulation import SectionSimulation
 
+    plane = settings.geometry == "plane"
     if comm.size > 1:
-        raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
+        kind = "a plane section" if plane else "an axisymmetric burst"
+        raise InputError(f"{kind} is computed by one rank; call it on one communicator of one rank")
     with one_thread():
-        simulation = AxisymmetricSimulation(rounds, settings, out_dir, given, on_progress)
+        kind_of_run = SectionSimulation if plane else AxisymmetricSimulation
+        simulation = kind_of_run(rounds, settings, out_dir, given, on_progress)
         return _driven(simulation, resume=resume, series=series)
 
 

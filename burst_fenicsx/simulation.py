@@ -42,8 +42,11 @@ from fragfield_base.interruption import Interruption
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from burst_fenicsx.files.snapshot import RoundRecord
     from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.problem import RigidPlane
     from burst_fenicsx.records.surfaces import RadialSurfaces
+    from burst_fenicsx.symmetry.part import SymmetricPart
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
 
@@ -107,7 +110,7 @@ class Simulation:
         on_progress: Callable[[BurstProgress], None] | None = None,
     ) -> None:
         check_problem(rounds, settings)
-        self.part = smallest_part(rounds, settings)
+        self.part = self._find_part(rounds, settings)
         self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
         self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
         self.out_dir = out_dir
@@ -115,7 +118,7 @@ class Simulation:
         self.provenance = provenance
         self.on_progress = on_progress
         self.clocks = Clocks()
-        if comm.rank == 0 and self.geometry == "3d":
+        if comm.rank == 0 and self.geometry != "axisymmetric":
             for line in symmetry_words(self.part.summary()):
                 _log.info("%s", line)
         if len(rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
@@ -141,15 +144,7 @@ class Simulation:
             images=self.part.images,
             weight=self.mesh.node_weight,
         )
-        self.passage = Passage(
-            self.mesh,
-            self.fields,
-            self.rounds,
-            settings,
-            images=self.part.images,
-            multiplicity=self.part.multiplicity,
-            mirrors=len(self.part.planes()),
-        )
+        self.passage = self._make_passage()
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
@@ -161,6 +156,10 @@ class Simulation:
     def checkpoint_path(self) -> Path:
         """Where the state is kept while the burst runs."""
         return self.out_dir / "checkpoint.h5"
+
+    def _find_part(self, rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
+        """What of the arrangement is computed."""
+        return smallest_part(rounds, settings)
 
     def _make_mesh(self) -> tuple[HexahedralMesh, MeshQuality]:
         """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
@@ -203,6 +202,18 @@ class Simulation:
             contact=self.contact,
             initiation=self.initiation,
             holds=self._holds(),
+        )
+
+    def _make_passage(self) -> Passage:
+        """What finds metal that has passed through planes or into other rounds."""
+        return Passage(
+            self.mesh,
+            self.fields,
+            self.rounds,
+            self.settings,
+            images=self.part.images,
+            multiplicity=self.part.multiplicity,
+            mirrors=len(self.part.planes()),
         )
 
     def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:
@@ -271,7 +282,7 @@ class Simulation:
         entries = self.ledger.entries
         history = entries[-1].time + _HISTORY_INTERVAL if entries else 0.0
         output = 0.0
-        while output < solver.time * (1.0 + 1e-9) and self._resumed_at is not None:
+        while output < solver.time * (1.0 + 1e-9):  # of a resumed burst, or one that begins with its first ignition
             output += settings.output_interval
         self.clocks.first_step = clock.perf_counter() - self.clocks.start
         began = clock.perf_counter()
@@ -341,10 +352,11 @@ class Simulation:
             )
 
     def _write_output(self) -> None:
-        points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
+        points, cells = output_fields(self.fields, self.contact.nodal_force if self.contact.exists else None)
         if self._series is not None:
-            points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             self._place(points)
+            self._turn_stress(cells)
+            points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
@@ -355,6 +367,9 @@ class Simulation:
 
     def _place(self, fields: dict[str, np.ndarray]) -> None:
         """Carry nodal fields, by name, to world coordinates in place: here they are there already."""
+
+    def _turn_stress(self, fields: dict[str, np.ndarray]) -> None:
+        """Carry the `stress` of cells, if it is to be, to world coordinates in place: here it is there already."""
 
     def _write_checkpoint(self) -> None:
         self._checkpoint_at = clock.perf_counter()
@@ -392,12 +407,12 @@ class Simulation:
         along = self.measures.rounds()
         counts = [len(segments) for segments in self.mesh.segments]
         masses, speeds = self.measures.segment_masses_and_speeds(counts)
-        records = whole.records(round_records(self, masses, speeds))
+        records = whole.records(self._records(masses, speeds))
         along = whole.measures(along)
         nodes, cells = snapshot_fields(self.fields)
         self._place(nodes)
         history = whole.history(self.ledger.columns())
-        summary = burst_summary(self, along, [record.charge_mass for record in records])
+        summary = self._summary(along, [record.charge_mass for record in records])
         self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
         if self.comm.rank == 0:
             names = whole.names
@@ -410,10 +425,22 @@ class Simulation:
                 along,
                 history,
                 self.provenance,
-                [plane for plane in self.settings.planes if plane.symmetry],
+                self._symmetry_planes(),
                 geometry=self.geometry,
             )
         return BurstResult(summary, along, history)
+
+    def _symmetry_planes(self) -> list[RigidPlane]:
+        """Planes in the world behind which mirrored rounds stand."""
+        return [plane for plane in self.settings.planes if plane.symmetry]
+
+    def _records(self, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
+        """The computed rounds as the snapshot describes them; by segment masses (kg) and speeds (m/s)."""
+        return round_records(self, masses, speeds)
+
+    def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+        """The burst's part of summary.json."""
+        return burst_summary(self, along, charge_masses)
 
 
 def _fuze_density(item: Round) -> float:

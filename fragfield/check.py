@@ -14,7 +14,9 @@ from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.flight_table import CylinderTable
 from fragfield.case.geometry import burst_geometry
 from fragfield.cost import expected_cost
+from fragfield.gurney import gurney_constant, gurney_speed
 from fragfield.places import arrangement, arrangement_warnings, with_images
+from fragfield.section_check import CAUTION, WORDS, described_section, meshed_section, section_stations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -54,19 +56,24 @@ def check_report(case: Case) -> dict[str, Any]:
     from burst_fenicsx.symmetry import smallest_part
 
     settings, rounds = burst_settings(case), burst_rounds(case)
-    # A ring of the meridian is whole: no plane of symmetry cuts it.
-    rings = settings.geometry == "axisymmetric"
-    part = smallest_part(rounds, replace(settings, symmetry="off") if rings else settings)
+    # A ring of the meridian is whole, and so are the rounds of a section: no plane of symmetry cuts them.
+    whole = replace(settings, symmetry="off") if settings.geometry == "axisymmetric" else settings
+    part = smallest_part(rounds, whole, through_rounds=settings.geometry == "3d")
+    stations = section_stations(rounds, settings) if settings.geometry == "plane" else None
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
     first = _first_alike(case)
-    computed = [
-        (first[index], tuple(cut.normal for cut in cuts)) for index, cuts in zip(part.indices, part.cuts, strict=True)
+    computed: list[tuple[int, tuple[Any, ...]]] = [
+        (first[index] if stations is None else index, tuple(cut.normal for cut in cuts))
+        for index, cuts in zip(part.indices, part.cuts, strict=True)
     ]
     meshed: dict[tuple[Any, ...], CellMesh] = {}
     qualities: dict[tuple[Any, ...], MeshQuality] = {}
     descriptions: dict[int, dict[str, Any]] = {}
     for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
-        if key not in meshed:
+        if key not in meshed and stations is not None:
+            meshed[key], qualities[key] = meshed_section(rounds[index], stations[index], settings)
+            descriptions.setdefault(index, described_section(rounds[index], stations[index]))
+        elif key not in meshed:
             meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
             descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
     of_round = [computed[source] for source in part.source.tolist()]
@@ -77,7 +84,11 @@ def check_report(case: Case) -> dict[str, Any]:
         "case": plain(case),
         "rounds": described,
         "arrangement": arrangement(case),
-        "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
+        "geometry": {
+            "choice": settings.geometry,
+            "reason": burst_geometry(case).reason,
+            **({} if stations is None else {"words": WORDS}),
+        },
         "mesh": {
             "cells": cells,
             "nodes": sum(qualities[key].nodes for key in computed),
@@ -87,7 +98,10 @@ def check_report(case: Case) -> dict[str, Any]:
         },
         "symmetry": part.summary(),
         "expected": expected,
-        "warnings": [*_warnings(case, settings, described, expected), *_mean_mass_warnings(case, rounds, described)],
+        "warnings": [
+            *_warnings(case, settings, described, expected),
+            *(_mean_mass_warnings(case, rounds, described) if stations is None else [CAUTION]),
+        ],
     }
 
 
@@ -114,16 +128,6 @@ def _first_alike(case: Case) -> list[int]:
     place = ("name", "position", "axis", "ignition", "initiation")
     keys = [json.dumps(entry.model_dump(mode="json", exclude=set(place)), sort_keys=True) for entry in case.round]
     return [keys.index(key) for key in keys]
-
-
-def gurney_constant(explosive: Explosive) -> float:
-    """Gurney's sqrt(2E) (m/s) by Eq. 24: 0.52 km/s + 2.8e-4 D."""
-    return 520.0 + 0.28 * explosive.detonation_velocity
-
-
-def gurney_speed(constant: float, charge_ratio: float) -> float:
-    """Speed (m/s) of a cylinder's casing without end losses, Eq. 23; `charge_ratio` is charge over casing mass."""
-    return constant * math.sqrt(charge_ratio / (1.0 + 0.5 * charge_ratio))
 
 
 def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> dict[str, Any]:

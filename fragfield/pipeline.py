@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from fragfield.case import load_case
 from fragfield.case.bounds import outside_soft
 from fragfield.case.changes import load_set_case
+from fragfield.case.geometry import refuse_section
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.job import Job
 from fragfield.logs import logged
@@ -119,7 +120,7 @@ def run_chain(request: Request) -> dict[str, Any]:
     """
     team = Team.join()
     with ExitStack() as held:
-        case, directory = _prepared(request, team, held)
+        case, directory = _prepared(request, team, held, whole=True)
         return _run_all(request, team, case, directory)
 
 
@@ -195,6 +196,8 @@ def _enter(request: Request, stage: Stage, held: ExitStack) -> Case:
     """Read the case and make the directory ready for one stage after the burst."""
     case, directory, source = request.case(burst=False), request.directory, request.source
     if request.fragments is None:
+        if stage.name != "report":
+            refuse_section(case, f"`fragfield {stage.name}`")
         _check_inputs(case, source, stage)
     elif directory.complete(STAGES["break-up"]):
         raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
@@ -216,12 +219,12 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
 
 
 def _prepared(
-    request: Request, team: Team, held: ExitStack, stage: Stage = STAGES["burst"]
+    request: Request, team: Team, held: ExitStack, stage: Stage = STAGES["burst"], *, whole: bool = False
 ) -> tuple[Case, RunDirectory]:
     """Read the case, lock and claim the directory on rank 0; its error ends every rank with the same exit code.
 
-    For a run from its first stage, or for one `stage` alone. The lock is `held`; a report, which only adds its page,
-    takes none.
+    For the `whole` run from its first stage, or for one `stage` alone. The lock is `held`; a report, which only adds
+    its page, takes none.
     """
     if not team.first:
         received: tuple[Case | None, int] = team.broadcast()
@@ -231,6 +234,8 @@ def _prepared(
     try:
         if stage.name == "burst":
             case = request.case()
+            if whole:
+                refuse_section(case, "`fragfield run`")
             request.directory.make()
             held.enter_context(request.directory.locked())
             request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)

@@ -22,7 +22,10 @@ __all__ = ["print_check", "print_info", "print_summary"]
 # Quantity, key, factor from SI, unit and digits, as a person wants to read it.
 _ROUND_ROWS = (
     ("length", "length", 1e3, "mm"),
+    ("station of the section", "section_station", 1e3, "mm from the nose"),
     ("outer diameter", "outer_diameter", 1e3, "mm"),
+    ("casing mass", "casing_mass_per_metre", 1.0, "kg/m"),
+    ("charge mass", "charge_mass_per_metre", 1.0, "kg/m"),
     ("casing mass", "casing_mass", 1.0, "kg"),
     ("charge mass", "charge_mass", 1.0, "kg"),
     ("fuze mass", "fuze_mass", 1.0, "kg"),
@@ -76,7 +79,8 @@ def print_check(found: Mapping[str, Any], case: Case) -> None:
             console.print(_segment_table(entry["segments"]))
     _print_arrangement(console, found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
-    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})")
+    words = f": {found['geometry']['words']}" if "words" in found["geometry"] else ""
+    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']}){words}")
     console.print(
         f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
@@ -236,6 +240,11 @@ def print_summary(summary: Mapping[str, Any]) -> None:
         if isinstance(found, dict) and found.get(key) is not None:
             label = _LABELS.get(key, key.replace("_", " "))
             table.add_row(part.replace("_", " "), label, _number(found[key], factor), unit)
+    section = (summary.get("burst") or {}).get("section")
+    if section:
+        table.add_row("burst", section["words"], "masses per metre")
+        for width, ratio in ((section["focus"] or {}).get("mass_ratio") or {}).items():
+            table.add_row("burst", f"mass within {width} deg of the focus", f"{ratio:.3g}", "per degree")
     rounds = (summary.get("burst") or {}).get("rounds") or []
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:

@@ -44,7 +44,7 @@ def burst(job: Job, stage: Stage) -> None:
     from fragfield.case.geometry import burst_geometry
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
-    alone = settings.geometry == "axisymmetric"  # a second's work: of one rank, while the others wait
+    alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
     if job.team.first:
         _log.info("burst.geometry: %s", choice.words)
     if job.team.first or not alone:

@@ -92,12 +92,12 @@ class AxisymmetricSimulation(Simulation):
         self.leakage = self._make_leakage(distributed)
         self.fields = make_ring_fields(
             distributed,
-            replace(self.rounds[0], position=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)),
+            [replace(self.rounds[0], position=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))],
             settings,
-            fuze_density=self.fuze_density[0],
+            fuze_density=self.fuze_density,
             axial_part=self.surfaces.cell_part[distributed.cell],
             leakage=self.leakage.factor,
-            length=mesh.lengths[0],
+            lengths=mesh.lengths,
         )
         self.ledger = self._make_ledger()
         self.contact = MeridianContact(mesh, self.fields, settings)

@@ -1,4 +1,4 @@
-"""Contact of charge and casing in the meridian: bonded until the charge has reacted, then products that slide.
+"""Contact of charge and casing in the meridian or a section: bonded until the charge has reacted, then products slide.
 
 The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
 """
@@ -38,7 +38,7 @@ _SMOOTH = np.cos(np.radians(45.0))  # edges whose normals differ by less are one
 
 
 class LineInterface:
-    """The slide line of one round and the contacts of its charge.
+    """The slide lines of all rounds and the contacts of their charges.
 
     Parameters
     ----------
@@ -71,9 +71,10 @@ class LineInterface:
             across=_across_creases(mesh.nodes, edges, neighbour),
             end=end,
             sides=sides,
-            on_axis=mesh.nodes[group_node, 0] == 0.0,
+            on_axis=(mesh.nodes[group_node, 0] == 0.0) & (not mesh.plane),
             vector=np.zeros((len(sides), 2)),
             nodes=nodes.astype(np.int32),
+            plane=mesh.plane,
         )
         # A contact for every group that has an edge at which the charge lies.
         at_charge = np.array([any(covered[edge] for edge in pair if edge >= 0) for pair in sides])
@@ -87,12 +88,13 @@ class LineInterface:
                 if edge >= 0 and covered[edge]:
                     side[c, k] = local(of_node[edges[edge]])
         first_cell, cell = _cells_around(fields, slave)
-        parameters = fields.charge.parameters[Part.CHARGE]
+        of_round = mesh.round[cell_of_edge[face]]
+        parameters = fields.charge.parameters[len(Part) * of_round + Part.CHARGE]
         count = len(groups)
         self.contacts = LineContacts(
             slave=slave,
             share=np.bincount(slave, minlength=1)[slave].astype(float),
-            strength=np.full(count, parameters[PARAMETERS.index("unreacted_strength")]),
+            strength=parameters[:, PARAMETERS.index("unreacted_strength")].copy(),
             side=side,
             first_cell=first_cell,
             cell=cell,
@@ -143,14 +145,19 @@ class LineInterface:
 
 
 class MeridianContact(ContactForces):
-    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes."""
+    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes.
+
+    Attributes
+    ----------
+    line_force : (nodes, 3) N, of the slide line alone.
+    """
 
     interface: LineInterface | None  # type: ignore[assignment]
 
     def __init__(self, mesh: MeridianMesh, fields: RingFields, settings: BurstSettings) -> None:
         self._fields = fields
         self.comm = MPI.COMM_SELF
-        self.force = np.zeros_like(fields.nodes.force)
+        self.force = self.line_force = np.zeros_like(fields.nodes.force)
         self.friction = self.stiffness_work = 0.0
         self.plane_impulse, self.plane_force = np.zeros(3), np.zeros(3)
         self.penetrations = Penetrations()

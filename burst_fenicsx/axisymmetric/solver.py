@@ -35,7 +35,8 @@ class RingSolver(BurstSolver):
         contact: MeridianContact,
     ) -> None:
         self._line, self._contacts = contact.line.line, contact.line.contacts
-        self._sums = RingSums(np.zeros(5), np.zeros(3), np.zeros(3), contact.force)
+        given = np.zeros((len(fields.products), 2))
+        self._sums = RingSums(np.zeros(5), given, np.zeros(3), np.zeros(3), contact.line_force)
         self._work = make_scratch(1)[0]
         super().__init__(fields, settings, leakage, ledger, contact=contact)
 
@@ -69,8 +70,8 @@ class RingSolver(BurstSolver):
     def _take_sums(self) -> None:
         """Hand what the kernel has summed to ledger and contact, and its limits to the checks."""
         sums, totals = self._sums, self._totals
-        self.ledger.add(sums.energy[None], sums.energy[None, None, 3:5])
-        sums.energy[:] = 0.0
+        self.ledger.add(sums.energy[None], sums.released[None])
+        sums.energy[:], sums.released[:] = 0.0, 0.0
         self.contact.take(sums.contact, front_near=self.front_near)
         self.stable_step = float(sums.limits[0])
         totals.stable_step[:], totals.smallest_volume[:] = sums.limits[0], sums.limits[1]

@@ -12,7 +12,7 @@ from burst_fenicsx.records.surfaces import LATERAL, RadialSurfaces, cut_along
 if TYPE_CHECKING:
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
 
-__all__ = ["meridian_surfaces", "outer_edges"]
+__all__ = ["edge_neighbours", "meridian_surfaces", "outer_edges"]
 
 
 def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -26,8 +26,19 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
     Returns
     -------
     Nodes (edges, 2), their own cell to the left of their direction; that cell; and the one behind each edge or -1.
-    Edges on the axis are left out.
+    Edges on the axis of a meridian are left out.
     """
+    ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1).reshape(-1, 2)
+    cell = np.repeat(np.arange(len(mesh.cells)), 4)
+    behind = edge_neighbours(mesh).ravel()
+    outside = (group[cell] >= 0) & ((behind < 0) | (group[behind] != group[cell]))
+    if not mesh.plane:
+        outside &= (mesh.nodes[ends, 0] > 0.0).any(axis=1)
+    return ends[outside], cell[outside], behind[outside]
+
+
+def edge_neighbours(mesh: MeridianMesh) -> np.ndarray:
+    """The cell behind each edge, from a cell's corner k to the next one (cells, 4), across splits too; -1 for none."""
     ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1).reshape(-1, 2)
     cell = np.repeat(np.arange(len(mesh.cells)), 4)
     places = np.sort(mesh.places[ends], axis=1)
@@ -36,9 +47,7 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
     behind = np.full(len(ends), -1)
     one, other = order[:-1][same], order[1:][same]
     behind[one], behind[other] = cell[other], cell[one]
-    outside = (group[cell] >= 0) & ((behind < 0) | (group[behind] != group[cell]))
-    outside &= (mesh.nodes[ends, 0] > 0.0).any(axis=1)
-    return ends[outside], cell[outside], behind[outside]
+    return behind.reshape(-1, 4)
 
 
 def meridian_surfaces(mesh: MeridianMesh, parts: int, bins: int) -> RadialSurfaces:

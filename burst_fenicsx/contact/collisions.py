@@ -47,7 +47,10 @@ class CollidingSurfaces(NodeContact):
     state : the kernels' arrays.
     searches : how many have been made. searched_at : (surface nodes, 3) m, places at the last one.
     travel : how far surfaces may have approached each other since (m).
+    steady : whether a loaded spring gets no stiffer.
     """
+
+    steady = False
 
     def __init__(self, surfaces: ContactSurfaces, fields: BurstFields, friction_angle: float, reach: float) -> None:
         self.surfaces = surfaces
@@ -264,14 +267,18 @@ class CollidingSurfaces(NodeContact):
         if not self._any_near:
             return
         self._exchange_motion(velocity)
-        law = CollisionLaw(budget, step, self._friction)
+        law = CollisionLaw(budget, step, self._friction, self.steady)
         find_contacts(law, self.state, self._position, self._velocity, self._mass)
         rows = self._near_rows
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._halo.needed)
         add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
         self._halo.give(self._sums)
+        self._join_copies()
         take_reactions(self._sums, rows, self._near_local, self.state.sharing, force)
+
+    def _join_copies(self) -> None:
+        """Add the sums of a node's copies to its own: in three dimensions there are no copies."""
 
     def _exchange_motion(self, velocity: np.ndarray) -> None:
         """Bring places, speeds and loads of the near nodes to the ranks that need them."""

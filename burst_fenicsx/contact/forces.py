@@ -147,6 +147,11 @@ class ContactForces:
         return np.unique(np.concatenate(nodes)).astype(np.int32)
 
     @property
+    def nodal_force(self) -> np.ndarray:
+        """All forces of contact (nodes, 3) in N, for output."""
+        return self.force
+
+    @property
     def exists(self) -> bool:
         """Whether there is anything that may touch."""
         return self.interface is not None or self.collisions is not None or bool(self.planes)

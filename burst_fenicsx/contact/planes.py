@@ -61,7 +61,13 @@ class PlaneContact(NodeContact):
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it. rows : their numbers among all that may.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
+
+    Attributes
+    ----------
+    steady : whether a loaded spring gets no stiffer.
     """
+
+    steady = False
 
     def __init__(
         self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int
@@ -89,7 +95,7 @@ class PlaneContact(NodeContact):
         `budget` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here and `velocity` (nodes, 3)
         the mean one over it (m/s).
         """
-        law = PlaneLaw(self._normal, self._level, budget, step, self._friction)
+        law = PlaneLaw(self._normal, self._level, budget, step, self._friction, self.steady)
         push_from_plane(law, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
 
     @property

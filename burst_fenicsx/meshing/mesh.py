@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Segment
 
 __all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge", "part_volumes"]
+
+
+_Mesh = TypeVar("_Mesh", bound="CellMesh")
 
 
 @dataclass(frozen=True)
@@ -138,7 +141,7 @@ class HexahedralMesh(CellMesh):
         return found
 
 
-def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
+def merge(meshes: Sequence[_Mesh]) -> _Mesh:
     """Put meshes of different rounds into one; nodes are not joined.
 
     The meshes must carry consecutive round indices in their order (mesh i holds round i).
@@ -154,7 +157,8 @@ def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
     if seen != list(range(len(seen))):
         raise InputError(f"merge: the meshes carry the round indices {seen}; 0, 1, 2, ... in this order are expected")
     offsets = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes[:-1])])
-    return HexahedralMesh(
+    return replace(
+        meshes[0],
         nodes=np.concatenate([mesh.nodes for mesh in meshes]),
         cells=np.concatenate([mesh.cells + offset for mesh, offset in zip(meshes, offsets, strict=True)]),
         part=np.concatenate([mesh.part for mesh in meshes]),
@@ -169,7 +173,7 @@ def merge(meshes: Sequence[HexahedralMesh]) -> HexahedralMesh:
     )
 
 
-def _merged_held(meshes: Sequence[HexahedralMesh]) -> NDArray[np.uint8] | None:
+def _merged_held(meshes: Sequence[CellMesh]) -> NDArray[np.uint8] | None:
     if all(mesh.held is None for mesh in meshes):
         return None
     return np.concatenate(

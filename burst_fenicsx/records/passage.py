@@ -121,9 +121,10 @@ class Passage:
             self._comm.Allreduce(MPI.IN_PLACE, cell_mass)
         self._node_mass = np.zeros(len(mesh.nodes))
         self._node_round = np.full(len(mesh.nodes), -1, dtype=np.int32)
-        for corner in range(8):
+        corners = mesh.cells.shape[1]
+        for corner in range(corners):
             nodes = mesh.cells[casing, corner]
-            np.add.at(self._node_mass, nodes, cell_mass[casing] / 8.0)
+            np.add.at(self._node_mass, nodes, cell_mass[casing] / corners)
             self._node_round[nodes] = mesh.round[casing]
         of_round = np.bincount(mesh.round[casing], weights=cell_mass[casing], minlength=self._count)
         self.casing_mass = np.asarray(of_round, dtype=float)
@@ -131,7 +132,12 @@ class Passage:
         self._local = np.flatnonzero(rounds_of_own >= 0)  # this rank's own nodes of casings
         self._number = own.node[self._local]
         if self._among_rounds:
-            self._outward = np.ascontiguousarray(outward_sides(mesh)[own.cell][:, _SIDES])
+            self._outward = self._outward_sides(outward_sides(mesh)[own.cell])
+
+    @staticmethod
+    def _outward_sides(sides: np.ndarray) -> np.ndarray:
+        """Sides that look outward (own cells, sides), bool, in the order in which `_in_own_cells` needs them."""
+        return np.ascontiguousarray(sides[:, _SIDES])
 
     @property
     def needed(self) -> bool:

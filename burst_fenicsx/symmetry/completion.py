@@ -22,18 +22,10 @@ if TYPE_CHECKING:
 
     Arrays = dict[str, NDArray]
 
-__all__ = ["EXTENSIVE", "Completion"]
+__all__ = ["EXTENSIVE", "Completion", "turned_stress"]
 
-_REFLECTED = (
-    3,
-    2,
-    1,
-    0,
-    7,
-    6,
-    5,
-    4,
-)  # corners of a reflected hexahedron (VTK) in the order in which it is not inverted
+# Corners of a reflected hexahedron (VTK) or quadrilateral in the order in which it is not inverted, by their number.
+_REFLECTED = {8: (3, 2, 1, 0, 7, 6, 5, 4), 4: (3, 2, 1, 0)}
 _VECTORS = ("velocity", "displacement", "contact_force")
 _POINTS = ("position", "reference")
 
@@ -76,7 +68,7 @@ class Completion:
 
     Attributes
     ----------
-    cells : (all cells, 8) int64, nodes of the whole in VTK order. names : `part`, `round`, `segment` and `station` of
+    cells : (all cells, 8 or 4) int64, nodes in VTK order. names : `part`, `round`, `segment` and `station` of
         the whole's cells. nodes : number of nodes of the whole.
     """
 
@@ -119,7 +111,7 @@ class Completion:
                 mirrors = int(part.mirrors[index]) ^ sides
                 corners = mesh.cells[own_cells]
                 if mirrors.bit_count() % 2:
-                    corners = corners[:, _REFLECTED]
+                    corners = corners[:, _REFLECTED[corners.shape[1]]]
                 cells.append(number[corners])
                 self._copies.append(_Copy(index, mirrors, fresh, own_cells))
         return count, np.concatenate(cells)
@@ -148,7 +140,7 @@ class Completion:
             if name == "round":
                 pieces = [np.full(len(copy.cells), copy.index, dtype=values.dtype) for copy in self._copies]
             elif name == "stress":
-                pieces = [_turned(values[copy.cells], self._part.matrix(copy.mirrors)) for copy in self._copies]
+                pieces = [turned_stress(values[copy.cells], self._part.matrix(copy.mirrors)) for copy in self._copies]
             else:
                 pieces = [values[copy.cells] for copy in self._copies]
             result[name] = np.concatenate(pieces)
@@ -199,7 +191,7 @@ def _subsets(bits: Sequence[int]) -> list[int]:
     return sorted(sets, key=lambda one: (one.bit_count(), one))
 
 
-def _turned(stress: NDArray, matrix: NDArray) -> NDArray:
+def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
     """Stresses (cells, 6) in the order xx, yy, zz, xy, yz, zx after the transformation `matrix`."""
     xx, yy, zz, xy, yz, zx = stress.T
     full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)

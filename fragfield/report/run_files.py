@@ -61,6 +61,8 @@ class RunFiles:
     log: str = ""
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
+    geometry: str = "3d"
+    """Of the burst: "3d", "axisymmetric" or "plane"."""
     rounds: list[RoundTables] = field(default_factory=list)
     planes: list[SymmetryPlane] = field(default_factory=list)
     """Planes of symmetry, behind which mirrored rounds stand."""
@@ -78,7 +80,12 @@ class RunFiles:
     @property
     def is_axisymmetric(self) -> bool:
         """Whether the burst's cells are quadrilaterals of a meridian."""
-        return "nodes" in self.cells and self.cells["nodes"].shape[1] == 4
+        return self.geometry == "axisymmetric"
+
+    @property
+    def is_section(self) -> bool:
+        """Whether the burst's cells are quadrilaterals of a plane section, and its masses per metre."""
+        return self.geometry == "plane"
 
     @property
     def missing(self) -> list[str]:
@@ -168,6 +175,7 @@ def _read_snapshot(run: RunFiles) -> None:
         try:
             _note_provenance(run, file.attrs)
             run.burst_time = float(file.attrs["time"])
+            run.geometry = str(_plain(file.attrs.get("geometry", "3d")))
             run.nodes = {name: file["nodes"][name][()] for name in ("reference", "position", "velocity")}
             run.cells = {name: data[()] for name, data in file["cells"].items()}
             run.history = {name: data[()] for name, data in file.get("history", {}).items()}

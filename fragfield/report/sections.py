@@ -37,6 +37,7 @@ from fragfield.report.round_tables import (
     segment_table,
 )
 from fragfield.report.rule_tables import rule_tables
+from fragfield.report.section_tables import CAUTION, section_blocks
 from fragfield.report.tables import (
     azimuth_tables,
     break_up_rows,
@@ -125,7 +126,12 @@ def _summary(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
         value = (burst.get("speed_quantiles") or {}).get("99") if name == "speed_99" else burst.get(name)
         if isinstance(value, (int, float)):
             cards.append(Card(label, number(round(value)), "m/s", note))
-    blocks: list[Block] = [Paragraph(_sentence(run)), Cards(tuple(cards)), *_caution(*graver)]
+    blocks: list[Block] = [
+        Paragraph(_sentence(run)),
+        *([Paragraph(CAUTION)] if run.is_section else []),
+        Cards(tuple(cards)),
+        *_caution(*graver),
+    ]
     if "flight" not in run.missing:
         terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
         blocks += [*verdict_table(run), Paragraph(terms), Paragraph(WHICH_NUMBER), *density_table(run)]
@@ -213,6 +219,7 @@ def _ledger(run: RunFiles, draw: Draw) -> Section:
 def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *burst_rows(run),
+        *section_blocks(run),
         *picture(
             "picture_of_burst", "Section of the burst",
             "Section through the axis, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "

@@ -66,6 +66,10 @@ _LEDGER = {
 }
 
 
+_CELLS = {"3d": "Hexahedra", "axisymmetric": "Quadrilaterals of the meridian", "plane": "Quadrilaterals of the section"}
+_GEOMETRIES = {"3d": "three dimensions", "axisymmetric": "axisymmetric", "plane": "plane section: no axial flow"}
+
+
 def _cells(lines: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(line) for line in lines)
 
@@ -80,7 +84,7 @@ def mesh_rows(run: RunFiles) -> Rows:
         "Mesh",
         (
             from_case("Cell size", run.case.get("burst", {}).get("cell_size", "not stated")),
-            row("Quadrilaterals of the meridian" if run.is_axisymmetric else "Hexahedra", len(cells)),
+            row(_CELLS[run.geometry], len(cells)),
             row("– of the casings", int((part == 0).sum())),
             row("– of the charges", int((part == 1).sum())),
             row("Nodes", len(nodes)),
@@ -101,7 +105,7 @@ def _geometry_rows(run: RunFiles) -> Iterator[Row]:
     """In which geometry the burst was computed, and why."""
     burst = run.summary.get("burst", {})
     if "geometry" in burst:
-        name = "axisymmetric" if burst["geometry"] == "axisymmetric" else "three dimensions"
+        name = _GEOMETRIES[burst["geometry"]]
         yield row("Geometry of the burst", name, "", str(burst.get("geometry_reason", "")))
 
 

@@ -34,8 +34,8 @@ __all__ = [
 CASING = 0
 """Part of a cell, as the snapshot numbers them."""
 _SECTION = "section"
-_MIRRORED = {8: [3, 2, 1, 0, 7, 6, 5, 4], 6: [0, 2, 1, 3, 5, 4]}
-"""Corners of a mirrored hexahedron and wedge in the order in which it is not inside out."""
+_MIRRORED = {8: [3, 2, 1, 0, 7, 6, 5, 4], 6: [0, 2, 1, 3, 5, 4], 4: [3, 2, 1, 0]}
+"""Corners of a mirrored hexahedron, wedge and quadrilateral in the order in which it is not inside out."""
 
 
 def final_burst(run: RunFiles) -> pyvista.UnstructuredGrid:
@@ -68,7 +68,7 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
     if "velocity" not in grid.point_data or "part" not in grid.cell_data:
         raise InputError(f"{run.folder / 'burst.xdmf'}: velocity or part is missing at {time:g} s")
     speed = np.linalg.norm(grid.point_data["velocity"], axis=1)
-    cells = grid.cell_connectivity.reshape(-1, 4 if run.is_axisymmetric else 8)
+    cells = grid.cell_connectivity.reshape(-1, run.cells["nodes"].shape[1])
     return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])
 
 
@@ -103,7 +103,7 @@ def _whole(
 
     mirrors = images(run.planes, str(run.folder))
     part = np.asarray(part).astype(np.int32)
-    kinds = {pyvista.CellType.HEXAHEDRON: (cells, part)}
+    kinds = {pyvista.CellType.QUAD if run.is_section else pyvista.CellType.HEXAHEDRON: (cells, part)}
     if run.is_axisymmetric:
         shown = revolved(run, points, speed, part)
         points, speed = shown.points, shown.speed

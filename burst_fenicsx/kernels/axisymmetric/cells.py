@@ -81,7 +81,7 @@ def solid_ring_block(
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)
     solid_parts.load_state(block, grid, state, scratch)
-    move_quadrilaterals(step, scratch)
+    move_quadrilaterals(step, rings.plane, scratch)
     released = mark_torn_metal(material, scratch) > 0
     if released:
         hold_released(block, grid, scratch, rings)
@@ -178,7 +178,7 @@ def charge_ring_block(
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)
     min_burn = charge_parts.load_state(block, time, material[8], grid, state, scratch)
-    move_quadrilaterals(step, scratch)
+    move_quadrilaterals(step, rings.plane, scratch)
     released = mark_crushed_products(scratch) > 0
     if released:
         hold_released(block, grid, scratch, rings)

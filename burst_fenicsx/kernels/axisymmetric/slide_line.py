@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import block_kernel, kernel
+from burst_fenicsx.kernels.lanes import block_kernel, kernel, lane_function
 from burst_fenicsx.kernels.sliding import SlideLaw
 
 __all__ = ["SPREAD", "LineContacts", "SlideLine", "add_line_forces", "boundary_vectors", "spread_pressure"]
@@ -47,6 +47,7 @@ class SlideLine(NamedTuple):
     on_axis: np.ndarray  # (groups,) bool, whether the group's node lies on the axis, beyond which its edge is mirrored
     vector: np.ndarray  # (groups, 2) m, sum of the edges' lengths times their normals (r, z)
     nodes: np.ndarray  # (line nodes,) int32, all nodes of the line and all of the charge on it
+    plane: bool  # whether areas are those per length of a plane section, and not those of rings
 
 
 class LineContacts(NamedTuple):
@@ -264,10 +265,10 @@ def _spread_span(c: int, d: int, line: SlideLine, contacts: LineContacts, positi
         # Nodes that have changed places or have lost each other press where they are.
         length = np.sqrt(square)
         for k in range(2):
-            own = (2.0 * ar + position[b, 0]) * length * contacts.weight[c, k]
-            other = (ar + 2.0 * position[b, 0]) * length * contacts.weight[d, k]
-            _add_spread(c, line.edges[edge, k], 2.0 * np.pi / 6.0 * own, contacts)
-            _add_spread(d, line.edges[last, k], 2.0 * np.pi / 6.0 * other, contacts)
+            own = _weight(line.plane, ar, position[b, 0]) * length * contacts.weight[c, k]
+            other = _weight(line.plane, position[b, 0], ar) * length * contacts.weight[d, k]
+            _add_spread(c, line.edges[edge, k], own, contacts)
+            _add_spread(d, line.edges[last, k], other, contacts)
         return
     for _ in range(_MOST_EDGES + 1):
         until = contacts.point[d] if edge == last else 1.0
@@ -280,7 +281,8 @@ def _spread_span(c: int, d: int, line: SlideLine, contacts: LineContacts, positi
         for sign in (-1.0, 1.0):
             at = 0.5 + sign * _GAUSS
             x, y = t + at * (to - t), s + at * (until - s)
-            weight = np.pi * abs(ar + x * dr) * (to - t) * np.sqrt(square)
+            weight = 0.5 if line.plane else np.pi * abs(ar + x * dr)
+            weight = weight * (to - t) * np.sqrt(square)
             for k in range(2):
                 node, own = line.edges[edge, k], (y if k == 1 else 1.0 - y) * weight
                 _add_spread(c, node, (1.0 - x) * own, contacts)
@@ -338,7 +340,7 @@ def _press(
     ur, uz = _moved(c, line, contacts, position)
     stiffness, old = law.budget / inverse_mass, contacts.stiffness[c]
     unreacted = 1.0 - burnt
-    area = abs(_ring_area(c, contacts, position, nr, nz))
+    area = abs(_ring_area(c, line, contacts, position, nr, nz))
     was_bonded, old_slip = contacts.bonded[c] != 0, contacts.slip[c]
     whole = was_bonded and unreacted > 0.0
     gas = burnt * max(pressure, 0.0) * area
@@ -408,17 +410,23 @@ def _work(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray)
 
 
 @block_kernel
-def _ring_area(c: int, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
+def _ring_area(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
     """The contact's share of the charge's surface, projected on the normal (m2): what a pressure there acts on.
 
-    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal.
+    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal, in a section half.
     """
     total, node = 0.0, contacts.slave[c]
     for k in range(2):
         a, b = contacts.side[c, k, 0], contacts.side[c, k, 1]
         if a >= 0:
             other = b if a == node else a
-            radius = 2.0 * np.pi / 6.0 * (2.0 * position[node, 0] + position[other, 0])
+            weight = _weight(line.plane, position[node, 0], position[other, 0])
             dr, dz = position[b, 0] - position[a, 0], position[b, 2] - position[a, 2]
-            total += radius * (dz * nr - dr * nz)
+            total += weight * (dz * nr - dr * nz)
     return total
+
+
+@lane_function
+def _weight(plane: bool, near: float, far: float) -> float:
+    """Integral along an edge, over its length, of the weight times the shape function of the end at radius `near`."""
+    return 0.5 if plane else 2.0 * np.pi / 6.0 * (2.0 * near + far)

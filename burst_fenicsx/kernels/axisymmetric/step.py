@@ -16,8 +16,11 @@ from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLin
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.sliding import SlideLaw
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
+from burst_fenicsx.problem import Part
 
 __all__ = ["LineSettings", "RingSums", "add_ring_forces", "advance_rings"]
+
+_PARTS = len(Part)  # rows of material parameters that each round has
 
 
 class LineSettings(NamedTuple):
@@ -35,6 +38,7 @@ class RingSums(NamedTuple):
     """Sums over the parts of a step, added to, and limits of the last one."""
 
     energy: np.ndarray  # (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat
+    released: np.ndarray  # (rounds, 2) J: the last two of each round's charge
     contact: np.ndarray  # (3,) J: friction heat, stiffness work, and the largest penetration (m)
     limits: np.ndarray  # (3,) smallest stable macro step (s), smallest volume (m3) and its cell
     own: np.ndarray  # (nodes, 3) N, forces of contact alone
@@ -78,6 +82,7 @@ def add_ring_forces(
         first = schedule.first_charge[chunk]
         for block in range(first, first + schedule.active[chunk, min_level, 1]):
             share = 1.0 / (1 << grid.level[block])
+            work_before, heat_before = sums.energy[3], sums.energy[4]
             charge_ring_block(
                 block,
                 share * step,
@@ -91,6 +96,9 @@ def add_ring_forces(
                 sums.energy,
                 sums.limits,
             )
+            owner = grid.material[block] // _PARTS
+            sums.released[owner, 0] += sums.energy[3] - work_before
+            sums.released[owner, 1] += sums.energy[4] - heat_before
     if settings.exists and settings.level >= min_level and stable_for > 0.0:
         share = 1.0 / (1 << settings.level)
         budget = settings.stable_budget / (share * stable_for) ** 2

@@ -119,12 +119,13 @@ def ring_burst(
     )
     fields = make_ring_fields(
         distributed,
-        item,
+        [item],
         settings,
-        fuze_density=3000.0,
+        fuze_density=[3000.0],
         axial_part=np.zeros(distributed.cells, dtype=np.int32),
         leakage=leakage.factor,
-        length=mesh.lengths[0],
+        lengths=mesh.lengths,
+        plane=mesh.plane,
     )
     charge = distributed.part == Part.CHARGE
     chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy
