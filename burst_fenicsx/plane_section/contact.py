@@ -44,6 +44,11 @@ class SectionCollisions(CollidingSurfaces):
         result[self._first_copy :] = result[self.surfaces.copy_of]
         return result
 
+    @property
+    def any_near(self) -> bool:
+        """Whether any node may meet a face before the next search."""
+        return self._any_near
+
     def search(self) -> None:
         """Look for the faces that each node may meet."""
         position = self._everywhere(self._fields.nodes.position)
@@ -86,6 +91,11 @@ class SectionPlane(PlaneContact):
 
     steady = True
 
+    @property
+    def clearance(self) -> float:
+        """Distance (m) of the nearest node from the plane."""
+        return float((self._fields.nodes.position[self.state.node] @ self._normal).min() - self._level)
+
 
 class SectionContact(MeridianContact):
     """Contact of a section: the slide lines of all charges, casings among each other, and planes.
@@ -103,21 +113,25 @@ class SectionContact(MeridianContact):
         # The kernel of the step gives the lines' forces to the nodes itself.
         self.force = np.zeros_like(self.line_force)
         self._budget = stable_budget(settings.time_step)
+        self._reach = settings.cell_size
         self._of_lines = MeridianContact.touched.fget(self)  # type: ignore[attr-defined]
         casing = np.zeros(0, dtype=np.int64)
+        self._section_collisions: SectionCollisions | None = None
         if settings.contact.surfaces:
             surfaces = section_surfaces(mesh, settings.cell_size)
             casing = surfaces.node[: len(surfaces.node) - len(surfaces.copy_of)]
-            self.collisions = SectionCollisions(
+            self.collisions = self._section_collisions = SectionCollisions(
                 surfaces, fields, settings.contact.surface_friction_angle, settings.cell_size
             )
         at_planes = np.zeros(0, dtype=np.int64)
+        self._section_planes: list[SectionPlane] = []
         if planes:
             at_planes, interior = nodes_at_planes(mesh)
             rows = np.argsort(interior, kind="stable")
             local = fields.mesh.local_node(at_planes[rows])
             outer = int(np.count_nonzero(~interior))
-            self.planes = [SectionPlane(plane, fields, local, rows, outer) for plane in planes]
+            self._section_planes = [SectionPlane(plane, fields, local, rows, outer) for plane in planes]
+            self.planes = list(self._section_planes)
         self._of_bodies = np.zeros(len(self.force), dtype=bool)
         for nodes in (casing, at_planes):
             self._of_bodies[fields.mesh.local_node(nodes)] = True
@@ -139,6 +153,15 @@ class SectionContact(MeridianContact):
         """All forces of contact (nodes, 3) in N, for output."""
         total: np.ndarray = self.force + self.line_force
         return total
+
+    @property
+    def near(self) -> bool:
+        """Whether casings have met each other or a plane, or are less than a cell apart."""
+        if self.penetrations.collision > 0.0 or self.penetrations.plane > 0.0:
+            return True
+        if self._section_collisions is not None and self._section_collisions.any_near:
+            return True
+        return any(plane.clearance < self._reach for plane in self._section_planes)
 
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""

@@ -59,6 +59,7 @@ class SectionSimulation(Simulation):
     geometry = "plane"
     mesh: SectionMesh  # type: ignore[assignment]
     fields: RingFields
+    contact: SectionContact
 
     def __init__(
         self,
@@ -140,6 +141,11 @@ class SectionSimulation(Simulation):
         self.solver = SectionSolver(self.fields, settings, self.leakage, self.ledger, self.contact)
         # Before the first front nothing happens.
         self.solver.time = float(self.section.ignition.min())
+
+    def resume(self) -> None:
+        """Go on from the checkpoint."""
+        super().resume()
+        self.solver.subcycling.steady_contact = self.contact.near
 
     def _ignite_together(self) -> None:
         """Set the times at which cells ignite: all of a round's section when the front reaches its axis there."""

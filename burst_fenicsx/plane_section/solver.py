@@ -18,10 +18,13 @@ class SectionSolver(RingSolver):
 
     contact: SectionContact
 
-    def choose_levels(self) -> None:
-        """Choose the steps of the cells again, contact's as it was."""
-        self.subcycling.steady_contact = self.contact.collisions is not None or bool(self.contact.planes)
-        super().choose_levels()
+    def choose_step(self, until: float) -> float:
+        """As in `BurstSolver`; from before the casings meet on, contact keeps to its own step."""
+        near = self.contact.near
+        if near and not self.subcycling.steady_contact:
+            self.subcycling.steady_contact = True
+            self.choose_again = self.time
+        return super().choose_step(until)
 
     def advance(self, step: float) -> None:
         """All parts of a longest step (s), as in three dimensions: casings may meet in each."""
