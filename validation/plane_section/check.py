@@ -59,7 +59,7 @@ def single_rows(section: float, meridian: float, gurney: float) -> list[Row]:
 
 
 def convergence_rows(sizes: Sequence[str], found: Sequence[Mapping[str, Any]]) -> list[Row]:
-    """The focus at every size, its change between the two finest, and Roache's index of the three finest.
+    """The focus at every size; of three or more the change between the two finest, and Roache's index.
 
     `found` are the entries `burst` of summary.json, from coarse to fine.
     """
@@ -74,6 +74,8 @@ def convergence_rows(sizes: Sequence[str], found: Sequence[Mapping[str, Any]]) -
             ("max_speed", "largest speed within 5 deg"),
         ):
             rows.append(Row(NAME, f"{size}: {words}", one[key], None, None, None, None, "no bound", "m/s"))
+    if len(sizes) < 3:
+        return rows
     before, last = focus[-2:]
     for width in WIDTHS:
         allowed = _ALLOWED["finest_narrow" if width == "5" else "finest_mass"]
@@ -82,12 +84,11 @@ def convergence_rows(sizes: Sequence[str], found: Sequence[Mapping[str, Any]]) -
     values = last["speed_99_percent"], before["speed_99_percent"]
     allowed = _ALLOWED["finest_speed"]
     rows.append(compare(NAME, "two finest: speed of 99 %", *values, allowed, "the coarser of them", "m/s"))
-    if len(sizes) > 2:
-        edges = [float(size.split()[0]) for size in sizes[-3:]]
-        for width in WIDTHS:
-            index = grid_index(edges, [one["mass_ratio"][width] for one in focus[-3:]]).index
-            quantity = f"three finest: grid convergence index within {width} deg"
-            rows.append(Row(NAME, quantity, index, None, None, None, None, "Roache 1994"))
+    edges = [float(size.split()[0]) for size in sizes[-3:]]
+    for width in WIDTHS:
+        index = grid_index(edges, [one["mass_ratio"][width] for one in focus[-3:]]).index
+        quantity = f"three finest: grid convergence index within {width} deg"
+        rows.append(Row(NAME, quantity, index, None, None, None, None, "Roache 1994"))
     return rows
 
 
@@ -102,12 +103,14 @@ def mirrored_rows(whole: Mapping[str, Any], mirrored: Mapping[str, Any]) -> list
 
 
 def gap_rows(found: Mapping[float, Focus], single: float) -> list[Row]:
-    """Share of mass within 10 degrees by gap (calibres): falls to the `single` round's."""
+    """Share of mass within 10 degrees by gap (calibres): falls, at the widest one to the `single` round's."""
     rows = []
     for (near, one), (far, other) in pairwise(sorted(found.items())):
         quantity = f"gap {far:g} against {near:g} calibres: share within 10 deg, ratio"
         rows.append(within(NAME, quantity, other.share / one.share, 0.0, 1.0, _SOURCE))
     farthest = max(found)
+    if farthest < REFERENCE["gaps"][-1]:
+        return rows  # not all of them
     quantity = f"gap {farthest:g} calibres: share within 10 deg over the single round's"
     allowed = _ALLOWED["far"]
     rows.append(within(NAME, quantity, found[farthest].share / single, 1.0 - allowed, 1.0 + allowed, _SOURCE))

@@ -110,7 +110,7 @@ def study(options: Options, runs: Runs) -> list[Row]:
         angle: _ratio(
             sections.folder(f"friction_{angle:g}", REFERENCE["case"], usual, **{key: f"{angle:g} deg"}, **off)
         )
-        for angle in REFERENCE["frictions"]
+        for angle in REFERENCE[f"{quick}frictions"]
     }
     rows += friction_rows(frictions, _ratio(whole))
     return rows if all_passed(sections.rows) else sections.rows  # void
