@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError, nearest
 from flight.tables import evaluate_pieces, monotone_pieces
 from flight.text_tables import line_of_row, read_columns
@@ -64,6 +65,7 @@ class Drag:
         """The same table with every coefficient multiplied by a positive factor; raises InputError otherwise."""
         if factor == 1.0:
             return self
+        require_number("drag", "factor", factor, "")
         if not (math.isfinite(factor) and factor > 0.0):
             raise InputError(f"drag: factor is {factor}, needed: a positive number")
         source = f"{self.source} (times {factor:g})" if self.source else ""
@@ -72,6 +74,7 @@ class Drag:
     @classmethod
     def constant(cls, coefficient: float) -> Drag:
         """One coefficient at every Mach number."""
+        require_number("drag", "constant coefficient", coefficient, "")
         if not (math.isfinite(coefficient) and coefficient >= 0.0):
             raise InputError(f"drag: constant coefficient is {coefficient}, needed: zero or more")
         return cls(np.zeros(1), np.array([float(coefficient)]), "constant")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from flight.arguments import real_array
 from flight.errors import FlightWarning, InputError
 
 if TYPE_CHECKING:
@@ -78,16 +79,14 @@ class HeightMap:
         InputError
             Not a grid of two by two nodes or more, or holes while `holes` is "refuse".
         """
-        try:
-            grid = np.array(heights, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{name}: heights cannot be read as numbers ({error})") from None
+        grid = real_array(name, "heights", heights, "m").copy()
         if grid.ndim != 2 or min(grid.shape) < 2:
             raise InputError(f"{name}: heights have shape {grid.shape}, needed: two rows and two columns or more")
-        steps = np.broadcast_to(np.asarray(step, dtype=np.float64), 2)
+        steps = np.broadcast_to(real_array(name, "step", step, "m"), 2)
         if not (np.isfinite(steps).all() and (steps > 0.0).all()):
             raise InputError(f"{name}: step is {step}, needed: above zero (m)")
-        if np.shape(corner) != (2,) or not np.isfinite(corner).all():
+        place = real_array(name, "corner", corner, "m")
+        if place.shape != (2,) or not np.isfinite(place).all():
             raise InputError(f"{name}: corner is {corner}, needed: two finite numbers (m)")
         object.__setattr__(self, "filled", _fill(grid, holes, name))
         object.__setattr__(self, "heights", grid)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_numbers
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ class PolarGrid:
 
     def __post_init__(self) -> None:
         """Refuse grids without cells."""
+        require_numbers("hazard", self, {"sectors": "", "cuts": "", "cell": "m", "cells": ""})
         if not (math.isfinite(self.cell) and self.cell > 0.0):
             raise InputError(f"hazard: distance cells of {self.cell} m, needed: above zero")
         if min(self.sectors, self.cuts, self.cells) < 1:

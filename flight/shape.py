@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class Lognormal:
     def __post_init__(self) -> None:
         """Refuse what is no distribution."""
         _above_zero("lognormal", "median", self.median, "kg/m3")
+        require_number("shape", "spread of the lognormal", self.spread, "")
         if not 0.0 <= self.spread <= 2.0:
             raise InputError(f"shape: spread of the lognormal is {self.spread}, allowed: 0 to 2")
 
@@ -120,7 +122,7 @@ class Box:
 
     def __post_init__(self) -> None:
         """Refuse what is no box."""
-        sides = np.asarray(self.ratios, dtype=np.float64)
+        sides = real_array("shape", "ratios of the box", self.ratios, "")
         if sides.shape != (3,) or not (np.isfinite(sides) & (sides > 0.0)).all():
             raise InputError(f"shape: ratios of the box are {self.ratios}, needed: three finite numbers above zero")
         if self.orientation not in ("tumbling", "fixed"):
@@ -200,5 +202,6 @@ _STREAM = 0x5AFE  # tells this stream from others of the same seed
 
 
 def _above_zero(model: str, name: str, value: float, unit: str) -> None:
+    require_number("shape", f"{name} of the {model}", value, unit)
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(f"shape: {name} of the {model} is {value}, needed: finite and above zero ({unit})")

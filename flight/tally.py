@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import require_numbers
 from flight.errors import InputError
 from flight.result import FlightResult, Status
 
@@ -32,6 +33,8 @@ class Criteria:
 
     def __post_init__(self) -> None:
         """Refuse criteria that mean nothing."""
+        units = {"energy": "J", "density": "1/m2", "person_area": "m2", "person_height": "m"}
+        require_numbers("hazard", self, units)
         for name in ("density", "person_area"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: above zero")
