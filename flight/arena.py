@@ -40,7 +40,7 @@ LIGHTEST = 1e-5  # kg: lower edge of the lightest group
 PER_OCTAVE = 2  # mass groups
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ArenaTable:
     """Fragments of one round by polar zone and mass group.
 
@@ -85,6 +85,10 @@ class ArenaTable:
         empty = (self.number > 0.0) & ~(self.mass > 0.0)
         if empty.any():
             raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass")
+
+    def __repr__(self) -> str:
+        mass = float((self.number * self.mass).sum())
+        return f"<flight.ArenaTable: {self.number.sum():.4g} fragments of {mass:.4g} kg in {len(self.zones) - 1} zones>"
 
     @classmethod
     def of(

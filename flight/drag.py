@@ -31,7 +31,7 @@ MOST_BINS = 1_000_000  # of the look-up grid
 MOST_MACH, MOST_COEFFICIENT = 100.0, 100.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Drag:
     """Drag coefficient over Mach number, referred to the presented area A = (m/k)^(2/3).
 
@@ -60,6 +60,9 @@ class Drag:
         if fault is not None:
             row, found = fault
             raise InputError(f"drag {self.name}: entry {row}: {found}")
+
+    def __repr__(self) -> str:
+        return f"<flight.Drag {self.name!r}: {self.mach.size} entries to Mach {self.mach[-1]:.4g}>"
 
     def scaled(self, factor: float) -> Drag:
         """The same table with every coefficient multiplied by a positive factor; raises InputError otherwise."""

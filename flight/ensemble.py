@@ -83,7 +83,7 @@ class Curve:
     pooled: NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EnsembleHazard:
     """Hazard over n realisations; made by `assess_ensemble`.
 
@@ -112,6 +112,11 @@ class EnsembleHazard:
     expected: ExpectedDistance | None = None
     undetermined: str = ""
     all_round: DensityGroups | None = None
+
+    def __repr__(self) -> str:
+        number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}"
+        reach = f"{len(self.azimuth)} sectors to {self.pooled.edges[-1]:.4g} m"
+        return f"<flight.EnsembleHazard: {number}, {reach}, criterion {self.criteria.energy:g} J>"
 
     @property
     def realisations(self) -> int:

@@ -17,12 +17,12 @@ from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
 __all__ = [
-    "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
+    "named_columns", "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
     "write_landing", "write_obstacle_hits", "write_result", "write_trajectories",
 ]  # fmt: skip
 
@@ -59,21 +59,16 @@ def write_result(
     ]
     if csv:
         written.append(write_columns(folder / "landing.csv", flat_columns(result.landing), stamp))
-        columns = flat_columns(result.hits)
-        written.append(
-            write_columns(folder / "witness.csv", {"name": Labels(names, columns["witness"]), **columns}, stamp)
-        )
+        written.append(write_columns(folder / "witness.csv", named_columns(result.hits, "witness", names), stamp))
     if result.obstacles:
         names = [obstacle.name for obstacle in result.obstacles]
         written.append(write_obstacle_hits(result.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
         if csv:
-            columns = flat_columns(result.obstacle_hits)
+            columns = named_columns(result.obstacle_hits, "obstacle", names)
             first = np.cumsum([0, *(len(obstacle.faces) for obstacle in result.obstacles)])
             faces = [face for obstacle in result.obstacles for face in obstacle.faces]
-            labels = {
-                "name": Labels(names, columns["obstacle"]),
-                "face_name": Labels(faces, first[columns["obstacle"]] + columns["face"]),
-            }
+            face = Labels(faces, first[result.obstacle_hits["obstacle"]] + result.obstacle_hits["face"])
+            labels = {"name": columns.pop("name"), "face_name": face}
             written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
     if result.contacts is not None:
         written.append(write_contacts(result.contacts, folder / "contacts.h5", stamp))
@@ -82,6 +77,11 @@ def write_result(
     if len(result.trajectories):
         written += write_trajectories(result.trajectories, result.landing, folder / "trajectories.xdmf", stamp)
     return written
+
+
+def named_columns(hits: NDArray[Any], what: str, names: Sequence[str]) -> dict[str, NDArray[Any] | Labels]:
+    """Columns of a table of hits, first the name of what was hit: of the "witness" or "obstacle" of every row."""
+    return {"name": Labels(names, hits[what]), **flat_columns(hits)}
 
 
 def write_landing(landing: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:

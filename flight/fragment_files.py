@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["CSV_COLUMNS", "read", "write"]
+__all__ = ["CSV_COLUMNS", "fragment_columns", "read", "write"]
 
 REQUIRED_COLUMNS = ("mass_kg", "vx_m_s", "vy_m_s", "vz_m_s")
 CSV_COLUMNS = (
@@ -41,7 +41,7 @@ CSV_COLUMNS = (
 def write(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Path:
     """Write HDF5, or CSV where the name ends so."""
     if path.suffix.lower() == ".csv":
-        return _write_csv(fragments, path, provenance)
+        return write_columns(path, fragment_columns(fragments), provenance)
     import h5py
 
     with creating(path, InputError) as file:
@@ -77,7 +77,8 @@ def _named(path: Path, arrays: dict[str, NDArray[np.float64]], names: Sequence[s
     return found
 
 
-def _write_csv(fragments: Fragments, path: Path, provenance: Mapping[str, str]) -> Path:
+def fragment_columns(fragments: Fragments) -> dict[str, NDArray[np.generic]]:
+    """Columns of fragments.csv by their names, which hold the units."""
     columns = [
         np.arange(len(fragments)),
         fragments.round,
@@ -88,7 +89,7 @@ def _write_csv(fragments: Fragments, path: Path, provenance: Mapping[str, str]) 
         fragments.speed,
         fragments.shape_factor,
     ]
-    return write_columns(path, dict(zip(CSV_COLUMNS, columns, strict=True)), provenance)
+    return dict(zip(CSV_COLUMNS, columns, strict=True))
 
 
 def _read_csv(path: Path) -> Fragments:

@@ -27,7 +27,7 @@ _UNITS = {"mass": "kg", "position": "m", "velocity": "m/s", "shape_factor": "kg/
 ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fragments:
     """Fragments at the moment they are let go.
 
@@ -99,6 +99,12 @@ class Fragments:
     def __len__(self) -> int:
         """Number of fragments."""
         return int(self.mass.size)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return "<flight.Fragments: none>"
+        low, high = float(self.speed.min()), float(self.speed.max())
+        return f"<flight.Fragments: {len(self)}, {self.total_mass:.4g} kg, {low:.4g} to {high:.4g} m/s>"
 
     @property
     def speed(self) -> NDArray[np.float64]:

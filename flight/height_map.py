@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["HeightMap"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class HeightMap:
     """Heights of the ground at the nodes of a regular grid.
 
@@ -93,6 +93,11 @@ class HeightMap:
         object.__setattr__(self, "step", (float(steps[0]), float(steps[1])))
         object.__setattr__(self, "corner", (float(corner[0]), float(corner[1])))
         object.__setattr__(self, "name", name)
+
+    def __repr__(self) -> str:
+        rows, columns = self.heights.shape
+        low, high = float(self.heights.min()), float(self.heights.max())
+        return f"<flight.HeightMap {self.name!r}: {rows} x {columns} nodes, {low:.4g} to {high:.4g} m>"
 
     @classmethod
     def read(

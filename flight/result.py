@@ -95,7 +95,7 @@ OBSTACLE_HITS = np.dtype(
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectories:
     """Paths of a sample of fragments as polylines.
 
@@ -121,8 +121,11 @@ class Trajectories:
         """Number of paths."""
         return int(self.fragment.size)
 
+    def __repr__(self) -> str:
+        return f"<flight.Trajectories: {len(self)} paths of {self.time.size} points>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class FlightResult:
     """The outcome of `flight.fly`.
 
@@ -158,6 +161,27 @@ class FlightResult:
     obstacles: tuple[Obstacle, ...] = ()
     obstacle_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=OBSTACLE_HITS))
     near_ground: PathLengths | None = None
+
+    def __repr__(self) -> str:
+        return (
+            f"<flight.FlightResult: {len(self.landed)} of {len(self.landing)} fragments landed, {len(self.hits)} hits>"
+        )
+
+    def __str__(self) -> str:
+        lines = [f"{len(self.landing)} fragments flown, {len(self.landed)} landed"]
+        ends = {
+            status.name.lower().replace("_", " "): int((self.landing["status"] == status).sum()) for status in Status
+        }
+        others = [f"{number} {name}" for name, number in ends.items() if number and name != "landed"]
+        lines += [f"  {', '.join(others)}"] if others else []
+        if len(self.landed):
+            lines.append(f"  farthest landing {self.landed['distance'].max():.4g} m")
+        for index, witness in enumerate(self.witnesses):
+            lines.append(f"  witness {witness.name}: {int((self.hits['witness'] == index).sum())} hits")
+        for index, obstacle in enumerate(self.obstacles):
+            number = int((self.obstacle_hits["obstacle"] == index).sum())
+            lines.append(f"  obstacle {obstacle.name}: {number} hits")
+        return "\n".join(lines)
 
     @property
     def landed(self) -> NDArray[Any]:
