@@ -65,11 +65,17 @@ def main(folder: Path) -> Path:
     launch.legend()
     curve = ensemble.by_distance["normal_density"]
     unit = 1.0 / criteria.density
-    density.semilogy(ensemble.distance, np.maximum(curve.pooled * unit, 1e-4), color="#16365c", label=f"{EVENTS} events")
+    density.semilogy(
+        ensemble.distance, np.maximum(curve.pooled * unit, 1e-4), color="#16365c", label=f"{EVENTS} events"
+    )
     density.axhline(1.0, color="#8b95a1", linewidth=0.8)
-    density.axvline(expected.distance, color="#c4601d", linestyle="--", label=f"hazard distance {expected.distance:.0f} m")
+    density.axvline(
+        expected.distance, color="#c4601d", linestyle="--", label=f"hazard distance {expected.distance:.0f} m"
+    )
     density.axvline(expected.upper, color="#b3361e", label=f"upper bound (95 %) {expected.upper:.0f} m")
-    density.set(xlabel="Distance (m)", ylabel="Hazardous fragments\nper 55.7 m$^2$", ylim=(1e-3, None), xlim=(0.0, 400.0))
+    density.set(
+        xlabel="Distance (m)", ylabel="Hazardous fragments\nper 55.7 m$^2$", ylim=(1e-3, None), xlim=(0.0, 400.0)
+    )
     density.legend()
     picture = folder / "arena_flight.png"
     figure.savefig(picture, dpi=150)

@@ -372,3 +372,23 @@ def test_the_errors_of_all_stages_are_one():
         assert issubclass(kind, fragfield.InputError)
         assert kind is not fragfield.InputError
         assert exit_code_of(kind("x")) == 2
+
+
+@pytest.mark.mpi
+@pytest.mark.dolfinx
+def test_a_script_under_mpirun(tmp_path, mpirun):
+    """Every rank gets the run, and the script goes on behind it on all of them."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import sys, fragfield\n"
+        "from mpi4py import MPI\n"
+        f"case = fragfield.Case(title='Two ranks', burst={BURST!r}, round=[{TUBE!r}])\n"
+        f"run = fragfield.run(case, out={str(tmp_path / 'run')!r}, progress=False)\n"
+        f"again = fragfield.run(case, out={str(tmp_path / 'again')!r}, progress=False, only='burst')\n"
+        "rank = MPI.COMM_WORLD.Get_rank()\n"
+        'sys.stdout.write(f\'rank {rank}: {len(run.landing)} {again.stages["burst"] if rank == 0 else ""}\\n\')\n'
+    )
+    printed = sorted(mpirun(2, script).stdout.splitlines())
+    number = len(fragfield.open(tmp_path / "run").landing)
+    assert printed[0].split() == ["rank", "0:", str(number), "True"]
+    assert printed[1].split() == ["rank", "1:", str(number)]
