@@ -1,8 +1,10 @@
 """Data of an arena test flown by the library `flight` alone: no burst, no dolfinx, no case file.
 
-`arena_test.csv` has the form in which such tests are recorded: number, mass and speed by polar zone and mass group, with
-semicolons, as spreadsheets write it. Each event draws the fragments anew from it; together they give the expected density
-of hazardous fragments over distance and the distance to keep. Run it: `python examples/arena_flight.py [FOLDER]`.
+`arena_test.csv` has the form in which such tests are recorded: number, mass and speed by polar zone and mass group,
+with semicolons, as spreadsheets write it. The fragments of each event are drawn from it; together the events give the
+expected density of hazardous fragments over distance, and the distance to keep.
+
+Run it: `python examples/arena_flight.py [FOLDER]`.
 """
 
 from __future__ import annotations
@@ -63,19 +65,14 @@ def main(folder: Path) -> Path:
     launch.bar(middle, zones["hazardous"], width, color="#16365c", edgecolor="white", label="79 J or more at launch")
     launch.set(xlabel="Angle from the nose (degrees)", ylabel="Fragments in the zone", xlim=(0.0, 180.0))
     launch.legend()
-    curve = ensemble.by_distance["normal_density"]
-    unit = 1.0 / criteria.density
-    density.semilogy(
-        ensemble.distance, np.maximum(curve.pooled * unit, 1e-4), color="#16365c", label=f"{EVENTS} events"
-    )
+    part = np.maximum(ensemble.by_distance["normal_density"].pooled / criteria.density, 1e-4)
+    density.semilogy(ensemble.distance, part, color="#16365c", label=f"{EVENTS} events")
     density.axhline(1.0, color="#8b95a1", linewidth=0.8)
-    density.axvline(
-        expected.distance, color="#c4601d", linestyle="--", label=f"hazard distance {expected.distance:.0f} m"
-    )
+    label = f"hazard distance {expected.distance:.0f} m"
+    density.axvline(expected.distance, color="#c4601d", linestyle="--", label=label)
     density.axvline(expected.upper, color="#b3361e", label=f"upper bound (95 %) {expected.upper:.0f} m")
-    density.set(
-        xlabel="Distance (m)", ylabel="Hazardous fragments\nper 55.7 m$^2$", ylim=(1e-3, None), xlim=(0.0, 400.0)
-    )
+    density.set(xlabel="Distance (m)", ylabel="Hazardous fragments\nper 55.7 m$^2$")
+    density.set(xlim=(0.0, 400.0), ylim=(1e-3, None))
     density.legend()
     picture = folder / "arena_flight.png"
     figure.savefig(picture, dpi=150)

@@ -73,7 +73,7 @@ def main(folder: Path) -> Path:
         for sign in (1.0, -1.0):
             shape.plot(points[:, 0], sign * points[:, 1], color=color, label=name if sign > 0.0 else None)
     shape.set(ylabel="Radius (mm)", aspect="equal")
-    shape.legend(loc="upper left")
+    shape.legend(loc="center")
     speed.plot(along["station"][present] * 1e3, along["mean_speed"][present], "o-", color="#16365c", label="computed")
     for segment in found["segments"]:
         if segment["gurney_speed"]:

@@ -15,13 +15,20 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
 PAGE = ROOT / "docs" / "guide" / "python.md"
-PAIR = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
+PAIR = re.compile(r"^```python\n(.*?)^```\n(?:\n```output\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 VARIES = ("wall seconds",)  # lines that depend on the machine
 
 # By script: a number that it prints, and what it was when the script was written.
-QUICK = {"arena_flight.py": (r"upper bound \(95 %\) (\d+) m", 116.0)}
+QUICK = {
+    "arena_flight.py": (r"upper bound \(95 %\) (\d+) m", 116.0),
+    "terrain_and_barricade.py": (r"'right': (\d+)", 807.0),
+}
 SLOW = {
+    "convergence.py": (r" 3\.0 mm: +\d+ cells, ([\d.]+) m/s", 833.6),
+    "pair.py": (r"at 90 and 270 degrees ([\d.]+) times", 5.04),
+    "pallet.py": (r"upper bound \(95 %\) +(\d+) m", 179.0),
+    "sensitivity.py": (r"nominal: (\d+) m", 107.0),
     "single_round.py": (r"keep people (\d+) m away", 109.0),
     "own_profile.py": (r"upper bound \(95 %\): +(\d+) m", 73.0),
 }
