@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.distances import DISTANCES, FEWEST
 from flight.errors import InputError
 from flight.hazard import Hazard, distances_through, hazard_of, hit_probability
@@ -357,6 +358,7 @@ def assess_ensemble(
     InputError
         There is no realisation, grids differ, or the tolerance is not above zero.
     """
+    require_number("hazard", "tolerance", tolerance, "")
     if not (math.isfinite(tolerance) and tolerance > 0.0):
         raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -70,6 +71,10 @@ class Directions:
     basis: str = "all_azimuths"
     kernel: float = 10.0
     mirrors: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a kernel that is no number."""
+        require_number("hazard", "kernel", self.kernel, "degrees")
 
     @property
     def all_alike(self) -> bool:
@@ -309,6 +314,7 @@ def expected_distance(
     InputError
         There is no realisation.
     """
+    require_number("hazard", "limit", limit, "1/m2")
     if not groups.realisations:
         raise InputError("hazard: no realisation to assess")
     return _Estimate(groups, limit, draws, seed).result(every_direction=every_direction)

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.tally import Criteria, Tally, tally
 from flight.witness_hazard import by_azimuth, density_on
@@ -151,6 +152,7 @@ def assess(
     realisations : int
         Number of realisations in `landing`; densities and numbers are means over them.
     """
+    require_number("hazard", "realisations", realisations, "")
     if realisations < 1:
         raise InputError(f"hazard: realisations is {realisations}, needed: 1 or more")
     criteria = criteria or Criteria()
@@ -189,7 +191,8 @@ def hazard_of(counts: Tally, criteria: Criteria, realisations: int | None = None
 
 def hit_probability(density: ArrayLike, person_area: float = 0.58) -> NDArray[np.float64]:
     """Probability p = 1 - exp(-q A) of a hit on a person of area A (m2) at a trajectory-normal density q (1/m2)."""
-    return np.asarray(-np.expm1(-person_area * np.asarray(density, dtype=np.float64)))
+    require_number("hazard", "person_area", person_area, "m2")
+    return np.asarray(-np.expm1(-person_area * real_array("hazard", "density", density, "1/m2")))
 
 
 def falling_through(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flight.arguments import real_array
+from flight.arguments import real_array, require_number
 from flight.errors import FlightWarning, InputError
 
 if TYPE_CHECKING:
@@ -129,7 +129,8 @@ class HeightMap:
         from flight.height_map_files import read_grid
 
         path = Path(path)
-        if np.shape(site) != (2,) or not np.isfinite(site).all():
+        place = real_array(str(path), "site", site, "m")
+        if place.shape != (2,) or not np.isfinite(place).all():
             raise InputError(f"{path}: site is {site}, needed: two finite numbers (m)")
         grid = read_grid(path)
         corner = (grid.corner[0] - site[0], grid.corner[1] - site[1])
@@ -142,6 +143,7 @@ class HeightMap:
             if cls(hole, grid.step, corner).at(0.0, 0.0) > 0.0:
                 raise InputError(f"{path}: the map has a hole at the site {site}; give datum as a height (m)")
         else:
+            require_number(str(path), 'datum other than "site"', datum, "m")
             zero = float(datum)
             if not math.isfinite(zero):
                 raise InputError(f'{path}: datum is {datum}, needed: a finite height (m) or "site"')

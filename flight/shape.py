@@ -49,12 +49,16 @@ DEFAULT_SHAPE_FACTOR = FORGED_STEEL_SHELL
 
 def box_shape_factor(density: float, length: float, width: float, height: float) -> float:
     """Shape factor (kg/m3) of a tumbling rectangular box of a density (kg/m3); only the ratios of the edges matter."""
+    for name, value in (("length", length), ("width", width), ("height", height)):
+        require_number("shape", name, value, "m")
+    require_number("shape", "density", density, "kg/m3")
     quarter_surface = 0.5 * (length * width + width * height + height * length)
     return density * length * width * height / quarter_surface**1.5
 
 
 def sphere_shape_factor(density: float) -> float:
     """Shape factor (kg/m3) of a sphere of a density (kg/m3): A is then pi d^2 / 4 exactly."""
+    require_number("shape", "density", density, "kg/m3")
     return density * (math.pi / 6.0) / (math.pi / 4.0) ** 1.5
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.arguments import require_numbers
+from flight.arguments import real_array, require_number, require_numbers
 from flight.errors import InputError
 from flight.result import FlightResult, Status
 
@@ -167,6 +167,7 @@ def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.i
     InputError
         The width (degrees) is not a whole fraction of 360.
     """
+    require_number("hazard", "sector_width", width, "degrees")
     count = round(360.0 / width) if width > 0.0 else 0
     if count < 1 or abs(count * width - 360.0) > 1e-9:
         raise InputError(f"hazard: sector width is {width} degrees, needed: a whole fraction of 360, such as 5")
@@ -174,7 +175,7 @@ def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.i
 
 
 def _edges(distance: float | ArrayLike, farthest: float) -> NDArray[np.float64]:
-    given = np.asarray(distance, dtype=np.float64)
+    given = real_array("hazard", "distance", distance, "m")
     if given.ndim == 0:
         if not (np.isfinite(given) and given > 0.0):
             raise InputError(f"hazard: distance cells of {given} m, needed: above zero")

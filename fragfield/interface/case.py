@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.changes import changed_document, set_document
+from fragfield.case.changes import changed_document, read_settings, set_document
 from fragfield.case.load import case_from_document, read_document
 from fragfield.case.write import plain, to_toml
 from fragfield.errors import InputError
@@ -92,6 +92,7 @@ class Case:
         """
         where = Path(path)
         settings = () if isinstance(set, Mapping) else _listed(set)
+        _refuse_two_sizes(set, cell_size)  # of texts the reader of the file says the same
         document, source = set_document(where, settings, cell_size=cell_size)
         if isinstance(set, Mapping) and set:
             source = f"{source} with {', '.join(f'{key} = {value}' for key, value in set.items())}"
@@ -140,8 +141,6 @@ class Case:
         InputError
             As `from_toml`.
         """
-        from fragfield.case.changes import read_settings
-
         values = changes if isinstance(changes, Mapping) else read_settings(_listed(changes))
         source = f"{self._source} with {', '.join(f'{key} = {value}' for key, value in values.items())}"
         document = changed_document(self._document, _plain_tables(values), source=source, folder=self._folder)
@@ -181,13 +180,9 @@ def case_of(
 ) -> Case:
     """The case meant by a Case, the path of a case file, or that of a run directory, with some values replaced."""
     if isinstance(target, Case):
-        changes: dict[str, Any] = {} if cell_size is None else {"burst.cell_size": cell_size}
-        if isinstance(set, Mapping):
-            changes = {**set, **changes}
-        elif set:
-            from fragfield.case.changes import read_settings
-
-            changes = {**read_settings(_listed(set)), **changes}
+        changes = dict(set) if isinstance(set, Mapping) else read_settings(_listed(set))
+        _refuse_two_sizes(changes, cell_size)
+        changes |= {} if cell_size is None else {"burst.cell_size": cell_size}
         return target.changed(changes) if changes else target
     path = Path(target)
     if path.is_dir():
@@ -195,6 +190,11 @@ def case_of(
         stored.stored_case()  # says what is missing, in the words of a run directory
         path = stored.case_file
     return Case.from_toml(path, set=set, cell_size=cell_size)
+
+
+def _refuse_two_sizes(settings: object, cell_size: str | None) -> None:
+    if cell_size is not None and isinstance(settings, Mapping) and "burst.cell_size" in settings:
+        raise InputError("cell_size and set burst.cell_size both given; use one of them")
 
 
 def _listed(settings: Sequence[str]) -> Sequence[str]:

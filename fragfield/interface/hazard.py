@@ -84,7 +84,11 @@ class HazardDistance:
     def _number(self, key: str) -> Any:  # noqa: ANN401 - of JSON
         if not self.determined:
             raise NotDeterminedError(f"{self._directory}: the hazard distance is not determined: {self.reason}")
-        return self._found[key]
+        if "distance" not in self._found:
+            raise InputError(
+                f"{self._directory}: holds no hazard distance, it was flown by another version; fly it again"
+            )
+        return self._found.get(key)
 
     def _optional(self, key: str) -> float | None:
         value = self._number(key)

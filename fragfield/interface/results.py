@@ -166,7 +166,7 @@ class Run:
     def figure(self, name: str, *, narrow: bool = False) -> Figure:
         """A figure of the report as one of matplotlib, wide or, `narrow`, for a telephone.
 
-        It is not known to pyplot: `figure.savefig("name.png")` writes it, a notebook shows it by itself.
+        It is not known to pyplot; `figure.savefig("name.png", bbox_inches="tight")` writes it.
 
         Raises
         ------

@@ -144,13 +144,13 @@ def _is_settings(given: object) -> bool:
     return not hasattr(given, "items") and not isinstance(given, str)
 
 
-def limit_threads(number: int) -> None:
+def limit_threads(number: object) -> None:
     """Numba and OpenMP read their number of threads when they are first imported, which is later than this.
 
     A caller in the same process may have imported Numba: it then only takes fewer threads than it has started.
     """
-    if number < 1:
-        raise InputError(f"threads: found {number}; allowed: 1 or more")
+    if not isinstance(number, int) or number < 1:
+        raise InputError(f"threads: found {number!r}; allowed: a whole number of 1 or more")
     if (numba := sys.modules.get("numba")) is not None:
         numba.set_num_threads(min(number, numba.config.NUMBA_NUM_THREADS))
         return

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 import flight
+from flight import hazard
 from flight.arena import ArenaTable, is_arena_file
 from flight.contours import Site
+from flight.ensemble import assess_ensemble
+from flight.expected import DensityGroups, Directions, expected_distance
 from flight.exposed import Prism
 from flight.hazard import Criteria
 from flight.polar_grid import PolarGrid
@@ -15,6 +18,8 @@ from flight.stack_rules import effective_number
 from flight.walls import Wall as StoppingWall
 
 ONE = flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
+FLOWN = flight.FlightResult(np.zeros(0, flight.LANDING), np.zeros(0, flight.HITS), None, ())
+GROUPS = DensityGroups(Directions(PolarGrid()))
 SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
 HEAT = "zone_from_deg;zone_to_deg;mass_from_kg;mass_to_kg;number;mean_mass_kg;mean_speed_m_s\n0;180;0;1;3;0.01;900\n"
 
@@ -67,6 +72,18 @@ HEAT = "zone_from_deg;zone_to_deg;mass_from_kg;mass_to_kg;number;mean_mass_kg;me
         (lambda: PolarGrid(cell="10 m"), "hazard: cell is the text '10 m'; needed: metres as a number"),
         (lambda: Site("46.9", 7.4, 0.0), "site: latitude is the text '46.9'; needed: degrees as a number"),
         (lambda: effective_number("4", 2), "stack rule: side is the text '4'; needed: a plain number"),
+        (lambda: hazard.assess(FLOWN, sector_width="15 deg"), "hazard: sector_width is the text '15 deg'; needed: deg"),
+        (lambda: hazard.assess(FLOWN, distance="10 m"), "hazard: distance is the text '10 m'; needed: metres as num"),
+        (lambda: hazard.assess(FLOWN, realisations="2"), "hazard: realisations is the text '2'; needed: a plain num"),
+        (lambda: hazard.hit_probability(0.1, "0.58 m2"), "person_area is the text '0.58 m2'; needed: square metres"),
+        (lambda: hazard.by_azimuth(FLOWN.hits, sector_width="5"), "sector_width is the text '5'; needed: degrees as a"),
+        (lambda: assess_ensemble([], tolerance="5 %"), "hazard: tolerance is the text '5 %'; needed: a plain number"),
+        (lambda: PolarGrid.of(72, "10 deg", 10.0, 500.0), "hazard: kernel is the text '10 deg'; needed: degrees as"),
+        (lambda: Directions(PolarGrid(), kernel="10 deg"), "hazard: kernel is the text '10 deg'; needed: degrees"),
+        (lambda: expected_distance(GROUPS, "1/55.7"), "hazard: limit is the text '1/55.7'; needed: a number per"),
+        (lambda: flight.HeightMap.read("x.asc", site=("0 m", "0 m")), "x.asc: site is .*; needed: metres as numbers"),
+        (lambda: flight.shape.sphere_shape_factor("7850"), "shape: density is the text '7850'; needed: kilograms per"),
+        (lambda: flight.shape.box_shape_factor(7850.0, "5", 2, 1), "shape: length is the text '5'; needed: metres as"),
         (lambda: flight.fly(ONE, gravity="9.81"), "fly: gravity is the text '9.81'; needed: metres per second squared"),
         (lambda: flight.fly(ONE, ground="0 m"), "fly: ground is the text '0 m'; needed: metres as a number"),
         (lambda: flight.fly(ONE, time_limit="60 s"), "fly: time_limit is the text '60 s'; needed: seconds as a number"),

@@ -110,7 +110,7 @@ def test_tables_may_hold_arrays_tuples_and_paths(tmp_path):
         ({"flight": {"drag": "nothing.csv"}}, "nothing.csv: no such file"),
     ],
 )
-def test_a_fault_in_a_case_is_told_as_of_a_file(tables, message, tmp_path):
+def test_a_fault_in_a_case_is_reported_as_of_a_file(tables, message, tmp_path):
     with pytest.raises(fragfield.InputError, match=message) as found:
         fragfield.Case(tables)
     assert str(found.value).startswith("case: ")
@@ -132,6 +132,11 @@ def test_arguments_of_a_case_are_checked(tube):
         fragfield.Case([TUBE])
     with pytest.raises(fragfield.InputError, match='set: found the text "seed=3"; needed: a list of KEY=VALUE'):
         fragfield.Case.from_toml(ROOT / "cases" / "tube.toml", set="seed=3")
+    for settings in ({"burst.cell_size": "8 mm"}, ["burst.cell_size=8 mm"]):
+        with pytest.raises(fragfield.InputError, match=r"burst\.cell_size both given; use one of them"):
+            fragfield.Case.from_toml(ROOT / "cases" / "tube.toml", set=settings, cell_size="6 mm")
+        with pytest.raises(fragfield.InputError, match=r"burst\.cell_size both given; use one of them"):
+            fragfield.check(tube, set=settings, cell_size="6 mm")
     with pytest.raises(fragfield.InputError, match=r"burst.cell_siz: unknown key"):
         tube.changed({"burst.cell_siz": "8 mm"})
 
@@ -332,7 +337,7 @@ def test_a_run_needs_a_directory_and_a_burst(tube, tmp_path):
         fragfield.run(tmp_path / "none.toml")
     with pytest.raises(fragfield.InputError, match="nowhere: no such run directory"):
         fragfield.open(tmp_path / "nowhere")
-    with pytest.raises(fragfield.InputError, match="threads: found 0; allowed: 1 or more"):
+    with pytest.raises(fragfield.InputError, match="threads: found 0; allowed: a whole number of 1 or more"):
         fragfield.run(tube, out=tmp_path / "run", threads=0)
     assert not (tmp_path / "run").exists()
 
