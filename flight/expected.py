@@ -225,7 +225,7 @@ def _padded(values: Array, cells: int) -> Array:
     return np.pad(values, empty)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ExpectedDistance:
     """The hazard distance of an ensemble; lengths in m.
 
@@ -277,6 +277,10 @@ class ExpectedDistance:
     density: Array
     density_low: Array = field(default_factory=lambda: np.zeros((2, 0)))
     density_high: Array = field(default_factory=lambda: np.zeros((2, 0)))
+
+    def __repr__(self) -> str:
+        bound = "no upper bound" if self.upper is None else f"upper bound (95 %) {self.upper:.4g} m"
+        return f"<flight.ExpectedDistance: {self.distance:.4g} m, {bound}, {self.realisations} realisations>"
 
     @property
     def relative_error(self) -> float:

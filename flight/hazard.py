@@ -49,7 +49,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hazard:
     """Hazard by azimuth sector (s of them) and distance (r cells).
 
@@ -89,6 +89,10 @@ class Hazard:
     hazardous: NDArray[np.float64]
     all_round_ground_distance: float
     all_round_normal_distance: float
+
+    def __repr__(self) -> str:
+        reach = f"{self.hazardous_fragment_distance:.4g} m in the worst of {len(self.azimuth)} sectors"
+        return f"<flight.Hazard: {reach}, {self.hazardous.sum():.4g} hazardous fragments>"
 
     @property
     def distance(self) -> NDArray[np.float64]:

@@ -43,7 +43,7 @@ class Criteria:
                 raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: zero or more")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tally:
     """Counts on a grid of n realisations, s azimuth sectors and r cells of distance.
 
@@ -68,6 +68,11 @@ class Tally:
     fragments: NDArray[np.int64]
     hazardous: NDArray[np.int64]
     throw: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        number, sectors, cells = self.landings.shape
+        landed, hazardous = int(self.fragments.sum()), int(self.hazardous.sum())
+        return f"<flight.Tally: {number} x {sectors} x {cells} cells, {landed} landed, {hazardous} hazardous>"
 
     @property
     def realisations(self) -> int:

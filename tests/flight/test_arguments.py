@@ -13,6 +13,7 @@ from flight.ensemble import assess_ensemble
 from flight.expected import DensityGroups, Directions, expected_distance
 from flight.exposed import Prism
 from flight.hazard import Criteria
+from flight.near_ground import NearGround, fields_of
 from flight.polar_grid import PolarGrid
 from flight.stack_rules import effective_number
 from flight.walls import Wall as StoppingWall
@@ -163,3 +164,32 @@ def test_a_delimiter_that_does_not_fit_is_refused_in_words(tmp_path, text, words
     path.write_text(text)
     with pytest.raises(flight.InputError, match=words):
         flight.Drag.read(path)
+
+
+def test_every_result_is_printed_in_a_line_or_two():
+    """Not with its arrays."""
+    near = NearGround(PolarGrid(cells=20), Criteria())
+    cloud = flight.Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), 600.0 * np.eye(3))
+    result = flight.fly(cloud, near_ground=near, sample=2, witnesses=[flight.Cylinder(radius=7.0, name="ring")])
+    groups = DensityGroups(Directions(near.grid))
+    groups.add(*fields_of(result))
+    counts = hazard.tally(result)
+    expected = expected_distance(groups, Criteria().density)
+    found = {
+        repr(cloud): "<flight.Fragments: 3, 0.06 kg, 600 to 600 m/s>",
+        repr(result): "<flight.FlightResult: 3 of 3 fragments landed, 2 hits>",
+        repr(counts): "<flight.Tally: 1 x 72 x ",
+        repr(result.trajectories): "<flight.Trajectories: 2 paths of ",
+        repr(result.near_ground): "<flight.PathLengths: ",
+        repr(hazard.assess(result)): "<flight.Hazard: ",
+        repr(assess_ensemble(counts, expected=expected)): "<flight.EnsembleHazard: 1 realisation, 72 sectors to ",
+        repr(expected): "<flight.ExpectedDistance: ",
+        repr(ArenaTable.of([cloud])): "<flight.ArenaTable: 3 fragments of 0.06 kg in 36 zones>",
+        repr(flight.HeightMap(np.zeros((2, 3)), 1.0)): "<flight.HeightMap 'height map': 2 x 3 nodes, 0 to 0 m>",
+        repr(flight.Drag.of("sphere")): "<flight.Drag 'sphere': ",
+        str(result): "3 fragments flown, 3 landed\n  farthest landing ",
+    }
+    for text, beginning in found.items():
+        assert text.startswith(beginning)
+        assert len(text) < 160
+    assert repr(flight.Fragments.concatenate([cloud]).select([])) == "<flight.Fragments: none>"
