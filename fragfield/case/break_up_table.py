@@ -60,7 +60,7 @@ class BreakUpTable(Table):
     """Mean over the fragment's material points, or the field at a random one of them (Eq. 30)."""
     explosive_constant: float | None = Field(default=None, gt=0.0)
     """B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); left out: by the name of the explosive."""
-    tilt: Annotated[float, Quantity("rad", "2 deg", least=0.0, most=0.5)] = degrees(2.0)
+    tilt: Annotated[float, Quantity("rad", "2 deg", minimum=0.0, maximum=0.5)] = degrees(2.0)
     """How far from plumb the round or the whole stack may stand: standard deviation of the tilt about each of two
     horizontal axes, drawn for every realisation."""
     segments: list[Length] | None = None
