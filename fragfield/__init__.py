@@ -20,6 +20,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.version import __version__
+
 if TYPE_CHECKING:
     from fragfield.errors import NotDeterminedError
     from fragfield.interface.case import Case
@@ -46,8 +48,6 @@ __all__ = [
     "open",
     "run",
 ]
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "Case": "fragfield.interface.case",
