@@ -31,6 +31,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
 
   install    set up only (default)
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
+  examples   the scripts of examples/, with their pictures, into runs/examples
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
   lint       ruff, mypy, import-linter, the list of words that are not used
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
@@ -328,7 +329,7 @@ count_workers() {
 act=${1:-install}
 [ $# -eq 0 ] || shift
 case $act in
-    install | demo | test | lint | attack | mutants | validate | bench | docs) ;;
+    install | demo | examples | test | lint | attack | mutants | validate | bench | docs) ;;
     help | -h | --help) usage && exit 0 ;;
     *)
         printf 'setup: unknown act "%s".\n\n' "$act" >&2
@@ -351,6 +352,13 @@ case $act in
         "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo --overwrite "$@"
         "$bin/python" -m validation paper_3_1 --run runs/demo
         say "the report is runs/demo/report.html, the pictures are in runs/demo/figures"
+        ;;
+    examples)
+        for example in examples/*.py; do
+            say "$example"
+            "$bin/python" "$example"
+        done
+        say "the pictures are in runs/examples"
         ;;
     test)
         workers=$(count_workers "$@")

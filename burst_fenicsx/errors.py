@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from fragfield_base import errors
+
 __all__ = ["InputError", "NumericalStop"]
 
 
-class InputError(ValueError):
+class InputError(errors.InputError):
     """The input cannot be computed; the message says what was found and what is allowed."""
 
 
-class NumericalStop(RuntimeError):  # noqa: N818 - it ends a run, it does not crash it
+class NumericalStop(errors.NumericalStop):
     """The computation left its bounds (lost cell, open ledger, not a number).
 
     Parameters

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
-from flight.files.text_tables import read_columns, write_columns
+from flight.files.text_tables import column_names, read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
 
@@ -39,7 +40,7 @@ LIGHTEST = 1e-5  # kg: lower edge of the lightest group
 PER_OCTAVE = 2  # mass groups
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ArenaTable:
     """Fragments of one round by polar zone and mass group.
 
@@ -85,6 +86,10 @@ class ArenaTable:
         if empty.any():
             raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass")
 
+    def __repr__(self) -> str:
+        mass = float((self.number * self.mass).sum())
+        return f"<flight.ArenaTable: {self.number.sum():.4g} fragments of {mass:.4g} kg in {len(self.zones) - 1} zones>"
+
     @classmethod
     def of(
         cls, realisations: Sequence[Fragments], axes: ArrayLike = ((0.0, 0.0, 1.0),), *, width: float = 5.0
@@ -100,6 +105,7 @@ class ArenaTable:
         width : float
             Of a zone (degrees), a whole fraction of 180.
         """
+        require_number("arena", "width", width, "degrees")
         count = round(180.0 / width) if width > 0.0 else 0
         if count < 1 or abs(count * width - 180.0) > 1e-9:
             raise InputError(f"arena: zones of {width} degrees, needed: a whole fraction of 180, such as 5 or 10")
@@ -191,7 +197,9 @@ class ArenaTable:
         cosine = low + (high - low) * generator.random(row.size)
         turn = 2.0 * np.pi * generator.random(row.size)
         sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-        along = np.asarray(axis, dtype=np.float64)
+        require_number("arena", "shape_factor", shape_factor, "kg/m3")
+        place = real_array("arena", "position", position, "m")
+        along = real_array("arena", "axis", axis, "")
         along = along / np.linalg.norm(along)
         first = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
         first = first / np.linalg.norm(first)
@@ -200,7 +208,7 @@ class ArenaTable:
             np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
         )  # fmt: skip
         return Fragments.from_arrays(
-            self.mass[row], tuple(np.asarray(position, dtype=np.float64)), self.speed[row, None] * way, shape_factor,
+            self.mass[row], tuple(place), self.speed[row, None] * way, shape_factor,
             round_number,
         )  # fmt: skip
 
@@ -254,4 +262,7 @@ def is_arena_file(path: Path) -> bool:
         return False
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         head = next((line for line in file if line.strip() and not line.startswith("#")), "")
-    return "zone_from_deg" in [name.strip() for name in head.split(",")]
+    try:
+        return "zone_from_deg" in column_names(path, head)[0]
+    except InputError:
+        return False  # whoever reads it says what is wrong

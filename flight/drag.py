@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError, nearest
 from flight.files.text_tables import line_of_row, read_columns
 from flight.scene.tables import evaluate_pieces, monotone_pieces
@@ -30,7 +31,7 @@ MOST_BINS = 1_000_000  # of the look-up grid
 MOST_MACH, MOST_COEFFICIENT = 100.0, 100.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Drag:
     """Drag coefficient over Mach number, referred to the presented area A = (m/k)^(2/3).
 
@@ -60,10 +61,14 @@ class Drag:
             row, found = fault
             raise InputError(f"drag {self.name}: entry {row}: {found}")
 
+    def __repr__(self) -> str:
+        return f"<flight.Drag {self.name!r}: {self.mach.size} entries to Mach {self.mach[-1]:.4g}>"
+
     def scaled(self, factor: float) -> Drag:
         """The same table with every coefficient multiplied by a positive factor; raises InputError otherwise."""
         if factor == 1.0:
             return self
+        require_number("drag", "factor", factor, "")
         if not (math.isfinite(factor) and factor > 0.0):
             raise InputError(f"drag: factor is {factor}, needed: a positive number")
         source = f"{self.source} (times {factor:g})" if self.source else ""
@@ -72,6 +77,7 @@ class Drag:
     @classmethod
     def constant(cls, coefficient: float) -> Drag:
         """One coefficient at every Mach number."""
+        require_number("drag", "constant coefficient", coefficient, "")
         if not (math.isfinite(coefficient) and coefficient >= 0.0):
             raise InputError(f"drag: constant coefficient is {coefficient}, needed: zero or more")
         return cls(np.zeros(1), np.array([float(coefficient)]), "constant")

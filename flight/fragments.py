@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array
 from flight.errors import InputError
 from flight.files import fragments as files
 from flight.shape_factors import DEFAULT_SHAPE_FACTOR
@@ -22,9 +23,10 @@ __all__ = ["ARRAYS", "Fragments", "check_possible"]
 # What files may hold.
 POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
 ARRAYS = files.ARRAYS
+_UNITS = {"mass": "kg", "position": "m", "velocity": "m/s", "shape_factor": "kg/m3"}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fragments:
     """Fragments at launch.
 
@@ -97,6 +99,12 @@ class Fragments:
         """Number of fragments."""
         return int(self.mass.size)
 
+    def __repr__(self) -> str:
+        if not len(self):
+            return "<flight.Fragments: none>"
+        low, high = float(self.speed.min()), float(self.speed.max())
+        return f"<flight.Fragments: {len(self)}, {self.total_mass:.4g} kg, {low:.4g} to {high:.4g} m/s>"
+
     @property
     def speed(self) -> NDArray[np.float64]:
         """Speeds (n,) in m/s."""
@@ -164,18 +172,14 @@ class Fragments:
 
 
 def _as_array(name: str, value: object) -> NDArray[Any]:
-    try:
-        if name in ("round", "segment"):
-            array = np.asarray(value)
-            whole = array.astype(np.int32)
-            if not np.array_equal(whole, array):
-                raise InputError(f"fragments: {name} must hold whole numbers of 32 bits")
-            return whole
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"fragments: {name} cannot be read as numbers ({error})") from None
+    array = real_array("fragments", name, value, _UNITS.get(name, ""))
+    if name not in ("round", "segment"):
+        return array
+    with np.errstate(invalid="ignore"):
+        whole = array.astype(np.int32)
+    if not np.array_equal(whole, array):
+        raise InputError(f"fragments: {name} must hold whole numbers of 32 bits")
+    return whole
 
 
 def _check(fragments: Fragments, source: str) -> None:

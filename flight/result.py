@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "FlightResult", "Status", "Trajectories", "to_pandas"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FlightResult:
     """The outcome of `flight.fly`.
 
@@ -59,6 +59,27 @@ class FlightResult:
     obstacles: tuple[Obstacle, ...] = ()
     obstacle_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=OBSTACLE_HITS))
     near_ground: PathLengths | None = None
+
+    def __repr__(self) -> str:
+        return (
+            f"<flight.FlightResult: {len(self.landed)} of {len(self.landing)} fragments landed, {len(self.hits)} hits>"
+        )
+
+    def __str__(self) -> str:
+        lines = [f"{len(self.landing)} fragments flown, {len(self.landed)} landed"]
+        ends = {
+            status.name.lower().replace("_", " "): int((self.landing["status"] == status).sum()) for status in Status
+        }
+        others = [f"{number} {name}" for name, number in ends.items() if number and name != "landed"]
+        lines += [f"  {', '.join(others)}"] if others else []
+        if len(self.landed):
+            lines.append(f"  farthest landing {self.landed['distance'].max():.4g} m")
+        for index, witness in enumerate(self.witnesses):
+            lines.append(f"  witness {witness.name}: {int((self.hits['witness'] == index).sum())} hits")
+        for index, obstacle in enumerate(self.obstacles):
+            number = int((self.obstacle_hits["obstacle"] == index).sum())
+            lines.append(f"  obstacle {obstacle.name}: {number} hits")
+        return "\n".join(lines)
 
     @property
     def landed(self) -> NDArray[Any]:
@@ -108,21 +129,17 @@ class FlightResult:
         ]
         if csv:
             written.append(write_columns(folder / "landing.csv", flat_columns(self.landing), stamp))
-            columns = flat_columns(self.hits)
-            written.append(
-                write_columns(folder / "witness.csv", {"name": Labels(names, columns["witness"]), **columns}, stamp)
-            )
+            columns = files.named_columns(self.hits, "witness", names)
+            written.append(write_columns(folder / "witness.csv", columns, stamp))
         if self.obstacles:
             names = [obstacle.name for obstacle in self.obstacles]
             written.append(files.write_obstacle_hits(self.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
             if csv:
-                columns = flat_columns(self.obstacle_hits)
+                columns = files.named_columns(self.obstacle_hits, "obstacle", names)
                 first = np.cumsum([0, *(len(obstacle.faces) for obstacle in self.obstacles)])
                 faces = [face for obstacle in self.obstacles for face in obstacle.faces]
-                labels = {
-                    "name": Labels(names, columns["obstacle"]),
-                    "face_name": Labels(faces, first[columns["obstacle"]] + columns["face"]),
-                }
+                face = Labels(faces, first[self.obstacle_hits["obstacle"]] + self.obstacle_hits["face"])
+                labels = {"name": columns.pop("name"), "face_name": face}
                 written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
         if self.contacts is not None:
             written.append(files.write_contacts(self.contacts, folder / "contacts.h5", stamp))

@@ -88,7 +88,7 @@ OBSTACLE_HITS = np.dtype(
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectories:
     """Paths of a sample of fragments as polylines.
 
@@ -113,6 +113,9 @@ class Trajectories:
     def __len__(self) -> int:
         """Number of paths."""
         return int(self.fragment.size)
+
+    def __repr__(self) -> str:
+        return f"<flight.Trajectories: {len(self)} paths of {self.time.size} points>"
 
 
 def to_pandas(table: NDArray[Any]) -> Any:  # noqa: ANN401 - pandas need not be there

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.shape_factors import (
     BOX_5_2_1_STEEL,
@@ -49,12 +50,16 @@ __all__ = [
 
 def box_shape_factor(density: float, length: float, width: float, height: float) -> float:
     """Shape factor (kg/m3) of a tumbling rectangular box of a density (kg/m3); only the ratios of the edges matter."""
+    for name, value in (("length", length), ("width", width), ("height", height)):
+        require_number("shape", name, value, "m")
+    require_number("shape", "density", density, "kg/m3")
     quarter_surface = 0.5 * (length * width + width * height + height * length)
     return density * length * width * height / quarter_surface**1.5
 
 
 def sphere_shape_factor(density: float) -> float:
     """Shape factor (kg/m3) of a sphere of a density (kg/m3): A is then pi d^2 / 4 exactly."""
+    require_number("shape", "density", density, "kg/m3")
     return density * (math.pi / 6.0) / (math.pi / 4.0) ** 1.5
 
 
@@ -88,6 +93,7 @@ class Lognormal:
     def __post_init__(self) -> None:
         """Refuse what is no distribution."""
         _above_zero("lognormal", "median", self.median, "kg/m3")
+        require_number("shape", "spread of the lognormal", self.spread, "")
         if not 0.0 <= self.spread <= 2.0:
             raise InputError(f"shape: spread of the lognormal is {self.spread}, allowed: 0 to 2")
 
@@ -121,7 +127,7 @@ class Box:
 
     def __post_init__(self) -> None:
         """Refuse what is no box."""
-        sides = np.asarray(self.ratios, dtype=np.float64)
+        sides = real_array("shape", "ratios of the box", self.ratios, "")
         if sides.shape != (3,) or not (np.isfinite(sides) & (sides > 0.0)).all():
             raise InputError(f"shape: ratios of the box are {self.ratios}, needed: three finite numbers above zero")
         if self.orientation not in ("tumbling", "fixed"):
@@ -201,5 +207,6 @@ _STREAM = 0x5AFE  # distinguishes this stream from others of the same seed
 
 
 def _above_zero(model: str, name: str, value: float, unit: str) -> None:
+    require_number("shape", f"{name} of the {model}", value, unit)
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(f"shape: {name} of the {model} is {value}, needed: finite and above zero ({unit})")

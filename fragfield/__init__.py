@@ -1,7 +1,77 @@
-"""Hazard distances of the fragments of cased charges, from the burst to the ground, for explosives safety."""
+"""Hazard distances of the fragments of cased charges, from the burst to the ground, for explosives safety.
+
+From Python::
+
+    import fragfield
+
+    case = fragfield.Case.from_toml("first.toml", set=["burst.cell_size=8 mm"])
+    run = fragfield.run(case, out="runs/first")
+    print(run.hazard.upper)
+
+`fragfield.open` reads a run directory that is there. Every name is loaded when it is first used: neither dolfinx nor
+MPI, matplotlib or pandas come with the import. The guide's page "Python" has examples.
+
+Errors: `InputError` for what the caller can mend, `NumericalStop` for a computation that was ended because it left its
+bounds, `NotDeterminedError` for a hazard distance that was asked for and is not determined. Their messages are those of
+the command line, where they are the exit codes 2, 3 and 3.
+"""
 
 from __future__ import annotations
 
-__all__ = ["__version__"]
+from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from fragfield.version import __version__
+
+if TYPE_CHECKING:
+    from fragfield.errors import NotDeterminedError
+    from fragfield.interface.case import Case
+    from fragfield.interface.checking import CheckResult, check
+    from fragfield.interface.hazard import HazardDistance
+    from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
+    from fragfield.interface.running import run
+    from fragfield.interface.tables import Table
+    from fragfield.progress import Progress
+    from fragfield_base.errors import InputError, NumericalStop
+
+__all__ = [
+    "Case",
+    "CheckResult",
+    "HazardDistance",
+    "InputError",
+    "NotDeterminedError",
+    "NumericalStop",
+    "Progress",
+    "Run",
+    "Table",
+    "__version__",
+    "check",
+    "open",
+    "run",
+]
+
+_HOMES = {
+    "Case": "fragfield.interface.case",
+    "CheckResult": "fragfield.interface.checking",
+    "HazardDistance": "fragfield.interface.hazard",
+    "InputError": "fragfield_base.errors",
+    "NotDeterminedError": "fragfield.errors",
+    "NumericalStop": "fragfield_base.errors",
+    "Progress": "fragfield.progress",
+    "Run": "fragfield.interface.results",
+    "Table": "fragfield.interface.tables",
+    "check": "fragfield.interface.checking",
+    "open": "fragfield.interface.results",
+    "run": "fragfield.interface.running",
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - what is asked for
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,10 +1,16 @@
-"""Which failures are the user's to mend, which are numerical, and which exit code each has."""
+"""Which failures are the user's to mend, which are numerical, and which exit code each has.
+
+In Python `fragfield.InputError` and `fragfield.NumericalStop` are those of `fragfield_base.errors`, which the errors of
+every stage are; a distance that is not determined is a `NotDeterminedError` once it is asked for.
+"""
 
 from __future__ import annotations
 
 import sys
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
+
+from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,6 +23,7 @@ __all__ = [
     "EXIT_INTERRUPTED",
     "EXIT_NUMERICAL",
     "InputError",
+    "NotDeterminedError",
     "exit_code_of",
     "interrupt",
     "message_of",
@@ -32,12 +39,13 @@ EXIT_INTERRUPTED = 130
 
 _interrupts: list[int] = []  # signals that came, see `interrupt`
 
-# Looked up among the modules that are loaded, so that distinguishing errors loads nothing.
-_INPUT_ERRORS = ("burst_fenicsx.errors", "transition.errors", "flight.errors", "transition", "flight")
 
-
-class InputError(ValueError):
+class InputError(errors.InputError):
     """The input cannot be used; the message names the file, the key, what was found and what is allowed."""
+
+
+class NotDeterminedError(RuntimeError):
+    """The hazard distance that was asked for is not determined; the message says why."""
 
 
 def _loaded(name: str, modules: Iterable[str]) -> tuple[type[BaseException], ...]:
@@ -49,11 +57,11 @@ def exit_code_of(error: BaseException) -> int:
     """Exit code of the command line for an error: 2 input, 3 numerical stop, 130 interrupted, 4 anything else."""
     if isinstance(error, KeyboardInterrupt):
         return EXIT_INTERRUPTED
-    if isinstance(error, (InputError, *_loaded("InputError", _INPUT_ERRORS))):
+    if isinstance(error, errors.InputError):
         return EXIT_INPUT
     if isinstance(error, _loaded("PictureUnavailableError", ("fragfield.view.offscreen",))):
         return EXIT_INPUT  # the machine lacks a library; the message says which
-    if isinstance(error, _loaded("NumericalStop", ("burst_fenicsx.errors",))):
+    if isinstance(error, (errors.NumericalStop, NotDeterminedError)):
         return EXIT_NUMERICAL
     if isinstance(error, (OSError, MemoryError)):
         return EXIT_INPUT  # the machine's limits are the user's to mend

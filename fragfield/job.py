@@ -7,9 +7,9 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import fragfield
 from fragfield.case import plain
 from fragfield.provenance import versions
+from fragfield.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -76,7 +76,7 @@ class Job:
         summary = {
             "case": plain(self.case),
             "title": self.case.title,
-            "program_version": fragfield.__version__,
+            "program_version": __version__,
             "versions": versions(),
             "seed": self.case.seed,
         }

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fragfield.case import load_case
 from fragfield.case.bounds import outside_soft
 from fragfield.case.changes import load_set_case
 from fragfield.case.geometry import refuse_section
@@ -22,10 +21,11 @@ from fragfield.run_directory import STAGES, RunDirectory
 from fragfield.stages import perform
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from typing import Any
 
     from fragfield.case import Case
+    from fragfield.progress import Progress
     from fragfield.report.side_by_side import FigureQueue
     from fragfield.run_directory import Stage
 
@@ -36,7 +36,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Request:
-    """What the command line asks for.
+    """What the command line or a Python program asks for.
 
     Attributes
     ----------
@@ -60,6 +60,10 @@ class Request:
         Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
     thorough : bool
         Other cell sizes whatever time they take, for a study of uncertainty: the same numbers on every machine.
+    made : Case, optional
+        The resolved case, in place of a file's; `target` is then its run directory, and a stage's case is this one.
+    follow : callable, optional
+        Called with the progress, on rank 0.
     """
 
     target: Path
@@ -73,9 +77,13 @@ class Request:
     settings: tuple[str, ...] = ()
     lean: bool = False
     thorough: bool = False
+    made: Case | None = None
+    follow: Callable[[Progress], object] | None = None
 
     def case(self, *, burst: bool = True) -> Case:
         """The resolved case of the file, or of the run directory; raises InputError."""
+        if self.made is not None:
+            return self.made
         if self.target.is_dir():
             stored = RunDirectory(self.target)
             stored.stored_case()  # says what is missing, in the words of a run directory
@@ -83,9 +91,7 @@ class Request:
         return self._loaded(self.target, burst=burst)
 
     def _loaded(self, path: Path, *, burst: bool) -> Case:
-        if self.settings:
-            return load_set_case(path, self.settings, cell_size=self.cell_size, burst=burst)
-        return load_case(path, cell_size=self.cell_size, burst=burst)
+        return load_set_case(path, self.settings, cell_size=self.cell_size, burst=burst)
 
     @property
     def directory(self) -> RunDirectory:
@@ -139,7 +145,9 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
             for stage in stages[done:-1]:
                 perform(job, stage)
         if not team.first:
-            sys.exit(team.wait())
+            if code := team.wait():
+                sys.exit(code)
+            return {}
         with _releasing(team):
             if not request.lean:
                 perform(job, stages[-1])
@@ -262,7 +270,7 @@ def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bo
         if team.first and directory.path.is_dir():
             stack.enter_context(logged(directory.log_file, fresh=fresh))
         try:
-            yield stack.enter_context(ProgressReporter(enabled=team.first and not request.quiet))
+            yield stack.enter_context(_reporter(request, team))
         except Exception as error:
             _log.info("ended: %s", error)  # the command line says it on stderr; the log keeps it
             if exit_code_of(error) == EXIT_FAULT and team.first:
@@ -272,6 +280,10 @@ def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bo
         except KeyboardInterrupt:
             _log.info("interrupted")
             raise
+
+
+def _reporter(request: Request, team: Team) -> ProgressReporter:
+    return ProgressReporter(enabled=team.first and not request.quiet, follow=request.follow if team.first else None)
 
 
 @contextmanager

@@ -3,17 +3,46 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import TracebackType
 
-    from rich.progress import Progress, TaskID
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
 
     from burst_fenicsx import BurstProgress
     from flight import FlightProgress
 
-__all__ = ["ProgressReporter", "duration"]
+__all__ = ["Progress", "ProgressReporter", "duration"]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is; `print` shows it as a line.
+
+    Attributes
+    ----------
+    stage : str
+        "burst", "break-up", "fly" or "report".
+    share : float
+        Of the stage that is done, 0 to 1: of the burst's time, or of the fragments flown.
+    detail : str
+        The same in words.
+    seconds_left : float, optional
+        Of the stage, at the present rate; None where it is not known.
+    """
+
+    stage: str
+    share: float = 0.0
+    detail: str = ""
+    seconds_left: float | None = None
+
+    def __str__(self) -> str:
+        left = "" if self.seconds_left is None else f"   {duration(self.seconds_left)} left"
+        return f"{self.stage} {100.0 * self.share:.0f} %{f'   {self.detail}' if self.detail else ''}{left}"
 
 
 class ProgressReporter:
@@ -23,11 +52,15 @@ class ProgressReporter:
     ----------
     enabled : bool
         False on ranks other than 0 and for `--quiet`; a stderr that is no terminal disables it too.
+    follow : callable, optional
+        Called with a `Progress` at every step; what it raises ends the run.
     """
 
-    def __init__(self, *, enabled: bool) -> None:
+    def __init__(self, *, enabled: bool, follow: Callable[[Progress], object] | None = None) -> None:
         self._enabled = enabled and sys.stderr.isatty()
-        self._progress: Progress | None = None
+        self._follow = follow
+        self._stage = ""
+        self._progress: Bars | None = None
         self._task: TaskID | None = None
 
     def __enter__(self) -> ProgressReporter:
@@ -45,6 +78,9 @@ class ProgressReporter:
 
     def stage(self, name: str) -> None:
         """Begin a stage; its bar pulses until a first amount is known."""
+        self._stage = name
+        if self._follow is not None:
+            self._follow(Progress(name))
         if self._progress is None:
             return
         if self._task is not None:
@@ -64,9 +100,12 @@ class ProgressReporter:
         self._show(state.done, state.total, detail, state.seconds_left)
 
     def _show(self, done: float, total: float, detail: str, seconds_left: float | None) -> None:
+        known = seconds_left if seconds_left is not None and seconds_left < 1e7 else None
+        if self._follow is not None:
+            self._follow(Progress(self._stage, min(done / total, 1.0) if total > 0.0 else 1.0, detail, known))
         if self._progress is None or self._task is None:
             return
-        left = "" if seconds_left is None or not seconds_left < 1e7 else f"{duration(seconds_left)} left"
+        left = "" if known is None else f"{duration(known)} left"
         self._progress.update(self._task, completed=done, total=total, detail=detail, left=left)
 
 
@@ -80,11 +119,12 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-def _rich_progress() -> Progress:
+def _rich_progress() -> Bars:
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+    from rich.progress import BarColumn, SpinnerColumn, TextColumn
+    from rich.progress import Progress as Bars
 
-    return Progress(
+    return Bars(
         SpinnerColumn(),
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),

@@ -11,8 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import fragfield
 from fragfield.case.write import to_toml
+from fragfield.version import __version__
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
@@ -41,7 +41,7 @@ _DISTRIBUTIONS = {
 @cache
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of what the results may depend on; nothing is imported for it."""
-    found = {"fragfield": fragfield.__version__, "python": platform.python_version()}
+    found = {"fragfield": __version__, "python": platform.python_version()}
     for name, distribution in _DISTRIBUTIONS.items():
         try:
             found[name] = metadata.version(distribution)
@@ -87,7 +87,7 @@ def provenance_of(case: Case) -> dict[str, str]:
         "versions": json.dumps(versions(), sort_keys=True),
         "seed": str(case.seed),
         "program": "fragfield",
-        "program_version": fragfield.__version__,
+        "program_version": __version__,
         "revision": revision(),
         "platform": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         "date": datetime.now(UTC).isoformat(timespec="seconds"),

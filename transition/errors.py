@@ -5,13 +5,15 @@ from __future__ import annotations
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
+from fragfield_base import errors
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 __all__ = ["InputError", "nearest"]
 
 
-class InputError(ValueError):
+class InputError(errors.InputError):
     """The input cannot be broken up; the message says what was found and what is allowed."""
 
 

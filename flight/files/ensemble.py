@@ -52,6 +52,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CSV_FILES",
     "FragmentEnsemble",
+    "ensemble_columns",
     "read_ensemble",
     "read_fragment_ensemble",
     "write_ensemble",
@@ -116,12 +117,17 @@ def write_ensemble(
             group.attrs["name"] = name
             for field in SECTOR_HITS.names or ():
                 _put(group, field, np.ascontiguousarray(table[field]))
+    return [path, *(write_columns(folder / name, table, stamp) for name, table in ensemble_columns(found).items())]
+
+
+def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]]:
+    """Columns of the three CSV files, by the name of the file: one row a realisation, a distance and a sector."""
     tables: tuple[dict[str, NDArray[Any]], ...] = (
         {"realisation": np.arange(found.realisations), **found.each},
         {"distance_m": found.distance, **_flat(found.by_distance)},
         {"azimuth_deg": found.azimuth, **_flat(found.by_sector)},
     )
-    return [path, *(write_columns(folder / name, table, stamp) for name, table in zip(CSV_FILES, tables, strict=True))]
+    return dict(zip(CSV_FILES, tables, strict=True))
 
 
 def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[Any]]]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["ARRAYS", "CSV_COLUMNS", "FORMAT_NAME", "FORMAT_VERSION", "read", "write"]
+__all__ = ["ARRAYS", "CSV_COLUMNS", "FORMAT_NAME", "FORMAT_VERSION", "fragment_columns", "read", "write"]
 
 FORMAT_NAME = "fragfield fragments"
 FORMAT_VERSION = 1
@@ -46,7 +46,7 @@ def write(
 ) -> Path:
     """Write the `ARRAYS` of fragments as HDF5, or as CSV where the name ends so."""
     if path.suffix.lower() == ".csv":
-        return _write_csv(arrays, path, provenance)
+        return write_columns(path, fragment_columns(arrays), provenance)
     import h5py
 
     with creating(path, InputError) as file:
@@ -76,7 +76,8 @@ def read(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
     return arrays, names
 
 
-def _write_csv(arrays: Mapping[str, NDArray[Any]], path: Path, provenance: Mapping[str, str]) -> Path:
+def fragment_columns(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns of fragments.csv by their names, which hold the units, from the `ARRAYS` of fragments."""
     velocity = arrays["velocity"]
     columns = [
         np.arange(len(arrays["mass"])),
@@ -88,7 +89,7 @@ def _write_csv(arrays: Mapping[str, NDArray[Any]], path: Path, provenance: Mappi
         np.sqrt(np.einsum("ij,ij->i", velocity, velocity)),
         arrays["shape_factor"],
     ]
-    return write_columns(path, dict(zip(CSV_COLUMNS, columns, strict=True)), provenance)
+    return dict(zip(CSV_COLUMNS, columns, strict=True))
 
 
 def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:

@@ -9,21 +9,22 @@ import numpy as np
 
 from flight.errors import InputError
 from flight.files.hdf5 import open_checked, write_attributes
+from flight.files.text_tables import Labels
 from flight.integrate.contact import CONTACTS
-from flight.rows import HITS, LANDING, OBSTACLE_HITS
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, flat_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from flight.rows import Trajectories
 
 __all__ = [
-    "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
+    "named_columns", "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
     "write_landing", "write_obstacle_hits", "write_trajectories",
 ]  # fmt: skip
 
@@ -41,6 +42,11 @@ _LATER = {
 }
 ROWS_AT_ONCE = 1 << 16  # of a column, which is not contiguous in the table: the copy stays below 2 MB
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
+
+
+def named_columns(hits: NDArray[Any], what: str, names: Sequence[str]) -> dict[str, NDArray[Any] | Labels]:
+    """Columns of a table of hits, first the name of what was hit: of the "witness" or "obstacle" of every row."""
+    return {"name": Labels(names, hits[what]), **flat_columns(hits)}
 
 
 def write_landing(landing: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:

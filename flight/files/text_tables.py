@@ -1,5 +1,8 @@
 """CSV tables with a line of column names; lines that start with # carry provenance or a source.
 
+Tables are written with commas. Those that are read may have commas, semicolons or tabs between their cells: the line of
+column names shows which.
+
 A table is written by blocks of rows, each column of a block at once (`flight.kernels.number_text`): a million rows take
 a few megabytes and 50 ns a number.
 """
@@ -24,9 +27,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Labels", "line_of_row", "read_columns", "write_columns"]
+__all__ = ["DELIMITERS", "Labels", "column_names", "line_of_row", "read_columns", "write_columns"]
 
 ROWS_AT_ONCE = 2_000  # as text they stay in the cache
+
+DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
+"""What may stand between the cells of a table that is read, and its name."""
 
 _COMMA, _NEW_LINE = ord(","), ord("\n")
 
@@ -125,28 +131,59 @@ def _writer(column: NDArray[Any] | Labels) -> tuple[int, Callable[[slice, int, N
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     """Read a table of numbers as one float64 array a column.
 
+    Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point.
+
     Raises
     ------
     InputError
-        No such file, no table in it, or a cell that is not a number (the message names the line).
+        No such file, no table in it, several or no delimiters in the column names, or a cell that is not a number (the
+        message names the line).
     """
     text = read_text(path, InputError)
     lines = _table_lines(text)
     if not lines:
         raise InputError(f"{path}: no table in it; needed a line of column names and rows of numbers")
-    names = [name.strip() for name in lines[0][1].split(",")]
+    names, delimiter = column_names(path, lines[0][1])
     if len(set(names)) != len(names):
         raise InputError(f"{path}: two columns of one name in {', '.join(names)}")
     body = lines[1:]
     if not body:
         raise InputError(f"{path}: no rows below the column names {', '.join(names)}")
     try:
-        table = np.loadtxt(io.StringIO("\n".join(line for _, line in body)), delimiter=",", ndmin=2)
+        table = np.loadtxt(io.StringIO("\n".join(line for _, line in body)), delimiter=delimiter, ndmin=2)
         if table.shape[1] != len(names):
             raise ValueError
     except ValueError:
-        raise InputError(f"{path}: {_first_bad_line(body, names)}") from None
+        raise InputError(f"{path}: {_first_bad_line(body, names, delimiter)}") from None
     return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+
+
+def column_names(path: Path, head: str) -> tuple[list[str], str]:
+    """Column names of a table, and the delimiter between its cells.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    head : str
+        Its first line that is neither empty nor a comment.
+
+    Raises
+    ------
+    InputError
+        The line holds several of `DELIMITERS`, or none of them between words.
+    """
+    found = [mark for mark in DELIMITERS if mark in head]
+    allowed = "comma, semicolon or tab"
+    if len(found) > 1:
+        words = " and ".join(DELIMITERS[mark] for mark in found)
+        raise InputError(f"{path}: found {words} in the line of column names, {head.strip()!r}; allowed: one {allowed}")
+    if not found and len(head.split()) > 1:
+        raise InputError(
+            f"{path}: no delimiter in the line of column names, {head.strip()!r}; allowed between cells: {allowed}"
+        )
+    delimiter = found[0] if found else ","
+    return [name.strip() for name in head.split(delimiter)], delimiter
 
 
 def line_of_row(path: Path, row: int) -> int:
@@ -159,14 +196,17 @@ def _table_lines(text: str) -> list[tuple[int, str]]:
     return [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
 
 
-def _first_bad_line(body: list[tuple[int, str]], names: list[str]) -> str:
+def _first_bad_line(body: list[tuple[int, str]], names: list[str], delimiter: str) -> str:
     for number, line in body:
-        cells = line.split(",")
+        cells = line.split(delimiter)
         if len(cells) != len(names):
-            return f"line {number} has {len(cells)} cells, the {len(names)} columns are {', '.join(names)}"
+            other = [name for mark, name in DELIMITERS.items() if mark != delimiter and mark in line]
+            hint = f"; it holds {' and '.join(other)}, the column names {DELIMITERS[delimiter]}" if other else ""
+            return f"line {number} has {len(cells)} cells, the {len(names)} columns are {', '.join(names)}{hint}"
         for name, cell in zip(names, cells, strict=True):
             try:
                 float(cell)
             except ValueError:
-                return f"line {number}, column {name}: {cell.strip()!r} is not a number"
+                point = "; decimals need a point" if delimiter != "," and "," in cell else ""
+                return f"line {number}, column {name}: {cell.strip()!r} is not a number{point}"
     return "cannot be read as a table of numbers"

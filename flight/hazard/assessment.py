@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.hazard.criteria import Criteria
 from flight.hazard.tally import Tally, tally
@@ -49,7 +50,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hazard:
     """Hazard by azimuth sector (s of them) and distance (r cells).
 
@@ -89,6 +90,10 @@ class Hazard:
     hazardous: NDArray[np.float64]
     all_round_ground_distance: float
     all_round_normal_distance: float
+
+    def __repr__(self) -> str:
+        reach = f"{self.hazardous_fragment_distance:.4g} m in the worst of {len(self.azimuth)} sectors"
+        return f"<flight.Hazard: {reach}, {self.hazardous.sum():.4g} hazardous fragments>"
 
     @property
     def distance(self) -> NDArray[np.float64]:
@@ -152,6 +157,7 @@ def assess(
     realisations : int
         Number of realisations in `landing`; densities and numbers are means over them.
     """
+    require_number("hazard", "realisations", realisations, "")
     if realisations < 1:
         raise InputError(f"hazard: realisations is {realisations}, needed: 1 or more")
     criteria = criteria or Criteria()
@@ -190,7 +196,8 @@ def hazard_of(counts: Tally, criteria: Criteria, realisations: int | None = None
 
 def hit_probability(density: ArrayLike, person_area: float = 0.58) -> NDArray[np.float64]:
     """Probability p = 1 - exp(-q A) of a hit on a person of area A (m2) at a trajectory-normal density q (1/m2)."""
-    return np.asarray(-np.expm1(-person_area * np.asarray(density, dtype=np.float64)))
+    require_number("hazard", "person_area", person_area, "m2")
+    return np.asarray(-np.expm1(-person_area * real_array("hazard", "density", density, "1/m2")))
 
 
 def falling_through(

@@ -16,6 +16,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError
 from fragfield_base.writing import write_text
 
@@ -62,6 +63,7 @@ class Site:
     def __post_init__(self) -> None:
         """Refuse places that have no map."""
         for name in ("latitude", "longitude", "bearing"):
+            require_number("site", name, getattr(self, name), "degrees")
             if not math.isfinite(getattr(self, name)):
                 raise InputError(f"site: {name} is {getattr(self, name)}, needed: a finite number of degrees")
         if abs(self.latitude) > 89.0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flight.arguments import require_numbers
 from flight.errors import InputError
 
 __all__ = ["SHALLOWEST", "Criteria"]
@@ -23,6 +24,8 @@ class Criteria:
 
     def __post_init__(self) -> None:
         """Refuse criteria that mean nothing."""
+        units = {"energy": "J", "density": "1/m2", "person_area": "m2", "person_height": "m"}
+        require_numbers("hazard", self, units)
         for name in ("density", "person_area"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: above zero")

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError
 from flight.hazard.assessment import Hazard, distances_through, hazard_of, hit_probability
 from flight.hazard.criteria import Criteria
@@ -84,7 +85,7 @@ class Curve:
     pooled: NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EnsembleHazard:
     """Hazard over n realisations; made by `assess_ensemble`.
 
@@ -113,6 +114,11 @@ class EnsembleHazard:
     expected: ExpectedDistance | None = None
     undetermined: str = ""
     all_round: DensityGroups | None = None
+
+    def __repr__(self) -> str:
+        number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}"
+        reach = f"{len(self.azimuth)} sectors to {self.pooled.edges[-1]:.4g} m"
+        return f"<flight.EnsembleHazard: {number}, {reach}, criterion {self.criteria.energy:g} J>"
 
     @property
     def realisations(self) -> int:
@@ -353,6 +359,7 @@ def assess_ensemble(
     InputError
         There is no realisation, grids differ, or the tolerance is not above zero.
     """
+    require_number("hazard", "tolerance", tolerance, "")
     if not (math.isfinite(tolerance) and tolerance > 0.0):
         raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)

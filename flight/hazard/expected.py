@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -70,6 +71,10 @@ class Directions:
     basis: str = "all_azimuths"
     kernel: float = 10.0
     mirrors: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a kernel that is not numeric."""
+        require_number("hazard", "kernel", self.kernel, "degrees")
 
     @property
     def all_alike(self) -> bool:
@@ -220,7 +225,7 @@ def _padded(values: Array, cells: int) -> Array:
     return np.pad(values, empty)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ExpectedDistance:
     """The hazard distance of an ensemble; lengths in m.
 
@@ -273,6 +278,10 @@ class ExpectedDistance:
     density_low: Array = field(default_factory=lambda: np.zeros((2, 0)))
     density_high: Array = field(default_factory=lambda: np.zeros((2, 0)))
 
+    def __repr__(self) -> str:
+        bound = "no upper bound" if self.upper is None else f"upper bound (95 %) {self.upper:.4g} m"
+        return f"<flight.ExpectedDistance: {self.distance:.4g} m, {bound}, {self.realisations} realisations>"
+
     @property
     def relative_error(self) -> float:
         """Standard error over the distance; infinite for a single realisation, 0 where there is no hazard."""
@@ -309,6 +318,7 @@ def expected_distance(
     InputError
         There is no realisation.
     """
+    require_number("hazard", "limit", limit, "1/m2")
     if not groups.realisations:
         raise InputError("hazard: no realisation to assess")
     return _Estimate(groups, limit, draws, seed).result(every_direction=every_direction)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array, require_numbers
 from flight.errors import InputError
 from flight.result import Status
 from flight.scene.targets import Panel, Polygon
@@ -79,7 +80,8 @@ class Prism:
 
     def __post_init__(self) -> None:
         """Refuse what encloses nothing."""
-        corners = np.array(self.corners, dtype=np.float64)
+        corners = real_array("exposed", "corners", self.corners, "m").copy()
+        require_numbers("exposed", self, {"bottom": "m", "top": "m", "energy": "J", "height": "m"})
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
             raise InputError(f"exposed: corners have shape {corners.shape}, needed (k, 2) with k of 3 or more, finite")
         area = _area(corners)

@@ -50,7 +50,7 @@ class NearGround:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PathLengths:
     """Lengths of the paths of hazardous fragments below a person's height.
 
@@ -64,6 +64,10 @@ class PathLengths:
 
     near: NearGround
     lengths: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        turns, cells = self.lengths.shape
+        return f"<flight.PathLengths: {self.lengths.sum():.4g} m in {turns} x {cells} cells>"
 
     @classmethod
     def of(cls, near: NearGround, counted: list[NDArray[np.int64]]) -> PathLengths:

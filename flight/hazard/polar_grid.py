@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ class PolarGrid:
 
     def __post_init__(self) -> None:
         """Refuse grids without cells."""
+        require_numbers("hazard", self, {"sectors": "", "cuts": "", "cell": "m", "cells": ""})
         if not (math.isfinite(self.cell) and self.cell > 0.0):
             raise InputError(f"hazard: distance cells of {self.cell} m, needed: above zero")
         if min(self.sectors, self.cuts, self.cells) < 1:
@@ -59,6 +61,13 @@ class PolarGrid:
     @classmethod
     def of(cls, sectors: int, kernel: float, cell: float, reach: float) -> PolarGrid:
         """A grid for a kernel of this half-width (degrees), up to a distance of at least `reach` (m)."""
+        for name, value, unit in (
+            ("sectors", sectors, ""),
+            ("kernel", kernel, "degrees"),
+            ("cell", cell, "m"),
+            ("reach", reach, "m"),
+        ):
+            require_number("hazard", name, value, unit)
         cuts = max(1, math.ceil(360.0 / sectors / (kernel / PER_KERNEL) - 1e-9))
         if sectors * cuts % 2:
             cuts *= 2  # so that both ends of a diameter lie alike

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from flight.arguments import require_number
 from flight.errors import InputError, nearest
 from flight.hazard.expected import expected_distance
 
@@ -42,6 +43,7 @@ def effective_number(side: float, top: float, cover: str = "open") -> float:
     if cover not in COVERS:
         raise InputError(f"stack rule: cover is {cover!r}{nearest(cover, COVERS)}; allowed: {', '.join(COVERS)}")
     for name, value in (("side", side), ("top", top)):
+        require_number("stack rule", name, value, "")
         if not (math.isfinite(value) and value >= 0.0):
             raise InputError(f"stack rule: {name} is {value}, needed: zero or more rounds")
     number = COVERS[cover][0] * side + COVERS[cover][1] * top
@@ -60,6 +62,7 @@ def stack_rule(single: EnsembleHazard, number: float) -> ExpectedDistance:
     InputError
         The number is not above zero, or the single round's distance is not determined or was never estimated.
     """
+    require_number("stack rule", "effective number", number, "")
     if not (math.isfinite(number) and number > 0.0):
         raise InputError(f"stack rule: effective number is {number}, needed: above zero")
     if single.undetermined or single.all_round is None:

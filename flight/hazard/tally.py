@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.hazard.criteria import SHALLOWEST, Criteria
 from flight.hazard.fields import fields_of
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Tally", "sectors_of", "tally"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tally:
     """Counts on a grid of n realisations, s azimuth sectors and r cells of distance.
 
@@ -46,6 +47,11 @@ class Tally:
     fragments: NDArray[np.int64]
     hazardous: NDArray[np.int64]
     throw: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        number, sectors, cells = self.landings.shape
+        landed, hazardous = int(self.fragments.sum()), int(self.hazardous.sum())
+        return f"<flight.Tally: {number} x {sectors} x {cells} cells, {landed} landed, {hazardous} hazardous>"
 
     @property
     def realisations(self) -> int:
@@ -145,6 +151,7 @@ def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.i
     InputError
         The width (degrees) is not a whole fraction of 360.
     """
+    require_number("hazard", "sector_width", width, "degrees")
     count = round(360.0 / width) if width > 0.0 else 0
     if count < 1 or abs(count * width - 360.0) > 1e-9:
         raise InputError(f"hazard: sector width is {width} degrees, needed: a whole fraction of 360, such as 5")
@@ -152,7 +159,7 @@ def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.i
 
 
 def _edges(distance: float | ArrayLike, farthest: float) -> NDArray[np.float64]:
-    given = np.asarray(distance, dtype=np.float64)
+    given = real_array("hazard", "distance", distance, "m")
     if given.ndim == 0:
         if not (np.isfinite(given) and given > 0.0):
             raise InputError(f"hazard: distance cells of {given} m, needed: above zero")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -96,8 +97,10 @@ class Contact:
             ("duration", "s"),
         ):
             value = getattr(self, name)
+            require_number("contact", name, value, unit)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"contact: {name} is {value} {unit}, needed: finite and above zero")
+        require_numbers("contact", self, {"restitution": "", "friction_angle_deg": "degrees"})
         if not 0.0 <= self.restitution <= 1.0:
             raise InputError(f"contact: restitution is {self.restitution}, allowed: 0 to 1")
         if not 0.0 <= self.friction_angle_deg < 90.0:

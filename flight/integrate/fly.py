@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.drag import Drag
 from flight.errors import FlightWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
@@ -204,12 +205,17 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
 def _check(
     gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, integrator: Integrator
 ) -> None:
+    require_number("fly", "gravity", gravity, "m/s2")
+    require_number("fly", "time_limit", time_limit, "s")
     if not math.isfinite(gravity):
         raise InputError(f"gravity is {gravity}, needed: a finite number (m/s2)")
     if not (math.isfinite(time_limit) and time_limit > 0.0):
         raise InputError(f"time_limit is {time_limit} s, needed: finite and above zero")
-    if np.shape(origin) != (2,) or not np.isfinite(origin).all():
+    place = real_array("fly", "origin", origin, "m")
+    if place.shape != (2,) or not np.isfinite(place).all():
         raise InputError(f"origin is {origin}, needed: two finite numbers (m)")
+    if threads is not None:
+        require_number("fly", "threads", threads, "")
     if threads is not None and threads < 1:
         raise InputError(f"threads is {threads}, needed: 1 or more")
     if not isinstance(integrator, Adaptive | FixedStep):

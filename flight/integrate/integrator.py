@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
 
 __all__ = ["Adaptive", "Domain", "FixedStep", "Integrator"]
@@ -26,6 +27,7 @@ class Adaptive:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be stepped."""
+        require_numbers("integrator", self, {"tolerance": "", "longest_step": "s"})
         if not 1e-14 <= self.tolerance <= 1e-2:
             raise InputError(f"integrator: tolerance is {self.tolerance}, allowed: 1e-14 to 1e-2")
         if not self.longest_step > 0.0:
@@ -40,6 +42,7 @@ class FixedStep:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be stepped."""
+        require_number("integrator", "step", self.step, "s")
         if not (math.isfinite(self.step) and self.step > 0.0):
             raise InputError(f"integrator: fixed step is {self.step} s, needed: above zero")
 
@@ -57,6 +60,7 @@ class Domain:
 
     def __post_init__(self) -> None:
         """Refuse an empty domain."""
+        require_numbers("domain", self, {"radius": "m", "ceiling": "m", "floor": "m"})
         if not self.radius > 0.0:
             raise InputError(f"domain: radius is {self.radius} m, needed: above zero")
         if not self.floor < self.ceiling:

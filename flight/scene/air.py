@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
 from flight.scene.tables import evaluate_pieces, hermite_pieces
 
@@ -73,6 +74,7 @@ class ConstantAir:
 
     def __post_init__(self) -> None:
         """Refuse what is not air."""
+        require_numbers("air", self, {"density_everywhere": "kg/m3", "sound_speed_everywhere": "m/s"})
         if not (math.isfinite(self.density_everywhere) and self.density_everywhere >= 0.0):
             raise InputError(f"air: density is {self.density_everywhere} kg/m3, needed: zero or more")
         if not (math.isfinite(self.sound_speed_everywhere) and self.sound_speed_everywhere > 0.0):
@@ -106,6 +108,7 @@ class StandardAtmosphere:
 
     def __post_init__(self) -> None:
         """Refuse a site outside the atmosphere."""
+        require_number("air", "site_altitude", self.site_altitude, "m")
         if not -5000.0 <= self.site_altitude <= 84_000.0:
             raise InputError(f"air: site altitude is {self.site_altitude} m, allowed: -5000 to 84000")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_numbers
 from flight.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ class Bounce:
 
     def __post_init__(self) -> None:
         """Refuse coefficients that mean nothing."""
+        units = {"normal": "", "tangential": "", "friction": "", "rest_speed": "m/s"}
+        require_numbers(f"bounce {self.name}", self, units)
         for what in ("normal", "tangential"):
             value = getattr(self, what)
             if not 0.0 <= value <= 1.0:

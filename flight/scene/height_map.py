@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import FlightWarning, InputError
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["HeightMap"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class HeightMap:
     """Heights of the ground at the nodes of a regular grid.
 
@@ -78,22 +79,25 @@ class HeightMap:
         InputError
             Not a grid of two by two nodes or more, or holes while `holes` is "refuse".
         """
-        try:
-            grid = np.array(heights, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{name}: heights cannot be read as numbers ({error})") from None
+        grid = real_array(name, "heights", heights, "m").copy()
         if grid.ndim != 2 or min(grid.shape) < 2:
             raise InputError(f"{name}: heights have shape {grid.shape}, needed: two rows and two columns or more")
-        steps = np.broadcast_to(np.asarray(step, dtype=np.float64), 2)
+        steps = np.broadcast_to(real_array(name, "step", step, "m"), 2)
         if not (np.isfinite(steps).all() and (steps > 0.0).all()):
             raise InputError(f"{name}: step is {step}, needed: above zero (m)")
-        if np.shape(corner) != (2,) or not np.isfinite(corner).all():
+        place = real_array(name, "corner", corner, "m")
+        if place.shape != (2,) or not np.isfinite(place).all():
             raise InputError(f"{name}: corner is {corner}, needed: two finite numbers (m)")
         object.__setattr__(self, "filled", _fill(grid, holes, name))
         object.__setattr__(self, "heights", grid)
         object.__setattr__(self, "step", (float(steps[0]), float(steps[1])))
         object.__setattr__(self, "corner", (float(corner[0]), float(corner[1])))
         object.__setattr__(self, "name", name)
+
+    def __repr__(self) -> str:
+        rows, columns = self.heights.shape
+        low, high = float(self.heights.min()), float(self.heights.max())
+        return f"<flight.HeightMap {self.name!r}: {rows} x {columns} nodes, {low:.4g} to {high:.4g} m>"
 
     @classmethod
     def read(
@@ -125,7 +129,8 @@ class HeightMap:
         from flight.files.height_map import read_grid
 
         path = Path(path)
-        if np.shape(site) != (2,) or not np.isfinite(site).all():
+        place = real_array(str(path), "site", site, "m")
+        if place.shape != (2,) or not np.isfinite(place).all():
             raise InputError(f"{path}: site is {site}, needed: two finite numbers (m)")
         grid = read_grid(path)
         corner = (grid.corner[0] - site[0], grid.corner[1] - site[1])
@@ -138,6 +143,7 @@ class HeightMap:
             if cls(hole, grid.step, corner).at(0.0, 0.0) > 0.0:
                 raise InputError(f"{path}: the map has a hole at the site {site}; give datum as a height (m)")
         else:
+            require_number(str(path), 'datum other than "site"', datum, "m")
             zero = float(datum)
             if not math.isfinite(zero):
                 raise InputError(f'{path}: datum is {datum}, needed: a finite height (m) or "site"')

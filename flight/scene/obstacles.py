@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.scene.bounce import Bounce
 
@@ -79,6 +80,7 @@ class Barricade:
     def __post_init__(self) -> None:
         """Refuse what is not a bank."""
         _check(self, ("start", "end"), ("height", "crest_width"))
+        require_number(f"obstacle {self.name}", "slope", self.slope, "")
         if not (math.isfinite(self.slope) and self.slope >= 0.0):
             raise InputError(f"obstacle {self.name}: slope is {self.slope}, needed: zero (upright) or more")
         _direction(self)
@@ -114,6 +116,7 @@ class Building:
     def __post_init__(self) -> None:
         """Refuse what is not a box."""
         _check(self, ("centre",), ("length", "width", "height"))
+        require_number(f"obstacle {self.name}", "azimuth", self.azimuth, "degrees")
         if not math.isfinite(self.azimuth):
             raise InputError(f"obstacle {self.name}: azimuth is {self.azimuth}, needed: degrees")
 
@@ -231,16 +234,16 @@ def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]
     name = obstacle.name
     for what in places:
         value = getattr(obstacle, what)
-        try:
-            array = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            array = np.array([])
+        array = real_array(f"obstacle {name}", what, value, "m")
         if array.shape != (2,) or not np.isfinite(array).all():
             raise InputError(f"obstacle {name}: {what} is {value}, needed: two finite numbers (m)")
     for what in lengths:
         value = getattr(obstacle, what)
+        require_number(f"obstacle {name}", what, value, "m")
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"obstacle {name}: {what} is {value} m, needed: above zero")
+    if obstacle.base is not None:
+        require_number(f"obstacle {name}", "base", obstacle.base, "m")
     if obstacle.base is not None and not math.isfinite(obstacle.base):
         raise InputError(f"obstacle {name}: base is {obstacle.base}, needed: a finite height (m), or None: the ground")
     try:

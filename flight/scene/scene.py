@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_number
 from flight.errors import InputError
 from flight.scene.bounce import Bounce
 from flight.scene.height_map import HeightMap
@@ -78,6 +79,8 @@ class Scene:
             raise InputError(f"bounce: gravity is {gravity} m/s2; without weight nothing comes to rest")
         if self.bounce is not None and self.ground is None:
             raise InputError("bounce: there is no ground to bounce on")
+        if self.ground is not None and not isinstance(self.ground, HeightMap):
+            require_number("fly", "ground", self.ground, "m")
         if isinstance(self.ground, float | int) and not math.isfinite(self.ground):
             raise InputError(f"ground is {self.ground}, needed: a finite height (m), a flight.HeightMap, or None")
         self.check_places(fragments.position, origin, "fragments")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import real_array, require_number, require_numbers
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class Cylinder:
 
     def __post_init__(self) -> None:
         """Refuse what is not a cylinder."""
+        require_numbers(f"witness {self.name}", self, {"radius": "m", "bottom": "m", "top": "m"})
         if not (math.isfinite(self.radius) and self.radius > 0.0):
             raise InputError(f"witness {self.name}: radius is {self.radius} m, needed: above zero")
         _vector(self.name, "centre", self.centre, 2)
@@ -65,6 +67,7 @@ class Panel:
             _vector(self.name, what, getattr(self, what), 3)
         for what in ("width", "height"):
             value = getattr(self, what)
+            require_number(f"witness {self.name}", what, value, "m")
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(f"witness {self.name}: {what} is {value} m, needed: above zero")
         self.axes()
@@ -97,10 +100,7 @@ class Polygon:
     def __init__(self, corners: ArrayLike, name: str = "polygon") -> None:
         """Take the corners as anything NumPy can read."""
         object.__setattr__(self, "name", name)
-        try:
-            object.__setattr__(self, "corners", np.array(corners, dtype=np.float64))
-        except (TypeError, ValueError) as error:
-            raise InputError(f"witness {name}: corners cannot be read as numbers ({error})") from None
+        object.__setattr__(self, "corners", real_array(f"witness {name}", "corners", corners, "m").copy())
         if self.corners.ndim != 2 or self.corners.shape[1] != 3 or len(self.corners) < 3:
             raise InputError(
                 f"witness {name}: corners have shape {self.corners.shape}, needed (n, 3) with n of 3 or more"
@@ -199,10 +199,7 @@ def _grouped(rows: NDArray[np.float64], witnesses: Sequence[Witness]) -> NDArray
 
 
 def _vector(witness: str, what: str, value: Sequence[float], size: int) -> None:
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.array([])
+    array = real_array(f"witness {witness}", what, value, "" if what in ("normal", "up") else "m")
     if array.shape != (size,) or not np.isfinite(array).all():
         raise InputError(f"witness {witness}: {what} is {value}, needed: {size} finite numbers")
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import require_numbers
 from flight.errors import InputError
 
 if TYPE_CHECKING:
@@ -93,6 +94,7 @@ class Wall:
         """Refuse materials without a relation."""
         if self.material not in MATERIALS:
             raise InputError(f"wall: material is {self.material!r}, allowed: {' or '.join(MATERIALS)}")
+        require_numbers("wall", self, {"thickness": "m", "strength": "Pa"})
         for name in ("thickness", "strength"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise InputError(f"wall: {name} is {getattr(self, name)}, needed: above zero")

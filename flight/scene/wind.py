@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.scene.tables import evaluate_pieces, monotone_pieces
 
@@ -51,14 +52,19 @@ class Wind:
     @classmethod
     def constant(cls, speed: float, towards_deg: float) -> Wind:
         """Wind of one speed (m/s) blowing towards an azimuth (degrees) at every height."""
+        require_number("wind", "speed", speed, "m/s")
+        require_number("wind", "towards_deg", towards_deg, "degrees")
         return cls.profile([0.0], [speed], [towards_deg])
 
     @classmethod
     def profile(cls, height: ArrayLike, speed: ArrayLike, towards_deg: ArrayLike) -> Wind:
         """Wind from heights (m), speeds (m/s) and azimuths it blows towards (degrees), each (n,) or single."""
+        given = (("height", height, "m"), ("speed", speed, "m/s"), ("towards_deg", towards_deg, "degrees"))
         try:
-            arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(a, float)) for a in (height, speed, towards_deg)))
-        except (TypeError, ValueError) as error:
+            arrays = np.broadcast_arrays(*(np.atleast_1d(real_array("wind", *one)) for one in given))
+        except ValueError as error:
+            if isinstance(error, InputError):
+                raise
             raise InputError(f"wind: heights, speeds and azimuths do not fit together ({error})") from None
         place, amount, angle = arrays
         velocity = np.stack([amount * np.cos(np.radians(angle)), amount * np.sin(np.radians(angle))], axis=1)
@@ -75,6 +81,12 @@ class Wind:
         top: float = 1000.0,
     ) -> Wind:
         """Wind growing as (height above ground / reference height)^exponent up to `top` (m above ground)."""
+        for name, value, unit in (
+            ("speed", speed, "m/s"), ("towards_deg", towards_deg, "degrees"),
+            ("reference_height", reference_height, "m"), ("exponent", exponent, ""), ("ground", ground, "m"),
+            ("top", top, "m"),
+        ):  # fmt: skip
+            require_number("wind", name, value, unit)
         if reference_height <= 0.0 or top <= 0.0 or not math.isfinite(exponent):
             raise InputError(f"wind: reference height {reference_height} m and top {top} m must be above zero")
         rise = np.concatenate([[0.0], np.geomspace(min(0.1, 0.01 * top), top, 41)])

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["changed_document", "load_changed_case", "load_set_case", "read_settings", "read_value"]
+__all__ = ["changed_document", "load_changed_case", "load_set_case", "read_settings", "read_value", "set_document"]
 
 _EXAMPLE = '--set burst.cell_size="8 mm"'
 _MATERIALS = ("explosive", "casing")
@@ -47,7 +47,9 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
     return case_from_document(changed, source=source, folder=path.parent)
 
 
-def load_set_case(path: Path, settings: Sequence[str], *, cell_size: str | None = None, burst: bool = True) -> Case:
+def load_set_case(
+    path: Path, settings: Sequence[str] = (), *, cell_size: str | None = None, burst: bool = True
+) -> Case:
     """Read, check and resolve a case file with the values of `--set`; its title stays.
 
     Parameters
@@ -66,16 +68,26 @@ def load_set_case(path: Path, settings: Sequence[str], *, cell_size: str | None 
     InputError
         As `fragfield.case.load_case`; a setting that cannot be read, or two values for one key.
     """
+    document, source = set_document(path, settings, cell_size=cell_size)
+    return case_from_document(document, source=source, folder=path.parent, burst=burst)
+
+
+def set_document(
+    path: Path, settings: Sequence[str] = (), *, cell_size: str | None = None
+) -> tuple[dict[str, Any], str]:
+    """Tables of a case file with the values of `--set`, and what messages call them; as `load_set_case`."""
     changes = read_settings(settings)
-    source = f"{path} with {' '.join(f'--set {setting}' for setting in settings)}"
+    words = [f"--set {setting}" for setting in settings]
     if cell_size is not None:
         if "burst.cell_size" in changes:
             raise InputError(f"{path}: --cell-size and --set burst.cell_size both given; use one of them")
         changes["burst.cell_size"] = cell_size
-        source += " and --cell-size"
+    ways = [" ".join(words)] if words else []
+    ways += ["--cell-size"] if cell_size is not None else []
+    source = f"{path} with {' and '.join(ways)}" if ways else str(path)
     document = changed_document(read_document(path), changes, source=source, folder=path.parent)
     document.setdefault("title", path.stem)
-    return case_from_document(document, source=source, folder=path.parent, burst=burst)
+    return document, source
 
 
 def read_settings(settings: Sequence[str]) -> dict[str, Any]:

@@ -9,7 +9,6 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import fragfield
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.document import css_text, document_of, identity_line
@@ -17,6 +16,7 @@ from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
 from fragfield.report.side_by_side import FigureQueue
+from fragfield.version import __version__
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int, written: 
         sections=parts,
         figures=figures,
         style=sources["report.css"],
-        program_version=run.provenance.get("program_version") or fragfield.__version__,
+        program_version=run.provenance.get("program_version") or __version__,
         computed=_readable(run.provenance.get("date", "")),
         written=written,
         document=document_of(run),

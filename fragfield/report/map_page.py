@@ -6,9 +6,9 @@ import json
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-import fragfield
 from fragfield.report.site_figure import north_of, site_shapes
 from fragfield.site_map import KINDS, extent_of
+from fragfield.version import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,7 +75,7 @@ def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool
     environment = Environment(autoescape=True, undefined=StrictUndefined)
     page = environment.from_string(source).render(
         title=run.title, data=text, identity=f"{identity} · " if identity else "", written=written,
-        program_version=run.provenance.get("program_version") or fragfield.__version__,
+        program_version=run.provenance.get("program_version") or __version__,
     )  # fmt: skip
     path.write_text(page, encoding="utf-8")
     return True

@@ -36,7 +36,7 @@ STAGE_FILES = {
 _PROVENANCE_SKIPPED = ("format", "format_version", "time", "geometry")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RoundTables:
     """One round at the end of the burst: attributes, and its tables as structured arrays (SI)."""
 
@@ -48,6 +48,9 @@ class RoundTables:
     def name(self) -> str:
         """Name of the round."""
         return str(self.attributes.get("name", ""))
+
+    def __repr__(self) -> str:
+        return f"<RoundTables {self.name!r}: {len(self.segments)} segments, {len(self.along)} stations>"
 
 
 @dataclass

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import fragfield
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.stamped import read_stamped_json, stamped_json
 from fragfield.uncertainty.budget import budget_of
 from fragfield.uncertainty.indices import Analysis, analyse
 from fragfield.uncertainty.sample import results_of_summary
 from fragfield.uncertainty.spread import spread_of, without_statistical_error
+from fragfield.version import __version__
 from fragfield_base.csv_text import harmless
 from fragfield_base.writing import write_text
 
@@ -79,7 +79,7 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     nominal = results_of_summary(summary)
     found: dict[str, Any] = {
         "exit_code": EXIT_DONE if known == study.samples else EXIT_NUMERICAL,
-        "program_version": fragfield.__version__,
+        "program_version": __version__,
         "title": study.case.title,
         "inputs": [entry.described() for entry in study.inputs],
         "design": {

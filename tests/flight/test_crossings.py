@@ -228,7 +228,7 @@ def test_many_hits_are_all_kept() -> None:
         (lambda: Polygon([(0, 0, 0), (1, 0, 0)]), r"corners have shape \(2, 3\)"),
         (lambda: Polygon([(0, 0, 0), (1, 0, 0), (2, 0, 0)]), "enclose no area"),
         (lambda: Polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)]), "leave their plane by"),
-        (lambda: Polygon("abc"), "cannot be read as numbers"),
+        (lambda: Polygon("abc"), "corners is the text .abc.; needed: metres as numbers"),
     ],
 )
 def test_messages(make, message: str) -> None:

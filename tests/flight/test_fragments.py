@@ -73,7 +73,7 @@ def test_presented_area_of_sphere() -> None:
         ({"position": np.zeros((2, 2))}, r"position has shape \(2, 2\), but 2 fragments need \(2, 3\)"),
         ({"mass": [0.1, 0.1, 0.1]}, r"velocity has shape \(2, 3\), but 3 fragments need \(3, 3\)"),
         ({"round": 0.5}, r"round must hold whole numbers"),
-        ({"mass": "heavy"}, r"mass cannot be read as numbers"),
+        ({"mass": "heavy"}, r"mass is the text .heavy.; needed: kilograms as numbers"),
     ],
 )
 def test_what_cannot_fly_is_refused(change: dict[str, object], message: str) -> None:

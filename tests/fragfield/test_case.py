@@ -105,7 +105,7 @@ def test_the_reference_can_be_generated_from_the_schema():
     schema = Case.model_json_schema()
     size = schema["$defs"]["BurstTable"]["properties"]["cell_size"]
     assert size["unit"] == "m"
-    assert size["description"].startswith("Edge of a cell")
+    assert size["description"].startswith("Target edge length of the cells")
     bare = [
         f"{name}.{key}"
         for name, table in schema["$defs"].items()

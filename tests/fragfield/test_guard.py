@@ -22,7 +22,7 @@ def _broken(*arguments, **options):
 
 def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
     (tmp_path / "mine.toml").write_text(SHORT)
-    monkeypatch.setattr("fragfield.check.check_report", _broken)
+    monkeypatch.setattr("fragfield.checking.check_report", _broken)
     done = invoke("check", tmp_path / "mine.toml")
     assert done.exit_code == EXIT_FAULT == 4
     assert len(done.stderr.splitlines()) == 1

@@ -9,7 +9,7 @@ import pytest
 from fragfield.case import load_case, load_changed_case
 from fragfield.case.break_up_table import BreakUpTable
 from fragfield.case.convert import break_up_settings
-from fragfield.check import check_report
+from fragfield.checking import check_report
 from fragfield.errors import InputError
 from fragfield.report.findings import findings
 from fragfield.report.run_files import RunFiles

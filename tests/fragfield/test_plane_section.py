@@ -11,7 +11,7 @@ import pytest
 from fragfield.case.convert import burst_settings
 from fragfield.case.geometry import burst_geometry
 from fragfield.case.load import case_from_document
-from fragfield.check import check_report
+from fragfield.checking import check_report
 from fragfield.errors import InputError, exit_code_of
 from fragfield.show import print_check
 from tests.fragfield.short_run import invoke

@@ -1,0 +1,134 @@
+"""The commands that check and compute a case, whole or by stages: each is one call of the Python interface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+import fragfield
+from fragfield.cli.application import app
+from fragfield.cli.guard import give, guarded
+from fragfield.cli.options import (
+    CaseOrRun,
+    CellSize,
+    FragmentsFile,
+    Json,
+    Out,
+    Overwrite,
+    Quiet,
+    Resume,
+    Settings,
+    Threads,
+)
+from fragfield.errors import EXIT_NUMERICAL
+from fragfield.parallel import launched_rank
+
+if TYPE_CHECKING:
+    from fragfield.interface.results import Run
+
+__all__ = ["break_up", "burst", "check", "fly", "report", "run"]
+
+
+@app.command()
+def check(
+    case: CaseOrRun,
+    cell_size: CellSize = None,
+    settings: Settings = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Read a case, print it resolved in SI with derived quantities, and warn of what may be wrong."""
+    with guarded(json=json, quiet=quiet):
+        from fragfield.show_check import print_check
+
+        done = fragfield.check(case, cell_size=cell_size, set=settings or ())
+        give(done.found, json=json, quiet=quiet, show=lambda found: print_check(found, done.case.values))
+
+
+@app.command()
+def run(
+    case: CaseOrRun,
+    out: Out = None,
+    cell_size: CellSize = None,
+    settings: Settings = None,
+    threads: Threads = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Run the whole chain: burst, break-up, flight, report."""
+    with guarded(json=json, quiet=quiet):
+        done = fragfield.run(
+            case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
+            overwrite=overwrite, progress=not quiet,
+        )  # fmt: skip
+        _give_summary(done, json=json, quiet=quiet, flown=True)
+
+
+@app.command()
+def burst(
+    case: CaseOrRun,
+    out: Out = None,
+    cell_size: CellSize = None,
+    settings: Settings = None,
+    threads: Threads = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Compute the detonation and the acceleration of the casings."""
+    with guarded(json=json, quiet=quiet):
+        done = fragfield.run(
+            case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
+            overwrite=overwrite, progress=not quiet, only="burst",
+        )  # fmt: skip
+        _give_summary(done, json=json, quiet=quiet, flown=False)
+
+
+@app.command("break-up")
+def break_up(
+    case: CaseOrRun, out: Out = None, threads: Threads = None, quiet: Quiet = False, json: Json = False
+) -> None:
+    """Break the casings of a computed burst into fragments."""
+    with guarded(json=json, quiet=quiet):
+        done = fragfield.run(case, out=out, threads=threads, progress=not quiet, only="break-up")
+        _give_summary(done, json=json, quiet=quiet, flown=False)
+
+
+@app.command()
+def fly(
+    case: CaseOrRun,
+    out: Out = None,
+    fragments: FragmentsFile = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Fly the fragments of a run, or of a file, to the ground."""
+    with guarded(json=json, quiet=quiet):
+        done = fragfield.run(case, out=out, fragments=fragments, threads=threads, progress=not quiet, only="fly")
+        _give_summary(done, json=json, quiet=quiet, flown=True)
+
+
+@app.command()
+def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = False) -> None:
+    """Write the report of a run, report.html."""
+    with guarded(json=json, quiet=quiet):
+        done = fragfield.run(case, out=out, progress=not quiet, only="report")
+        _give_summary(done, json=json, quiet=quiet, flown=False)
+
+
+def _give_summary(done: Run, *, json: bool, quiet: bool, flown: bool) -> None:
+    """Print the summary of a run; one that was `flown` and has no hazard distance ends with the exit code for that."""
+    from fragfield.show import print_summary
+
+    if launched_rank() == 0:
+        from fragfield.certainty import is_determined
+
+        summary = {"directory": str(done.path), **done.summary}
+        give(summary, json=json, quiet=quiet, show=print_summary)
+        if flown and not is_determined(summary):
+            raise typer.Exit(EXIT_NUMERICAL)

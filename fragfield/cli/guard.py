@@ -1,0 +1,84 @@
+"""How a command ends: its result on stdout, its errors as one message each with its exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of, message_of
+from fragfield.parallel import launched_rank
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+__all__ = ["give", "guarded", "print_paths"]
+
+
+def print_paths(found: dict[str, Any]) -> None:
+    """Print the paths of a result, one a line."""
+    for paths in found.values():
+        for path in paths:
+            typer.echo(path)
+
+
+def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
+    """Print a result: as one JSON object, or for people."""
+    if json:
+        from json import dumps
+
+        typer.echo(dumps(found, allow_nan=False))
+    elif not quiet:
+        show(found)
+
+
+@contextmanager
+def guarded(*, json: bool, quiet: bool) -> Iterator[None]:
+    """End every error with one message and its exit code; the traceback of one of the program goes to a log."""
+    from fragfield.logs import to_stderr
+
+    try:
+        with to_stderr(quiet=quiet or launched_rank() > 0):
+            yield
+    except KeyboardInterrupt as error:
+        _print_message(message_of(error), json=json)
+        raise typer.Exit(EXIT_INTERRUPTED) from error
+    except (typer.Exit, BrokenPipeError):
+        raise
+    except Exception as error:  # noqa: BLE001 - the last guard: nothing passes it
+        code, message = exit_code_of(error), message_of(error)
+        if code == EXIT_FAULT:
+            message += f"; please report it with {_log_of(error)}"
+        _print_message(message, json=json, code=code)
+        raise typer.Exit(code) from None
+
+
+def _log_of(error: Exception) -> str:
+    """Where the traceback of a fault can be read: the run's log, else a file of its own."""
+    import tempfile
+    import traceback
+
+    if (log := getattr(error, "fragfield_log", None)) is not None:
+        return str(log)
+    try:
+        descriptor, name = tempfile.mkstemp(prefix="fragfield-fault-", suffix=".log")  # readable by its owner alone
+        with os.fdopen(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(f"{' '.join(sys.argv)}\n")
+            traceback.print_exception(error, file=file)
+    except OSError:
+        return "what you did (its traceback could not be written)"
+    return name
+
+
+def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
+    if launched_rank() > 0:
+        return
+    typer.echo(f"fragfield: {message}", err=True)
+    if json:
+        from json import dumps
+
+        typer.echo(dumps({"error": {"message": message, "exit_code": code}}))
+    sys.stdout.flush()

@@ -1,0 +1,96 @@
+"""The commands that show and compare what is there, and write a new case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fragfield.cli.application import app
+from fragfield.cli.guard import give, guarded, print_paths
+from fragfield.cli.options import CaseOrRun, Html, Json, Quiet, Window
+
+__all__ = ["compare", "info", "new", "view"]
+
+
+@app.command()
+def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
+    """Look at a run: in a window where there is a display, else as pictures and films; or as 3-D pages."""
+    with guarded(json=json, quiet=quiet):
+        from fragfield.interface.running import request_of
+        from fragfield.view import view_run
+
+        written = view_run(request_of(case).source.path, window=window, html=html)
+        give(
+            {"pages" if html else "pictures": [str(path) for path in written]},
+            json=json,
+            quiet=quiet,
+            show=print_paths,
+        )
+
+
+@app.command()
+def info(
+    path: Annotated[Path, typer.Argument(metavar="RUN_OR_FILE", help="The directory of a run, or one of its files.")],
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Say what a run directory or an HDF5 file holds and where it comes from."""
+    with guarded(json=json, quiet=quiet):
+        from fragfield.info import describe
+        from fragfield.show import print_info
+
+        give(describe(path), json=json, quiet=quiet, show=print_info)
+
+
+@app.command()
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="The file to write: NAME.toml.")],
+    round_: Annotated[str, typer.Option("--round", metavar="PROFILE", help="Built-in contour of the round.")] = "m107",
+    explosive: Annotated[str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive.")] = "tnt",
+    casing: Annotated[
+        str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
+    ] = None,
+    stack: Annotated[
+        str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Copies of the round: row, triangle, pallet.")
+    ] = None,
+    every_key: Annotated[
+        bool, typer.Option("--all", help="Every key of the case file, not only the usual ones.")
+    ] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Write a commented case file to start from."""
+    with guarded(json=json, quiet=quiet):
+        from fragfield.new_case import write_new_case
+
+        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, every_key=every_key)
+        give({"case": [str(written)]}, json=json, quiet=quiet, show=print_paths)
+
+
+@app.command()
+def compare(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as a pair's.")],
+    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The run it is divided by, such as the single's.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Write tables (CSV, JSON) and a picture there.")
+    ] = None,
+    sector: Annotated[
+        float | None,
+        typer.Option("--sector", metavar="DEGREES", help="Width of the sectors; default 15, or as the runs have them."),
+    ] = None,
+    all_round: Annotated[
+        bool, typer.Option("--all-round", help="Divide by the reference's mean over all azimuths.")
+    ] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
+    with guarded(json=json, quiet=quiet):
+        from fragfield.compare import compare_runs, print_comparison, write_comparison
+
+        found = compare_runs(run, reference, sector=sector, all_round=all_round)
+        if out is not None:
+            write_comparison(found, out)
+        give(found, json=json, quiet=quiet, show=print_comparison)

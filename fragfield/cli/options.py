@@ -1,0 +1,48 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = [
+    "CaseOrRun", "CellSize", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Quiet", "Resume", "Scheduler",
+    "Settings", "Threads", "Window",
+]  # fmt: skip
+
+CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Run directory; default runs/NAME, or the run itself.")
+]
+CellSize = Annotated[
+    str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the case, by its dotted key; repeatable."),
+]
+Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with what is missing of the same case.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, nothing else there.")]
+FragmentsFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--fragments", metavar="FILE", help="Fly these fragments (.h5, .csv, or an arena table), not the run's."
+    ),
+]
+Window = Annotated[
+    bool | None,
+    typer.Option("--window/--pictures", help="Open a window, or write pictures and films; default: as possible."),
+]
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this dask scheduler: tcp://node1:8786."),
+]
+Html = Annotated[
+    bool, typer.Option("--html", help="Write interactive 3-D pages, view_burst.html and view_fragments.html.")
+]

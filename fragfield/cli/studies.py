@@ -1,0 +1,102 @@
+"""The commands that make many runs of one case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fragfield.cli.application import app
+from fragfield.cli.guard import give, guarded
+from fragfield.cli.options import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings
+
+__all__ = ["sweep", "uncertainty"]
+
+
+@app.command()
+def sweep(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")],
+    values: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE,...", help='Values of a key: burst.cell_size="8 mm,6 mm".')
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Holds the runs; default runs/NAME_sweep.")
+    ] = None,
+    stage: Annotated[str, typer.Option("--stage", metavar="run|burst", help="The whole chain, or the burst.")] = "run",
+    threads: Annotated[
+        int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs side by side; default all cores.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, go on with begun ones.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
+    scheduler: Scheduler = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Run a case for every combination of values, side by side, into one table.
+
+    Runs go as far as the flight and write no report, pictures and files for ParaView; `fragfield run CASE --out DIR
+    --resume` adds the report to one of them.
+
+    A run that fails is recorded in the table and the others go on. Exit code 0 if all runs are done, 3 if one failed, 2
+    if a key or a value is not allowed: then nothing runs.
+    """
+    with guarded(json=json, quiet=quiet):
+        from fragfield.sweep import SweepOptions, plan_sweep, print_sweep, run_sweep
+
+        folder = out or Path("runs") / f"{case.stem}_sweep"
+        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet, jobs, scheduler)
+        found = run_sweep(plan_sweep(case, values), options)
+        give(found, json=json, quiet=quiet, show=print_sweep)
+    raise typer.Exit(found["exit_code"])
+
+
+@app.command()
+def uncertainty(
+    case: CaseOrRun,
+    samples: Annotated[
+        int | None,
+        typer.Option("--samples", min=8, metavar="N", help="Number of samples; default uncertainty.samples."),
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option("--method", metavar="latin_hypercube|sobol", help="Replaces uncertainty.method.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", min=0, metavar="N", help="Of points and samples; default the case's.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Holds the study; default runs/NAME_uncertainty.")
+    ] = None,
+    cell_size: CellSize = None,
+    settings: Settings = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Samples side by side; default all cores.")
+    ] = None,
+    scheduler: Scheduler = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the study in DIR; nothing is made twice.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the study in DIR.")] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Sample the uncertain inputs of a case: distribution of the distance, share of each input, one budget.
+
+    The inputs are those of the table [uncertainty] and of the default set. Given the directory of a run, that run is
+    the nominal one, and its report gains a section; else the case is run first.
+
+    Exit code 3 where a sample failed or has no distance; they are counted and left out.
+    """
+    with guarded(json=json, quiet=quiet):
+        from fragfield.interface.running import request_of
+        from fragfield.uncertainty import StudyOptions, run_study
+        from fragfield.uncertainty.show import print_study
+
+        folder = out or Path("runs") / f"{case.resolve().stem}_uncertainty"
+        options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, quiet)
+        found = run_study(request_of(case, cell_size=cell_size, set=settings or (), progress=not quiet), options)
+        give(found, json=json, quiet=quiet, show=print_study)
+    raise typer.Exit(found["exit_code"])

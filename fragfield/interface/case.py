@@ -1,0 +1,247 @@
+"""A case in Python: from a file, or from tables as the file has them, with the same checks and the same messages."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case.changes import changed_document, read_settings, set_document
+from fragfield.case.load import case_from_document, read_document
+from fragfield.case.write import plain, to_toml
+from fragfield.errors import InputError
+from fragfield.run_directory import RunDirectory
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fragfield.case.schema import Case as Resolved
+
+__all__ = ["Case", "case_of"]
+
+_SOURCE = "case"  # what messages call a case that is of no file
+
+
+class Case:
+    """Everything that a run depends on: read, checked and resolved.
+
+    Parameters
+    ----------
+    tables : mapping, optional
+        Tables as the case file has them, with the same keys: values with a dimension are texts with their unit, such as
+        `{"burst": {"cell_size": "6 mm"}}`. Lists of tables stand for `[[round]]`, NumPy's arrays for lists.
+    folder : path
+        Folder to which the names of files in the case are relative.
+    **more
+        Further tables: `Case(title="Mine", burst={"cell_size": "6 mm"}, round=[...])`.
+
+    Raises
+    ------
+    InputError
+        Any fault; the message names the key, what was found and what is allowed, as `fragfield check` does.
+
+    Attributes
+    ----------
+    values : fragfield.case.Case
+        The resolved case with every default, numbers in SI: `case.values.hazard.energy` is 79.0 (J).
+    """
+
+    values: Resolved
+
+    def __init__(
+        self, tables: Mapping[str, Any] | None = None, /, *, folder: str | os.PathLike[str] = ".", **more: Any
+    ) -> None:
+        given = {} if tables is None else tables
+        if not isinstance(given, Mapping):
+            raise InputError(f"{_SOURCE}: found a {type(given).__name__}; needed: a mapping of tables, or keywords")
+        if twice := sorted(set(given) & set(more)):
+            raise InputError(f"{_SOURCE}: {twice[0]} is given twice, in the tables and as a keyword; give it once")
+        self._fill(_plain_tables({**given, **more}), _SOURCE, Path(folder), None)
+
+    @classmethod
+    def from_toml(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
+        cell_size: str | None = None,
+        burst: bool = True,
+    ) -> Case:
+        """Read, check and resolve a case file.
+
+        Parameters
+        ----------
+        path : path
+            The file; names of files in it are relative to its folder.
+        set : sequence of str, or mapping
+            Values that replace those of the file, as `--set`: `["burst.cell_size=8 mm"]`, or
+            `{"burst.cell_size": "8 mm"}`.
+        cell_size : str, optional
+            Replaces `burst.cell_size`, as `--cell-size`.
+        burst : bool
+            Whether the case must describe a burst; a flight of given fragments needs none.
+
+        Raises
+        ------
+        InputError
+            No such file, no TOML, or any fault in it; the message names file and key.
+        """
+        where = Path(path)
+        settings = () if isinstance(set, Mapping) else _listed(set)
+        _refuse_two_sizes(set, cell_size)  # of texts the reader of the file says the same
+        document, source = set_document(where, settings, cell_size=cell_size)
+        if isinstance(set, Mapping) and set:
+            source = f"{source} with {', '.join(f'{key} = {value}' for key, value in set.items())}"
+            document = changed_document(document, _plain_tables(set), source=source, folder=where.parent)
+        made = cls.__new__(cls)
+        made._fill(document, source, where.parent, where, burst=burst)
+        return made
+
+    @classmethod
+    def of_run(cls, directory: RunDirectory) -> Case:
+        """The case that a run directory holds, as it was resolved; raises InputError where there is none."""
+        made = cls.__new__(cls)
+        made.values = directory.stored_case()
+        made._document, made._source, made._folder = read_document(directory.case_file), _SOURCE, directory.path
+        made._path, made._needs_burst = None, made.values.burst is not None
+        return made
+
+    def _fill(
+        self, document: dict[str, Any], source: str, folder: Path, path: Path | None, *, burst: bool | None = None
+    ) -> None:
+        needs_burst = ("burst" in document or "round" in document) if burst is None else burst
+        self.values = case_from_document(document, source=source, folder=folder, burst=needs_burst)
+        self._document, self._source, self._folder, self._path = document, source, folder, path
+        self._needs_burst = needs_burst
+
+    @property
+    def title(self) -> str:
+        """Title for reports."""
+        return self.values.title
+
+    @property
+    def path(self) -> Path | None:
+        """File from which it was read; None for one made in Python."""
+        return self._path
+
+    def changed(self, changes: Mapping[str, Any] | Sequence[str]) -> Case:
+        """The same case with some values replaced.
+
+        Parameters
+        ----------
+        changes : mapping, or sequence of str
+            By dotted key, as `set` of `from_toml`: `{"burst.cell_size": "8 mm", "round.0.explosive": "tnt"}`.
+
+        Raises
+        ------
+        InputError
+            As `from_toml`.
+        """
+        values = changes if isinstance(changes, Mapping) else read_settings(_listed(changes))
+        source = f"{self._source} with {', '.join(f'{key} = {value}' for key, value in values.items())}"
+        document = changed_document(self._document, _plain_tables(values), source=source, folder=self._folder)
+        made = type(self).__new__(type(self))
+        made._fill(document, source, self._folder, self._path, burst=self._needs_burst)
+        return made
+
+    def tables(self) -> dict[str, Any]:
+        """The resolved case as nested dicts and lists with units, as the case file has them."""
+        return plain(self.values, units=True)
+
+    def to_toml(self) -> str:
+        """The resolved case as the text of a case file."""
+        return to_toml(self.values)
+
+    def write(self, path: str | os.PathLike[str]) -> Path:
+        """Write the resolved case as a case file; raises InputError where it cannot be written."""
+        return write_text(Path(path), self.to_toml(), InputError)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Case) and self.values == other.values
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<fragfield.Case {self.title!r}: {_rounds(self.values)}>"
+
+    def __str__(self) -> str:
+        return "\n".join([self.title or "(no title)", *(f"  {name:8} {words}" for name, words in _lines(self.values))])
+
+
+def case_of(
+    target: Case | str | os.PathLike[str],
+    *,
+    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
+    cell_size: str | None = None,
+) -> Case:
+    """The case meant by a Case, the path of a case file, or that of a run directory, with some values replaced."""
+    if isinstance(target, Case):
+        changes = dict(set) if isinstance(set, Mapping) else read_settings(_listed(set))
+        _refuse_two_sizes(changes, cell_size)
+        changes |= {} if cell_size is None else {"burst.cell_size": cell_size}
+        return target.changed(changes) if changes else target
+    path = Path(target)
+    if path.is_dir():
+        stored = RunDirectory(path)
+        stored.stored_case()  # says what is missing, in the words of a run directory
+        path = stored.case_file
+    return Case.from_toml(path, set=set, cell_size=cell_size)
+
+
+def _refuse_two_sizes(settings: object, cell_size: str | None) -> None:
+    if cell_size is not None and isinstance(settings, Mapping) and "burst.cell_size" in settings:
+        raise InputError("cell_size and set burst.cell_size both given; use one of them")
+
+
+def _listed(settings: Sequence[str]) -> Sequence[str]:
+    if isinstance(settings, str):
+        raise InputError(f'set: found the text "{settings}"; needed: a list of KEY=VALUE, or a mapping')
+    return settings
+
+
+def _plain_tables(value: Any) -> Any:  # noqa: ANN401 - tables, lists and values
+    """Tables as TOML would give them: copies, with lists for tuples and arrays, and texts for paths."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain_tables(entry) for key, entry in value.items()}
+    if hasattr(value, "tolist"):
+        return _plain_tables(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain_tables(entry) for entry in value]
+    return os.fspath(value) if isinstance(value, os.PathLike) else copy.copy(value)
+
+
+def _rounds(case: Resolved) -> str:
+    """Rounds in words, those alike together."""
+    kinds = Counter(
+        (
+            entry.profile.get("name", "own profile") if isinstance(entry.profile, dict) else "mesh",
+            getattr(entry.explosive, "name", entry.explosive),
+            getattr(entry.casing, "name", entry.casing),
+        )
+        for entry in case.round
+    )
+    words = [f"{number} x {shape} of {explosive} in {casing}" for (shape, explosive, casing), number in kinds.items()]
+    return ", ".join(words) or "no rounds"
+
+
+def _lines(case: Resolved) -> list[tuple[str, str]]:
+    """A line of every table that matters most."""
+    lines = [("rounds", _rounds(case))]
+    if case.burst is not None:
+        time = case.burst.end_time
+        end = "until the acceleration is complete" if time is None else f"{time * 1e6:g} us"
+        lines.append(("burst", f"cells of {case.burst.cell_size * 1e3:g} mm, {end}"))
+    ground = case.flight.ground
+    where = f"map {Path(ground.map).name}" if ground.map is not None else "flat ground"
+    lines.append(("flight", f"drag {case.flight.drag}, {where}"))
+    kinds: dict[str, Sequence[Any]] = {"witness": case.witness, "obstacle": case.obstacle, "exposed": case.exposed}
+    lines += [
+        (key, ", ".join(f"{one.name} ({one.kind})" for one in entries)) for key, entries in kinds.items() if entries
+    ]
+    hazard = case.hazard
+    lines.append(("hazard", f"{hazard.energy:g} J, 1 per {1.0 / hazard.density:.3g} m2, seed {case.seed}"))
+    return lines

@@ -1,0 +1,111 @@
+"""The hazard distance of a run: numbers where it is determined, and the reason where it is not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.certainty import basis_words, is_determined, metres
+from fragfield.errors import InputError, NotDeterminedError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from flight.hazard.ensemble import EnsembleHazard
+
+__all__ = ["HazardDistance"]
+
+
+class HazardDistance:
+    """The hazard distance and what it rests on; the part "hazard" of summary.json.
+
+    Parameters
+    ----------
+    found : mapping
+        That part.
+    directory : Path
+        Of the run.
+    """
+
+    def __init__(self, found: Mapping[str, Any], directory: Path) -> None:
+        self._found = dict(found)
+        self._directory = directory
+
+    @property
+    def determined(self) -> bool:
+        """Whether there is a distance; where not, the numbers below raise NotDeterminedError."""
+        return is_determined({"hazard": self._found})
+
+    @property
+    def reason(self) -> str:
+        """Why it is not determined; empty where it is."""
+        return "" if self.determined else str(self._found.get("reason", ""))
+
+    @property
+    def distance(self) -> float:
+        """Distance (m) at which the expected density of hazardous fragments falls through the acceptable one."""
+        return float(self._number("distance"))
+
+    @property
+    def upper(self) -> float | None:
+        """Its one-sided 95 % upper bound (m), the distance to apply; None for a single realisation."""
+        return self._optional("upper")
+
+    @property
+    def standard_error(self) -> float | None:
+        """Standard error of the distance (m); None for a single realisation."""
+        return self._optional("standard_error")
+
+    @property
+    def direction(self) -> float | None:
+        """Azimuth of the worst direction (degrees from +x); None where the distance is of all azimuths."""
+        return self._optional("direction_deg")
+
+    @property
+    def realisations(self) -> int:
+        """Events that were flown."""
+        return int(self._found.get("realisations", 0))
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """All of the part, SI; the page "Output files" of the guide explains the keys."""
+        return dict(self._found)
+
+    @property
+    def ensemble(self) -> EnsembleHazard:
+        """Densities and distances by realisation, azimuth and distance, from ensemble.h5."""
+        from flight.files.ensemble import read_ensemble
+
+        path = self._directory / "ensemble.h5"
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; run `fragfield fly` first")
+        return read_ensemble(path)[0]
+
+    def _number(self, key: str) -> Any:  # noqa: ANN401 - of JSON
+        if not self.determined:
+            raise NotDeterminedError(f"{self._directory}: the hazard distance is not determined: {self.reason}")
+        if "distance" not in self._found:
+            raise InputError(
+                f"{self._directory}: holds no hazard distance, it was flown by another version; fly it again"
+            )
+        return self._found.get(key)
+
+    def _optional(self, key: str) -> float | None:
+        value = self._number(key)
+        return None if value is None else float(value)
+
+    def __repr__(self) -> str:
+        if not self.determined:
+            return "<fragfield.HazardDistance: not determined>"
+        return f"<fragfield.HazardDistance: {metres(self.distance if self.upper is None else self.upper)}>"
+
+    def __str__(self) -> str:
+        if not self.determined:
+            return f"hazard distance: not determined\n  {self.reason}"
+        number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}; {basis_words(self._found)}"
+        if self.upper is None:
+            return f"hazard distance: {metres(self.distance)}, no upper bound: {number}"
+        return (
+            f"hazard distance, upper bound (95 %): {metres(self.upper)}\n"
+            f"  expected {self.distance:,.0f} m, standard error {self.standard_error:.2g} m, {number}"
+        )

@@ -1,0 +1,193 @@
+"""`fragfield.open`: what a run directory holds, read when it is asked for."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import InputError
+from fragfield.interface.case import Case
+from fragfield.run_directory import STAGES, RunDirectory
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from flight import Fragments
+    from fragfield.interface.burst import Burst
+    from fragfield.interface.hazard import HazardDistance
+    from fragfield.interface.tables import Table
+    from fragfield.report.run_files import RunFiles
+
+__all__ = ["Run", "open"]
+
+
+def open(path: str | os.PathLike[str]) -> Run:  # noqa: A001 - as h5py.File has its `open`
+    """The run in a directory, whole or in part; what it holds is read when it is asked for.
+
+    Raises
+    ------
+    InputError
+        There is no run directory, or its case is damaged.
+    """
+    found = Run(path)
+    found.case  # noqa: B018 - says what is wrong with the directory
+    return found
+
+
+class Run:
+    """A run directory. Numbers are in SI; `print` shows the summary.
+
+    Parameters
+    ----------
+    path : path
+        The directory.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self._directory = RunDirectory(self.path)
+
+    @cached_property
+    def case(self) -> Case:
+        """The resolved case."""
+        return Case.of_run(self._directory)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """summary.json; the page "Output files" of the guide explains its keys. Empty before the first stage."""
+        return self._directory.summary()
+
+    @property
+    def stages(self) -> dict[str, bool]:
+        """Whether each stage is done."""
+        return {name: self._directory.complete(stage) for name, stage in STAGES.items()}
+
+    @property
+    def report(self) -> Path:
+        """The report, an HTML page; raises InputError where it is not written."""
+        return self._file("report.html", "report")
+
+    @property
+    def log(self) -> str:
+        """Text of run.log; empty where there is none."""
+        path = self._directory.log_file
+        return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+
+    @cached_property
+    def burst(self) -> Burst:
+        """The burst: casing and charge at its end, and histories; raises InputError where it has not been run."""
+        from fragfield.interface.burst import Burst
+
+        self._file("burst_snapshot.h5", "burst")
+        return Burst(self.files, self.summary.get("burst") or {})
+
+    @cached_property
+    def fragments(self) -> Fragments:
+        """Fragments of the first realisation at launch."""
+        from flight import Fragments
+
+        return Fragments.read(self._file("fragments.h5", "break-up"))
+
+    @property
+    def realisations(self) -> Sequence[Fragments]:
+        """Fragments of every realisation of the break-up; those after the first are read one by one."""
+        from flight.files.ensemble import read_fragment_ensemble
+        from fragfield.stages import WithFirst
+
+        others = self.path / "ensemble_fragments.h5"
+        return WithFirst(self.fragments, read_fragment_ensemble(others) if others.is_file() else ())
+
+    @property
+    def landing(self) -> NDArray[Any]:
+        """End of every fragment's flight, a structured array of dtype `flight.LANDING`; first realisation."""
+        from flight.files.results import read_landing
+
+        return read_landing(self._file("landing.h5", "fly"))
+
+    @property
+    def hits(self) -> NDArray[Any]:
+        """Crossings of the witness surfaces, a structured array of dtype `flight.HITS`; first realisation."""
+        from flight.files.results import read_hits
+
+        return read_hits(self._file("hits.h5", "fly"))[0]
+
+    @property
+    def hazard(self) -> HazardDistance:
+        """The hazard distance; raises InputError where nothing was flown."""
+        from fragfield.interface.hazard import HazardDistance
+
+        self._file("landing.h5", "fly")
+        return HazardDistance(self.summary.get("hazard") or {}, self.path)
+
+    @property
+    def exposed(self) -> list[dict[str, Any]]:
+        """Exposed places with their densities and verdicts, as in summary.json."""
+        return self.summary.get("exposed") or []
+
+    @property
+    def findings(self) -> list[str]:
+        """What a reader must know before using the numbers, the gravest first, as the report has it."""
+        from fragfield.report.findings import findings
+
+        return [f"{one.label}: {one.text}" for one in findings(self.files)]
+
+    @cached_property
+    def files(self) -> RunFiles:
+        """All that the report and the figures show, as they read it; whole arrays of the burst among it."""
+        from fragfield.report import read_run
+
+        return read_run(self.path)
+
+    @property
+    def tables(self) -> dict[str, str]:
+        """Names of the tables that are there, and what they hold."""
+        from fragfield.interface.tables import TABLES
+
+        return {name: what for name, (file, what, _) in TABLES.items() if (self.path / file).is_file()}
+
+    def table(self, name: str) -> Table:
+        """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""
+        from fragfield.interface.tables import read_table
+
+        return read_table(self.path, name)
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """Names of the report's figures, and their titles; a few may have no data in this run."""
+        from fragfield.interface.figures import figures_of
+
+        return {name: title for name, (title, _) in figures_of(self.files).items()}
+
+    def figure(self, name: str, *, narrow: bool = False) -> Figure:
+        """A figure of the report as one of matplotlib, wide or, `narrow`, for a telephone.
+
+        It is not known to pyplot; `figure.savefig("name.png", bbox_inches="tight")` writes it.
+
+        Raises
+        ------
+        InputError
+            Another name, or the run has no data for it.
+        """
+        from fragfield.interface.figures import draw
+
+        return draw(self.files, name, narrow=narrow)
+
+    def _file(self, name: str, stage: str) -> Path:
+        path = self.path / name
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; run `fragfield {stage}` first")
+        return path
+
+    def __repr__(self) -> str:
+        done = ", ".join(name for name, is_done in self.stages.items() if is_done)
+        return f"<fragfield.Run {str(self.path)!r}: {done or 'nothing'} done>"
+
+    def __str__(self) -> str:
+        from fragfield.show import summary_text
+
+        return summary_text({"title": self.case.title, **self.summary, "directory": str(self.path)})

@@ -1,0 +1,158 @@
+"""`fragfield.run`: the whole chain or one stage, into a run directory."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import InputError, nearest
+from fragfield.interface.case import Case, case_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from fragfield.interface.results import Run
+    from fragfield.pipeline import Request
+    from fragfield.progress import Progress
+
+__all__ = ["limit_threads", "request_of", "run"]
+
+
+def run(
+    case: Case | str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
+    cell_size: str | None = None,
+    only: str | None = None,
+    fragments: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: bool | Callable[[Progress], object] = True,
+) -> Run:
+    """Compute a case: burst, break-up, flight and report, or one of them.
+
+    Parameters
+    ----------
+    case : Case or path
+        A case, a case file, or the directory of a run, whose case is taken.
+    out : path, optional
+        Run directory to write; left out: runs/NAME for NAME.toml, or the run directory given. A case made in Python
+        needs one.
+    set, cell_size
+        Values that replace those of the case, see `Case.from_toml`.
+    only : "burst", "break-up", "fly" or "report", optional
+        One stage alone, from the files of the stages before it.
+    fragments : path, optional
+        With `only="fly"`: fragments or an arena table to fly in place of the run's own.
+    threads : int, optional
+        Threads of each rank; default: all cores that this process may use.
+    resume : bool
+        Keep what is done of the same case and go on.
+    overwrite : bool
+        Replace the run in the directory.
+    progress : bool or callable
+        True: a line on stderr where that is a terminal. A callable is given a `fragfield.Progress` now and then.
+
+    Returns
+    -------
+    Run
+        The run directory. Under mpirun the stages use all ranks and every rank gets the directory.
+
+    Raises
+    ------
+    InputError
+        The case or the directory is at fault; nothing was computed, or a stage refused its input.
+    NumericalStop
+        The burst left its bounds; a checkpoint and the log stay.
+    OSError, MemoryError
+        The machine's limits.
+
+    Notes
+    -----
+    A hazard distance that is not determined is no error here: all files are written. `run.hazard.determined` says so,
+    and `run.hazard.distance` raises `NotDeterminedError`.
+    """
+    from fragfield.run_directory import STAGES
+
+    if only is not None and only not in STAGES:
+        raise InputError(f"only: found {only!r}{nearest(str(only), STAGES)}; allowed: {', '.join(STAGES)}")
+    if fragments is not None and only != "fly":
+        raise InputError('fragments: found without only="fly"; allowed: with it, since nothing else takes them')
+    request = request_of(
+        case, out=out, set=set, cell_size=cell_size, fragments=fragments, threads=threads, resume=resume,
+        overwrite=overwrite, progress=progress, burst=only in (None, "burst"),
+    )  # fmt: skip
+    from fragfield.interface.results import Run
+    from fragfield.pipeline import run_chain, run_stage
+
+    if only is None:
+        run_chain(request)
+    else:
+        run_stage(request, only)
+    return Run(request.directory.path)
+
+
+def request_of(
+    case: Case | str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
+    cell_size: str | None = None,
+    fragments: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: bool | Callable[[Progress], object] = True,
+    burst: bool = True,
+) -> Request:
+    """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
+    if threads is not None:
+        limit_threads(threads)
+    from fragfield.case.checks import check_case
+    from fragfield.case.messages import join_faults
+    from fragfield.pipeline import Request
+
+    made = None
+    if isinstance(case, Case) or not _is_settings(set):
+        found = case_of(case, set=set, cell_size=cell_size)
+        set, cell_size, made = (), None, found.values  # noqa: A001
+        if burst and (faults := check_case(made)):
+            raise InputError(join_faults("case", faults))
+        out = _directory(case, found) if out is None else out
+        case = out
+    return Request(
+        Path(case), None if out is None else Path(out), cell_size, threads, resume, overwrite, progress is False,
+        None if fragments is None else Path(fragments), tuple(set), made=made,
+        follow=progress if callable(progress) else None,
+    )  # fmt: skip
+
+
+def _directory(case: Case | str | os.PathLike[str], found: Case) -> Path:
+    """The run directory where none is named."""
+    if not isinstance(case, Case) and Path(case).is_dir():
+        return Path(case)
+    if found.path is None:
+        raise InputError('out: missing; a case made in Python needs a run directory, such as out="runs/first"')
+    return Path("runs") / found.path.stem
+
+
+def _is_settings(given: object) -> bool:
+    return not hasattr(given, "items") and not isinstance(given, str)
+
+
+def limit_threads(number: object) -> None:
+    """Numba and OpenMP read their number of threads when they are first imported, which is later than this.
+
+    A caller in the same process may have imported Numba: it then only takes fewer threads than it has started.
+    """
+    if not isinstance(number, int) or number < 1:
+        raise InputError(f"threads: found {number!r}; allowed: a whole number of 1 or more")
+    if (numba := sys.modules.get("numba")) is not None:
+        numba.set_num_threads(min(number, numba.config.NUMBA_NUM_THREADS))
+        return
+    os.environ["NUMBA_NUM_THREADS"] = str(number)
+    os.environ["OMP_NUM_THREADS"] = str(number)

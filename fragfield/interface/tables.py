@@ -1,0 +1,188 @@
+"""Tables of a run as NumPy's structured arrays, and as pandas' frames where pandas is installed.
+
+They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+__all__ = ["TABLES", "Table", "read_table"]
+
+_SHOWN = 8  # columns in a line
+
+
+class Table:
+    """Equally long columns with names; `table["distance"]` is one of them.
+
+    Parameters
+    ----------
+    name : str
+        As in `Run.tables`.
+    columns : mapping from name to (n,) array
+        Texts as arrays of texts.
+    """
+
+    def __init__(self, name: str, columns: Mapping[str, NDArray[Any]]) -> None:
+        self.name = name
+        self._columns = {key: np.asarray(values) for key, values in columns.items()}
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(self._columns)
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self._columns.values()), ()))
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        """One column; raises InputError for a name that there is not."""
+        if column not in self._columns:
+            hint = nearest(str(column), self._columns)
+            raise InputError(
+                f"table {self.name}: found no column {column!r}{hint}; allowed: {', '.join(self._columns)}"
+            )
+        return self._columns[column]
+
+    def to_numpy(self) -> NDArray[Any]:
+        """All columns as one structured array (n,)."""
+        kinds = [(name, values.dtype, values.shape[1:]) for name, values in self._columns.items()]
+        made = np.zeros(len(self), dtype=kinds)
+        for name, values in self._columns.items():
+            made[name] = values
+        return made
+
+    def to_pandas(self) -> Any:  # noqa: ANN401 - pandas need not be there
+        """All columns as a pandas frame; raises InputError where pandas is not installed."""
+        try:
+            import pandas as pd  # type: ignore[import-untyped,import-not-found,unused-ignore]
+        except ModuleNotFoundError:
+            raise InputError(
+                f"table {self.name}: to_pandas needs pandas, which is not installed: pip install pandas; "
+                "to_numpy needs nothing"
+            ) from None
+        return pd.DataFrame(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<fragfield.Table {self.name}: {len(self)} rows, {len(self.columns)} columns>"
+
+    def __str__(self) -> str:
+        more = f" and {len(self.columns) - _SHOWN} more" if len(self.columns) > _SHOWN else ""
+        return f"{self.name}: {len(self)} rows of {', '.join(self.columns[:_SHOWN])}{more}"
+
+
+def _fragments(folder: Path) -> Mapping[str, Any]:
+    from flight import Fragments
+    from flight.files.fragments import ARRAYS, fragment_columns
+
+    found = Fragments.read(folder / "fragments.h5")
+    return fragment_columns({name: getattr(found, name) for name in ARRAYS})
+
+
+def _landing(folder: Path) -> Mapping[str, Any]:
+    from flight.files.results import read_landing
+    from flight.rows import flat_columns
+
+    return flat_columns(read_landing(folder / "landing.h5"))
+
+
+def _witness(folder: Path) -> Mapping[str, Any]:
+    from flight.files.results import named_columns, read_hits
+
+    hits, names = read_hits(folder / "hits.h5")
+    return named_columns(hits, "witness", names)
+
+
+def _obstacle_hits(folder: Path) -> Mapping[str, Any]:
+    from flight.files.results import named_columns, read_obstacle_hits
+
+    hits, names = read_obstacle_hits(folder / "obstacle_hits.h5")
+    return named_columns(hits, "obstacle", names)
+
+
+def _contacts(folder: Path) -> Mapping[str, Any]:
+    from flight.files.results import read_contacts
+    from flight.rows import flat_columns
+
+    return flat_columns(read_contacts(folder / "contacts.h5"))
+
+
+def _ensemble(name: str) -> Callable[[Path], Mapping[str, Any]]:
+    def columns(folder: Path) -> Mapping[str, Any]:
+        from flight.files.ensemble import ensemble_columns, read_ensemble
+
+        return ensemble_columns(read_ensemble(folder / "ensemble.h5")[0])[f"{name}.csv"]
+
+    return columns
+
+
+def _arena(folder: Path) -> Mapping[str, Any]:
+    from flight.files.text_tables import read_columns
+
+    return read_columns(folder / "arena.csv")
+
+
+def _history(folder: Path) -> Mapping[str, Any]:
+    from fragfield.report import read_run
+
+    return read_run(folder).history
+
+
+def _along(folder: Path) -> Mapping[str, Any]:
+    from fragfield.report import read_run
+
+    rounds = read_run(folder).rounds
+    if not rounds:
+        return {}
+    joined = np.concatenate([one.along for one in rounds])
+    names = np.concatenate([np.full(len(one.along), one.name) for one in rounds])
+    return {"round": names, **{name: joined[name] for name in joined.dtype.names}}
+
+
+TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
+    "history": ("burst_snapshot.h5", "energies, speed and diameter of the casings over time", _history),
+    "along": ("burst_snapshot.h5", "casing along each round, by axial station", _along),
+    "fragments": ("fragments.h5", "fragments of the first realisation at launch", _fragments),
+    "arena": ("arena.csv", "fragments of one round by polar zone and mass group", _arena),
+    "landing": ("landing.h5", "end of every fragment's flight, first realisation", _landing),
+    "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _witness),
+    "obstacle_hits": ("obstacle_hits.h5", "impacts on obstacles, first realisation", _obstacle_hits),
+    "contacts": ("contacts.h5", "contacts between fragments, first realisation", _contacts),
+    "ensemble": ("ensemble.h5", "distances of every realisation", _ensemble("ensemble")),
+    "hazard_by_distance": (
+        "ensemble.h5",
+        "densities and probabilities by distance",
+        _ensemble("hazard_by_distance"),
+    ),
+    "hazard_by_sector": ("ensemble.h5", "distances and numbers by azimuth", _ensemble("hazard_by_sector")),
+}
+"""By name: the file of the run that holds it, what it is, and what reads its columns from the run's folder."""
+
+
+def read_table(folder: Path, name: str) -> Table:
+    """A table of the run in a folder; raises InputError for another name, or where the run lacks its file."""
+    if name not in TABLES:
+        raise InputError(f"table: found {name!r}{nearest(str(name), TABLES)}; allowed: {', '.join(TABLES)}")
+    file, what, read = TABLES[name]
+    if not (folder / file).is_file():
+        raise InputError(f"{folder / file}: no such file, which holds the table {name} ({what})")
+    return Table(name, {key: _values(column) for key, column in read(folder).items()})
+
+
+def _values(column: Any) -> NDArray[Any]:  # noqa: ANN401 - an array, or labels
+    from flight.files.text_tables import Labels
+
+    if isinstance(column, Labels):
+        return np.array(list(column.texts), dtype=str)[column.which] if len(column) else np.zeros(0, dtype="U1")
+    return np.ascontiguousarray(column)

@@ -1,0 +1,399 @@
+"""The Python interface: cases made in Python, what a run gives back, its errors, and what an import costs."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import flight
+import fragfield
+from burst_fenicsx.errors import NumericalStop as BurstStop
+from flight.files.text_tables import read_columns
+from fragfield.errors import exit_code_of
+from fragfield.interface import running
+from fragfield.run_directory import RunDirectory
+from fragfield.stamped import stamped_json
+from tests.fragfield.short_run import RINGS, ROOT, environment, invoke
+
+TUBE = {"name": "tube", "profile": "tube", "explosive": "tnt", "casing": "steel_paper"}
+BURST = {"cell_size": "14 mm", "end_time": "12 us", "energy_tolerance": 1.0, "output": {"interval": "4 us"}}
+HEAVY = ("dolfinx", "mpi4py", "petsc4py", "vtkmodules", "pyvista", "matplotlib", "pandas", "gmsh", "numpy", "numba",
+         "pydantic", "pint", "h5py", "scipy", "rich", "typer", "burst_fenicsx", "transition", "flight")  # fmt: skip
+
+
+def _python(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=False)
+
+
+@pytest.fixture(scope="module")
+def tube():
+    return fragfield.Case(title="A tube", burst=BURST, round=[TUBE], witness=[{"name": "ring", "radius": "7.62 m"}])
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory, tube):
+    """A whole run from Python, with the progress it reported."""
+    steps = []
+    out = tmp_path_factory.mktemp("interface") / "run"
+    return fragfield.run(tube, out=out, progress=steps.append, threads=1), steps
+
+
+def test_the_import_is_cheap_and_every_name_is_there():
+    probe = _python(
+        "import sys, json, fragfield\n"
+        f"print(json.dumps([name for name in {HEAVY!r} if name in sys.modules]))\n"
+        "print(json.dumps([name for name in fragfield.__all__ if not hasattr(fragfield, name)]))\n"
+        "print('dolfinx' in sys.modules, 'matplotlib' in sys.modules, 'pandas' in sys.modules)"
+    )
+    assert probe.returncode == 0, probe.stderr
+    loaded, missing, afterwards = probe.stdout.splitlines()
+    assert json.loads(loaded) == []
+    assert json.loads(missing) == []
+    assert afterwards == "False False False"
+    assert set(fragfield.__all__) <= set(dir(fragfield))
+    with pytest.raises(AttributeError, match="no attribute 'rum'"):
+        _ = fragfield.rum
+
+
+def test_no_submodule_hides_a_name_of_the_interface():
+    """`import fragfield.x` sets an attribute of the package, which would be found before the function."""
+    from pathlib import Path
+
+    names = {path.stem if path.is_file() else path.name for path in Path(fragfield.__file__).parent.iterdir()}
+    assert not names & set(fragfield.__all__)
+
+
+def test_a_case_of_a_dict_is_the_case_of_the_file(tmp_path):
+    (tmp_path / "tube.toml").write_text(RINGS)
+    read = fragfield.Case.from_toml(tmp_path / "tube.toml")
+    assert fragfield.Case(read.tables()) == read
+    assert fragfield.Case.from_toml(read.write(tmp_path / "written.toml")) == read
+    assert read.path == tmp_path / "tube.toml"
+
+
+def test_tables_may_hold_arrays_tuples_and_paths(tmp_path):
+    outer = np.array([[0.0, 40.0], [300.0, 40.0]])
+    shape = {
+        "unit": "mm",
+        "source": "test",
+        "outer": {"points": outer},
+        "cavity": {"points": ((20, 30), (280, 30))},
+        "charge": {"front": 20},
+    }
+    (tmp_path / "drag.csv").write_text("mach;cd\n0;1\n2;1.2\n")
+    case = fragfield.Case(
+        {"burst": BURST},
+        folder=tmp_path,
+        round=({**TUBE, "profile": shape},),
+        flight={"drag": (tmp_path / "drag.csv").relative_to(tmp_path)},
+    )
+    assert case.values.round[0].profile["outer"]["points"] == outer.tolist()
+    assert case.values.flight.drag == str(tmp_path / "drag.csv")
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        (
+            {"burst": {"cell_size": 6}, "round": [TUBE]},
+            "burst.cell_size: found the bare number 6 without a unit; allowed: a length with its unit",
+        ),
+        ({"burst": {"cellsize": "6 mm"}, "round": [TUBE]}, r'burst.cellsize: unknown key \(did you mean "cell_size"'),
+        ({"burst": BURST, "round": [{**TUBE, "explosive": "tnnt"}]}, "tnnt.*did you mean"),
+        ({"burst": BURST}, "round: missing; needed: at least one table"),
+        ({"round": [TUBE]}, "burst: missing; needed: a table"),
+        ({"flight": {"drag": "nothing.csv"}}, "nothing.csv: no such file"),
+    ],
+)
+def test_a_fault_in_a_case_is_reported_as_of_a_file(tables, message, tmp_path):
+    with pytest.raises(fragfield.InputError, match=message) as found:
+        fragfield.Case(tables)
+    assert str(found.value).startswith("case: ")
+    assert exit_code_of(found.value) == 2
+    from fragfield.case.write import tables_to_toml
+
+    (tmp_path / "same.toml").write_text(tables_to_toml(tables))
+    burst = "burst" in tables or "round" in tables
+    with pytest.raises(fragfield.InputError) as of_file:
+        fragfield.Case.from_toml(tmp_path / "same.toml", burst=burst)
+    tail = str(found.value).removeprefix("case: ").replace(str(tmp_path), "").replace(str(ROOT), "")
+    assert str(of_file.value).removeprefix(f"{tmp_path / 'same.toml'}: ")[:60].split("/")[0] == tail[:60].split("/")[0]
+
+
+def test_arguments_of_a_case_are_checked(tube):
+    with pytest.raises(fragfield.InputError, match="burst is given twice, in the tables and as a keyword"):
+        fragfield.Case({"burst": BURST}, burst=BURST)
+    with pytest.raises(fragfield.InputError, match="found a list; needed: a mapping of tables"):
+        fragfield.Case([TUBE])
+    with pytest.raises(fragfield.InputError, match='set: found the text "seed=3"; needed: a list of KEY=VALUE'):
+        fragfield.Case.from_toml(ROOT / "cases" / "tube.toml", set="seed=3")
+    for settings in ({"burst.cell_size": "8 mm"}, ["burst.cell_size=8 mm"]):
+        with pytest.raises(fragfield.InputError, match=r"burst\.cell_size both given; use one of them"):
+            fragfield.Case.from_toml(ROOT / "cases" / "tube.toml", set=settings, cell_size="6 mm")
+        with pytest.raises(fragfield.InputError, match=r"burst\.cell_size both given; use one of them"):
+            fragfield.check(tube, set=settings, cell_size="6 mm")
+    with pytest.raises(fragfield.InputError, match=r"burst.cell_siz: unknown key"):
+        tube.changed({"burst.cell_siz": "8 mm"})
+
+
+def test_set_takes_texts_and_mappings():
+    path = ROOT / "cases" / "tube.toml"
+    texts = fragfield.Case.from_toml(path, set=["burst.cell_size=8 mm", "seed=7"])
+    mapping = fragfield.Case.from_toml(path, set={"burst.cell_size": "8 mm", "seed": 7})
+    assert texts == mapping == fragfield.Case.from_toml(path, cell_size="8 mm").changed(["seed=7"])
+    assert texts.values.burst.cell_size == 0.008
+    assert texts.title == mapping.title == fragfield.Case.from_toml(path).title
+
+
+def test_prints_are_short(tube, done):
+    run, _ = done
+    for thing in (tube, fragfield.check(tube), run, run.burst, run.hazard, run.table("landing"), run.fragments):
+        assert 0 < len(str(thing).splitlines()) <= 45, thing
+        assert max(map(len, str(thing).splitlines())) <= 240
+        assert len(repr(thing).splitlines()) == 1
+    assert "1 x tube of tnt in steel_paper" in str(tube)
+    assert "A tube" in str(run)
+    assert f"written to {run.path}" in str(run)
+
+
+def test_check_is_that_of_the_command_line(tmp_path, tube):
+    found = fragfield.check(tube)
+    printed = invoke("check", tube.write(tmp_path / "tube.toml"), "--json")
+    assert json.loads(printed.stdout) == json.loads(json.dumps(found.found))
+    assert found.warnings == found.found["warnings"] != []
+    assert found.found["mesh"]["cells"] > 100
+    finer = fragfield.check(tube, cell_size="7 mm", set={"seed": 3})
+    assert finer.found["mesh"]["cells"] > 2 * found.found["mesh"]["cells"]
+
+
+def test_a_run_holds_what_the_command_line_computes(tmp_path, done, tube):
+    """The same files to the last number, by the same functions."""
+    run, _ = done
+    written = tube.write(tmp_path / "tube.toml")
+    printed = invoke("run", written, "--out", tmp_path / "run", "--json", "--quiet")
+    assert printed.exit_code == 0, printed.output
+    theirs = json.loads(printed.stdout)
+    assert theirs["burst"]["max_initial_speed"] == run.summary["burst"]["max_initial_speed"]
+    assert theirs["hazard"] == run.summary["hazard"]
+    other = fragfield.open(tmp_path / "run")
+    assert other.case == run.case == tube
+    assert (other.landing == run.landing).all()
+
+
+def test_results_are_arrays(done):
+    run, _ = done
+    assert all(run.stages.values())
+    assert run.report.is_file()
+    assert "burst: begins" in run.log
+    assert len(run.fragments) == run.summary["break_up"]["fragments"] == len(run.landing)
+    assert len(run.realisations) == run.summary["break_up"]["realisations"] > 1
+    assert len(run.realisations[1]) != 0
+    assert run.landing.dtype == flight.LANDING
+    assert len(run.hits) == run.summary["witness"][0]["hits"]
+    assert run.burst.time == pytest.approx(12e-6, rel=0.05)
+    assert run.burst.is_axisymmetric
+    assert run.burst.nodes["velocity"].shape == run.burst.nodes["position"].shape
+    assert run.burst.history["time"].max() == pytest.approx(run.burst.time)
+    assert [one.name for one in run.burst.rounds] == ["tube"]
+    assert run.exposed == []
+    assert any("Warning" in text for text in run.findings)
+
+
+def test_the_hazard_distance(done):
+    run, _ = done
+    hazard, part = run.hazard, run.summary["hazard"]
+    assert hazard.determined is part["determined"] is True
+    assert (hazard.distance, hazard.upper, hazard.standard_error) == (
+        part["distance"], part["upper"], part["standard_error"],
+    )  # fmt: skip
+    assert hazard.upper > hazard.distance > 0.0
+    assert hazard.realisations == hazard.ensemble.realisations == part["realisations"]
+    assert hazard.direction is None
+    assert hazard.reason == ""
+
+
+def test_a_distance_that_is_not_determined_is_an_error_once_it_is_asked_for(done, tmp_path):
+    run, _ = done
+    copy = shutil.copytree(run.path, tmp_path / "copy")
+    summary = run.summary
+    summary["hazard"] |= {"determined": False, "reason": "half of it never came down", "distance": None, "upper": None}
+    (copy / "summary.json").write_text(stamped_json(summary))
+    found = fragfield.open(copy)
+    assert not found.hazard.determined
+    assert "not determined" in str(found.hazard)
+    assert "not determined" in str(found)
+    for name in ("distance", "upper", "standard_error"):
+        with pytest.raises(fragfield.NotDeterminedError, match="not determined: half of it never came down") as error:
+            getattr(found.hazard, name)
+        assert exit_code_of(error.value) == 3
+
+
+def test_tables_are_those_of_the_csv_files(done):
+    run, _ = done
+    names = {"fragments", "arena", "landing", "witness", "ensemble", "hazard_by_distance", "hazard_by_sector"}
+    assert set(run.tables) == names | {"history", "along"}
+    for name in names:
+        table = run.table(name)
+        head = next(line for line in (run.path / f"{name}.csv").read_text().splitlines() if not line.startswith("#"))
+        assert list(table.columns) == head.split(","), name
+        assert len(table) == len(table.to_numpy()) == len(table[table.columns[0]]) > 0
+        assert table.to_numpy().dtype.names == table.columns
+    assert run.table("landing")["distance"] == pytest.approx(
+        read_columns(run.path / "landing.csv")["distance"], rel=1e-9
+    )
+    assert set(run.table("witness")["name"]) == {"ring"}
+    assert set(run.table("along")["round"]) == {"tube"}
+    with pytest.raises(
+        fragfield.InputError, match=r"found 'landings' \(did you mean \"landing\"\?\); allowed: history"
+    ):
+        run.table("landings")
+    with pytest.raises(fragfield.InputError, match=r"found no column 'distanc' \(did you mean \"distance\"\?\)"):
+        run.table("landing")["distanc"]
+    with pytest.raises(
+        fragfield.InputError, match=r"obstacle_hits.h5: no such file, which holds the table obstacle_hit"
+    ):
+        run.table("obstacle_hits")
+
+
+def test_pandas_is_optional(done, monkeypatch):
+    run, _ = done
+    pd = pytest.importorskip("pandas")
+    frame = run.table("witness").to_pandas()
+    assert isinstance(frame, pd.DataFrame)
+    assert len(frame) == len(run.hits)
+    assert frame["name"].eq("ring").all()
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(fragfield.InputError, match="needs pandas, which is not installed: pip install pandas"):
+        run.table("witness").to_pandas()
+
+
+def test_figures_are_the_reports(done, tmp_path):
+    run, _ = done
+    written = {path.stem for path in (run.path / "figures").glob("*.svg")}
+    assert written <= set(run.figures)
+    assert run.figures["density_curve"] == "Density by distance"
+    figure = run.figure("density_curve")
+    assert len(figure.axes) >= 1
+    assert figure.axes[0].lines
+    figure.savefig(tmp_path / "density.png")
+    assert (tmp_path / "density.png").stat().st_size > 10_000
+    with pytest.raises(fragfield.InputError, match=r"found 'density'.*allowed: energy_ledger"):
+        run.figure("density")
+    with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_places"):
+        run.figure("exposed_places")
+
+
+def test_progress_is_reported(done):
+    _, steps = done
+    assert list(dict.fromkeys(step.stage for step in steps)) == ["burst", "break-up", "fly", "report"]
+    assert all(0.0 <= step.share <= 1.0 for step in steps)
+    assert max(step.share for step in steps if step.stage == "burst") > 0.0
+    assert any("us" in step.detail for step in steps if step.stage == "burst")
+    assert str(fragfield.Progress("burst", 0.5, "half", 90.0)) == "burst 50 %   half   1 min 30 s left"
+
+
+def test_what_progress_raises_ends_the_run(tmp_path, tube):
+    def stop(step):
+        message = f"enough of {step.stage}"
+        raise LookupError(message)
+
+    with pytest.raises(LookupError, match="enough of burst"):
+        fragfield.run(tube, out=tmp_path / "run", progress=stop)
+
+
+def test_stages_alone_and_resumed(done, tmp_path, tube):
+    run, _ = done
+    copy = shutil.copytree(run.path, tmp_path / "copy")
+    (copy / "landing.h5").unlink()
+    part = fragfield.open(copy)
+    assert part.stages == {"burst": True, "break-up": True, "fly": False, "report": True}
+    with pytest.raises(fragfield.InputError, match=r"landing\.h5: no such file; run `fragfield fly` first"):
+        _ = part.landing
+    again = fragfield.run(copy, only="fly", progress=False)
+    assert (again.landing == run.landing).all()
+    thicker = fragfield.run(tube.changed({"hazard.energy": "200 J"}), out=copy, only="fly", progress=False)
+    assert thicker.hazard.distance < run.hazard.distance
+    with pytest.raises(fragfield.InputError, match=r"holds burst\.xdmf .*allowed: --resume"):
+        fragfield.run(thicker.case, out=copy)
+    with pytest.raises(
+        fragfield.InputError, match=r"found 'flay' \(did you mean \"fly\"\?\); allowed: burst, break-up"
+    ):
+        fragfield.run(copy, only="flay")
+    with pytest.raises(fragfield.InputError, match='fragments: found without only="fly"'):
+        fragfield.run(copy, fragments="x.csv")
+
+
+def test_a_run_needs_a_directory_and_a_burst(tube, tmp_path):
+    with pytest.raises(fragfield.InputError, match=r"out: missing; a case made in Python needs"):
+        fragfield.run(tube)
+    with pytest.raises(fragfield.InputError, match=r"2 faults.*\n.*burst: missing.*\n.*round: missing"):
+        fragfield.run(fragfield.Case(title="Nothing"), out=tmp_path / "run")
+    with pytest.raises(fragfield.InputError, match=r"none\.toml: no such case file"):
+        fragfield.run(tmp_path / "none.toml")
+    with pytest.raises(fragfield.InputError, match="nowhere: no such run directory"):
+        fragfield.open(tmp_path / "nowhere")
+    with pytest.raises(fragfield.InputError, match="threads: found 0; allowed: a whole number of 1 or more"):
+        fragfield.run(tube, out=tmp_path / "run", threads=0)
+    assert not (tmp_path / "run").exists()
+
+
+def test_where_a_run_goes(tmp_path, monkeypatch, tube):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(RINGS)
+    runs = tmp_path / "runs"
+    assert running.request_of("mine.toml").directory.path == RunDirectory(runs / "mine").path.relative_to(tmp_path)
+    assert running.request_of(fragfield.Case.from_toml("mine.toml")).directory.path.name == "mine"
+    assert running.request_of("mine.toml", set={"seed": 2}).directory.path.name == "mine"
+    assert running.request_of("mine.toml", set={"seed": 2}).case().seed == 2
+    assert running.request_of("mine.toml", set=["seed=2"]).case().seed == 2
+    assert running.request_of(tube, out="there", set=["seed=2"]).case().seed == 2
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "case.toml").write_text("")
+    assert running.request_of("old", progress=False).directory.path.name == "old"
+    assert running.request_of("old", progress=False).quiet
+
+
+def test_a_numerical_stop_is_one_error(tmp_path, tube):
+    """The ledger's bound, set to what no burst keeps."""
+    strict = tube.changed({"burst.energy_tolerance": 1e-6})
+    with pytest.raises(fragfield.NumericalStop, match="the energy ledger is open by") as found:
+        fragfield.run(strict, out=tmp_path / "run", progress=False)
+    assert exit_code_of(found.value) == 3
+    assert isinstance(found.value, BurstStop)
+    assert "the energy ledger is open" in fragfield.open(tmp_path / "run").log
+
+
+def test_the_errors_of_all_stages_are_one():
+    from burst_fenicsx.errors import InputError as OfBurst
+    from fragfield.errors import InputError as OfCommandLine
+    from transition.errors import InputError as OfBreakUp
+
+    for kind in (OfBurst, OfBreakUp, OfCommandLine, flight.InputError):
+        assert issubclass(kind, fragfield.InputError)
+        assert kind is not fragfield.InputError
+        assert exit_code_of(kind("x")) == 2
+
+
+@pytest.mark.mpi
+@pytest.mark.dolfinx
+def test_a_script_under_mpirun(tmp_path, mpirun):
+    """Every rank gets the run, and the script goes on behind it on all of them."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import sys, fragfield\n"
+        "from mpi4py import MPI\n"
+        f"case = fragfield.Case(title='Two ranks', burst={BURST!r}, round=[{TUBE!r}])\n"
+        f"run = fragfield.run(case, out={str(tmp_path / 'run')!r}, progress=False)\n"
+        f"again = fragfield.run(case, out={str(tmp_path / 'again')!r}, progress=False, only='burst')\n"
+        "rank = MPI.COMM_WORLD.Get_rank()\n"
+        'sys.stdout.write(f\'rank {rank}: {len(run.landing)} {again.stages["burst"] if rank == 0 else ""}\\n\')\n'
+    )
+    printed = sorted(mpirun(2, script).stdout.splitlines())
+    number = len(fragfield.open(tmp_path / "run").landing)
+    assert printed[0].split() == ["rank", "0:", str(number), "True"]
+    assert printed[1].split() == ["rank", "1:", str(number)]
