@@ -19,10 +19,11 @@ _TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
     "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce", "contact",
-    "surroundings", "walls",
+    "surroundings", "walls", "arguments",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
     "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls",
+    "arguments",
 )]  # fmt: skip
 
 
@@ -107,6 +108,7 @@ AREAS = (
         ("flight/*.py",),
         (
             ("*/kernels/*", [*_FLIGHT, "tests/flight/test_ensemble.py", "tests/flight/test_exposed.py"]),
+            ("flight/arguments.py", ["tests/flight/test_arguments.py"]),
             *(
                 (f"flight/{name}.py", _HAZARD)
                 for name in (
