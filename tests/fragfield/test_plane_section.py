@@ -13,7 +13,8 @@ from fragfield.case.geometry import burst_geometry
 from fragfield.case.load import case_from_document
 from fragfield.checking import check_report
 from fragfield.errors import InputError, exit_code_of
-from fragfield.show import print_check
+from fragfield.show import summary_text
+from fragfield.show_check import print_check
 from tests.fragfield.short_run import invoke
 
 TUBE = {"profile": "tube", "explosive": "tnt", "casing": "steel_paper", "ignition": [{"station": "nose"}]}
@@ -121,3 +122,15 @@ def test_the_burst_runs_and_every_page_says_what_it_is(tmp_path):
     assert page.count(WORDS.capitalize()) >= 2
     assert "Mass within 10" in page
     assert "Quadrilaterals of the section" in page
+
+
+def test_the_summary_of_a_run_shows_the_section_and_its_focus() -> None:
+    section = {"words": "plane section at 200 mm", "focus": {"mass_ratio": {"5": 3.25, "15": 1.5}}}
+    shown = summary_text({"burst": {"section": section}})
+    assert "plane section at 200 mm" in shown
+    assert "masses per metre" in shown
+    assert [" ".join(line.split()) for line in shown.splitlines() if "focus" in line] == [
+        "burst mass within 5 deg of the focus 3.25 per degree",
+        "burst mass within 15 deg of the focus 1.5 per degree",
+    ]
+    assert "masses per metre" in summary_text({"burst": {"section": {**section, "focus": None}}})
