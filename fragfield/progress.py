@@ -75,9 +75,12 @@ class ProgressReporter:
         if self._progress is not None:
             self._progress.stop()
             self._progress = None
+        if error is None:
+            self._end_stage()
 
     def stage(self, name: str) -> None:
-        """Begin a stage; its bar pulses until a first amount is known."""
+        """Begin a stage, which ends the one before; its bar pulses until a first amount is known."""
+        self._end_stage()
         self._stage = name
         if self._follow is not None:
             self._follow(Progress(name))
@@ -86,6 +89,11 @@ class ProgressReporter:
         if self._task is not None:
             self._progress.remove_task(self._task)
         self._task = self._progress.add_task(name, total=None, detail="", left="")
+
+    def _end_stage(self) -> None:
+        """Report the whole of the stage that has run, which may have been quicker than reports come."""
+        if self._follow is not None and self._stage:
+            self._follow(Progress(self._stage, 1.0))
 
     def burst(self, state: BurstProgress) -> None:
         """Show a `burst_fenicsx.BurstProgress`."""

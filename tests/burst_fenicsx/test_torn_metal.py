@@ -205,6 +205,9 @@ def test_a_checkpoint_keeps_torn_metal_to_the_last_bit(tmp_path):
 
 
 STATES = """
+import sys
+from pathlib import Path
+sys.path.insert(0, str(Path.cwd()))
 import hashlib
 from mpi4py import MPI
 from tests.burst_fenicsx.test_torn_metal import weak_walls

@@ -292,7 +292,9 @@ def test_progress_is_reported(done):
     _, steps = done
     assert list(dict.fromkeys(step.stage for step in steps)) == ["burst", "break-up", "fly", "report"]
     assert all(0.0 <= step.share <= 1.0 for step in steps)
-    assert max(step.share for step in steps if step.stage == "burst") > 0.0
+    for stage in ("burst", "break-up", "fly", "report"):
+        shares = [step.share for step in steps if step.stage == stage]
+        assert shares[-1] == 1.0
     assert any("us" in step.detail for step in steps if step.stage == "burst")
     assert str(fragfield.Progress("burst", 0.5, "half", 90.0)) == "burst 50 %   half   1 min 30 s left"
 
