@@ -48,8 +48,19 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ),
         ("Largest throw", _rounded(hazard["largest_throw"]), "no hazard distance: farthest single fragment"),
     ]  # fmt: skip
-    note = "± is the standard error by bootstrap over the realisations."
+    note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
     yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
+
+
+def _tilt_words(run: RunFiles) -> str:
+    """How far from plumb the realisations stand; nothing where they are upright, or were flown from a file."""
+    deviation = run.part("break_up").get("tilt_deviation") or 0.0
+    if not deviation:
+        return ""
+    return (
+        " Every realisation is tilted from plumb at random, by a standard deviation of "
+        f"{np.degrees(deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
+    )
 
 
 def density_table(run: RunFiles) -> Iterator[Table]:

@@ -188,6 +188,17 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
     assert "upper bound (95 %)', value=" not in words
 
 
+def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
+    folder = write_run(tmp_path / "run")
+    for degrees, words in ((2.0, "tilted from plumb at random, by a standard deviation of 2° about"), (0.0, None)):
+        found = json.loads((folder / "summary.json").read_text())
+        found["break_up"]["tilt_deviation"] = math.radians(degrees)
+        (folder / "summary.json").write_text(json.dumps(found))
+        _, _, text = outline(folder)
+        assert ("tilted from plumb" in text) == (words is not None)
+        assert words is None or words in text
+
+
 def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     folder = write_run(tmp_path / "run")
     (folder / "ensemble.h5").unlink()
