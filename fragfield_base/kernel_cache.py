@@ -12,7 +12,7 @@ import logging
 import os
 import stat
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -76,11 +76,8 @@ def cache_root() -> Path | None:
     candidates = []
     if given := os.environ.get("NUMBA_CACHE_DIR"):
         candidates.append(Path(given))
-    try:
-        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        candidates.append(home / "fragfield")
-    except RuntimeError:  # no home
-        pass
+    with suppress(RuntimeError):  # no home
+        candidates.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fragfield")
     candidates.append(Path(tempfile.gettempdir()) / f"fragfield-{os.geteuid()}")
     for folder in candidates:
         if _made(folder) and is_private(folder) and os.access(folder, os.R_OK | os.W_OK | os.X_OK):

@@ -53,6 +53,7 @@ __all__ = [
     "STORED",
     "STRESS",
     "add_work",
+    "elastic_energy",
     "elastic_trial",
     "is_elastic",
     "load_state",
@@ -220,6 +221,15 @@ def moduli(material: np.ndarray) -> tuple[float, float]:
     """Shear modulus and Lame's first parameter (Pa)."""
     shear = 0.5 * material[0] / (1.0 + material[1])
     return shear, 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
+
+
+@lane_function
+def elastic_energy(material: np.ndarray, scratch: np.ndarray, lane: int) -> float:
+    """Elastic energy by volume (J/m3) of a lane's stress."""
+    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
+    square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
+    trace = xx + yy + zz
+    return 0.5 * (((1.0 + material[1]) * square - material[1] * trace * trace) / material[0])
 
 
 @lane_function

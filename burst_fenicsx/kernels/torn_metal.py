@@ -25,12 +25,12 @@ from burst_fenicsx.kernels.common import (
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, parallel_kernel
 from burst_fenicsx.kernels.shapes import min_corner_volume
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
+from burst_fenicsx.kernels.tensors import store_symmetric, store_vector
 
 __all__ = ["BLOWN_UP", "NOTHING_LEFT", "NOW", "WHOLE", "are_torn", "drop_forces", "hold_released", "release_metal"]
 
 BLOWN_UP = 2.0
-"""Volume over the initial one above which a cell without strength is torn metal: most of it is void."""
+"""Volume over the initial one above which metal without strength is torn, a ring if it is folded: mostly void."""
 NOTHING_LEFT = 0.1
 """Volume over the initial one below which it is: no pressure of this burst compresses metal so far."""
 WHOLE, NOW, BEFORE = 0, 1, 2
@@ -92,11 +92,7 @@ def release_metal(block: int, state: SolidState, material: np.ndarray, scratch: 
         if state.released[slot + lane] == WHOLE:
             continue
         if state.released[slot + lane] == NOW:
-            xx, yy, zz, xy, yz, zx = load_symmetric(scratch, solid_parts.STRESS, lane)
-            square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
-            trace = xx + yy + zz
-            twice = ((1.0 + material[1]) * square - material[1] * trace * trace) / material[0]
-            scratch[solid_parts.DISSIPATION * LANES + lane] += 0.5 * twice
+            scratch[solid_parts.DISSIPATION * LANES + lane] += solid_parts.elastic_energy(material, scratch, lane)
             state.released[slot + lane] = BEFORE
         store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, solid_parts.STRESS, lane)
         for k in range(4):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.torn_metal import NOW, WHOLE, are_torn
+from burst_fenicsx.kernels.torn_metal import WHOLE
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
@@ -154,28 +153,6 @@ class BurstFields:
     def released(self) -> np.ndarray:
         """Whether each of this rank's cells is torn metal that has been released (cells,)."""
         found: np.ndarray = self.blocks.by_cell(self.solid.released) != WHOLE
-        return found
-
-    def release_torn_metal(self) -> np.ndarray:
-        """Release the cells of casing and fuze that are torn metal; returns which this rank has released now (k,)."""
-        solid, mesh = self.solid, self.mesh
-        if solid.shear_strain.shape[1] > 1:
-            return np.zeros(0, dtype=np.int64)  # not with 2x2x2 points
-        parameters = solid.parameters[len(Part) * mesh.round + mesh.part]
-        softened = solid.shear_strain[: mesh.cells, 0] * parameters[:, 4] * self.blocks.by_cell(solid.softening_scale)
-        cells = np.flatnonzero((softened >= 1.0) & (self.blocks.by_cell(solid.released) == WHOLE))
-        torn = np.zeros(len(cells), dtype=bool)
-        relative = self.blocks.by_cell(self.grid.volume)[cells] / self._initial_volumes[cells]
-        are_torn(cells, self.nodes.position, mesh.dofmap, relative, torn)
-        released: np.ndarray = cells[torn]
-        flags = self.blocks.by_cell(solid.released)
-        flags[released] = NOW
-        solid.released[:] = self.blocks.by_slot(flags)
-        return released
-
-    @cached_property
-    def _initial_volumes(self) -> np.ndarray:
-        found: np.ndarray = cell_volumes(self.start, self.mesh.dofmap)
         return found
 
     def element_arrays(self) -> dict[str, np.ndarray]:

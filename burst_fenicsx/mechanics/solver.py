@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numba
@@ -13,6 +14,7 @@ from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.mechanics.subcycling import Subcycling
+from burst_fenicsx.mechanics.torn_metal import TornMetal
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -203,9 +205,13 @@ class BurstSolver:
         # Two equal steps rather than a full and a tiny one.
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
 
+    @cached_property
+    def _torn_metal(self) -> TornMetal:
+        return TornMetal(self.fields)
+
     def release_torn_metal(self) -> None:
         """Release cells of casings that are no continuum any more, and their faces from contact; collective."""
-        self.fields.release_torn_metal()
+        self._torn_metal.release()
         if self.contact is not None:
             self.contact.drop_faces(self.fields.released)
 

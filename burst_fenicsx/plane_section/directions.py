@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import areas
+from burst_fenicsx.kernels.torn_metal import BLOWN_UP
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ HALF_WIDTHS = (5.0, 10.0, 20.0, 35.0)
 _BEYOND = 60.0  # degrees from the focus beyond which the mass per degree is that of the undisturbed rounds
 _SECTOR = 5.0  # degrees of a sector of the table
 _NEAR = 5.0  # degrees to each side of the focus within which speeds are read
-_STRETCHED = 2.0  # area over the initial one from which a cell without strength is torn
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def _torn(fields: RingFields) -> NDArray[np.bool_]:
     parameters = fields.solid.parameters[len(Part) * fields.mesh.round + fields.mesh.part]
     scale = fields.blocks.by_cell(fields.solid.softening_scale)
     spent = fields.solid.shear_strain[: fields.mesh.cells, 0] * parameters[:, 4] * scale >= 1.0
-    stretched = fields.volumes() > _STRETCHED * areas(fields.start, fields.mesh.dofmap)
+    stretched = fields.volumes() > BLOWN_UP * areas(fields.start, fields.mesh.dofmap)
     torn: NDArray[np.bool_] = fields.released | fields.folded() | (spent & stretched)
     return torn
 

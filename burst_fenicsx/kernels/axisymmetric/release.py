@@ -30,7 +30,8 @@ from burst_fenicsx.kernels.common import (
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel
 from burst_fenicsx.kernels.state import Grid
-from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
+from burst_fenicsx.kernels.tensors import store_symmetric, store_vector
+from burst_fenicsx.kernels.torn_metal import BLOWN_UP, NOTHING_LEFT
 
 __all__ = [
     "drop_forces",
@@ -41,8 +42,6 @@ __all__ = [
     "release_metal",
 ]
 
-_BLOWN_UP = 2.0  # volume over the initial one above which a folded cell without strength is torn metal
-_NOTHING_LEFT = 0.1  # ... and below which any cell without strength is
 _CRUSHED = 0.45  # volume of products over that of the charge below which nothing real can press them
 _NOW, _BEFORE = 0.5, 1.0  # values of RELEASED: in this step, in an earlier one
 _ZERO = (0.0, 0.0, 0.0)
@@ -59,7 +58,7 @@ def mark_torn_metal(material: np.ndarray, scratch: np.ndarray) -> int:
         tau, _ = solid_parts.strengths(material, scratch, lane)
         relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
         folded = not scratch[MIN_CORNER * LANES + lane] > 0.0
-        torn = (folded and relative > _BLOWN_UP) or not relative > _NOTHING_LEFT
+        torn = (folded and relative > BLOWN_UP) or not relative > NOTHING_LEFT
         if torn and material[2] > 0.0 and tau == 0.0 and scratch[RELEASED * LANES + lane] == 0.0:
             scratch[RELEASED * LANES + lane] = _NOW
         count += 1 if scratch[RELEASED * LANES + lane] > 0.0 else 0
@@ -103,11 +102,7 @@ def release_metal(material: np.ndarray, scratch: np.ndarray) -> None:
         if not scratch[RELEASED * LANES + lane] > 0.0:
             continue
         if scratch[RELEASED * LANES + lane] == _NOW:
-            xx, yy, zz, xy, yz, zx = load_symmetric(scratch, solid_parts.STRESS, lane)
-            square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
-            trace = xx + yy + zz
-            twice = ((1.0 + material[1]) * square - material[1] * trace * trace) / material[0]
-            scratch[solid_parts.DISSIPATION * LANES + lane] += 0.5 * twice
+            scratch[solid_parts.DISSIPATION * LANES + lane] += solid_parts.elastic_energy(material, scratch, lane)
         store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, solid_parts.STRESS, lane)
         store_vector(_ZERO, scratch, solid_parts.STORED, lane)
         scratch[solid_parts.SPRING * LANES + lane] = scratch[COEFFICIENT_LIMIT * LANES + lane] = 0.0
