@@ -46,7 +46,8 @@ _KINDS = {
     "one_size": "one size",
 }
 _SHARE = 0.5  # of the time that the run has taken: what other sizes may take
-_FEWEST = 10  # realisations at another size, where the run has so many
+_FEWEST = 12  # realisations at another size, where the run has so many
+_TOGETHER = 4  # a multiple of which they are, see `transition.attitude`
 _ROOT = math.sqrt(2.0)
 _SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
 _LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
@@ -194,7 +195,7 @@ def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words
     began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
     bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
     affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
-    number = int(min(own.realisations, max(_FEWEST, affordable)))
+    number = int(min(own.realisations, max(_FEWEST, affordable // _TOGETHER * _TOGETHER)))
     for factor in (2.0, _ROOT, 1.0 / _ROOT):
         size = factor * own.size
         estimate = start + per_burst / factor**3 + number * per_flight

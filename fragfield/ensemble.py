@@ -37,8 +37,8 @@ __all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "
 
 KEPT = 200
 """Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
-_AT_ONCE = 50  # realisations of a batch
-_FEWEST_MORE = 10
+_AT_ONCE = 48  # realisations of a batch
+_FEWEST_MORE = 12
 _REACH = 2000.0  # m; a flight extends its cells where fragments pass beyond
 
 _log = logging.getLogger(__name__)
@@ -113,7 +113,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
 
     source = Realisations(job, realisations)
     flown = _Flights(job)
-    found = _Found(job, arena=source.arena is not None) if job.team.first else None
+    found = _Found(job, source) if job.team.first else None
     done, target = 0, source.count
     while done < target:
         batch = range(done, min(done + _AT_ONCE, target))
@@ -133,7 +133,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job, *, arena: bool) -> None:
+    def __init__(self, job: Job, source: Realisations) -> None:
         from flight.hazard.balance import Balance
         from flight.hazard.expected import DensityGroups, Directions
         from fragfield.arena import arena_basis
@@ -142,14 +142,15 @@ class _Found:
         from fragfield.exposed import ExposedSums
 
         self.case, self.criteria = job.case, hazard_criteria(job.case)
-        if arena:
+        if source.arena is not None:
             basis, mirrors = arena_basis(job.case)
         else:
             basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
-        self.groups = DensityGroups(Directions(grid, basis, kernel, used))
-        self.all_round = DensityGroups(Directions(grid))
+        self.together = source.together
+        self.groups = DensityGroups(Directions(grid, basis, kernel, used), self.together)
+        self.all_round = DensityGroups(Directions(grid), self.together)
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
@@ -177,7 +178,8 @@ class _Found:
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
-        return min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
+        wanted = min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
+        return min(-(-wanted // self.together) * self.together, most)
 
     def assess(self, *, quick: bool = False) -> ExpectedDistance:
         """The distance by what has been flown."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.arena import arena_realisation, read_arena
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -43,6 +42,14 @@ class Realisations:
         snapshot = job.source.file("burst_snapshot.h5")
         self._snapshot = job.team.broadcast(snapshot if job.fragments is None and snapshot.is_file() else None)
         self.arena = job.team.broadcast(read_arena(job.fragments) if job.team.first else None)
+
+    @property
+    def together(self) -> int:
+        """Realisations that are not independent of each other, because their tilts were drawn together."""
+        from transition.attitude import TOGETHER
+
+        ours = self.job.fragments is None and self.arena is None
+        return TOGETHER if ours and self.job.case.break_up.tilt > 0.0 else 1
 
     @property
     def more(self) -> bool:

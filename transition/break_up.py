@@ -96,7 +96,8 @@ class BreakUp:
         """Break the casing up once.
 
         Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
-        on which others are computed, in which order, or on which rank; so has every image, and the attitude.
+        on which others are computed, in which order, or on which rank; so has every image. Turns have streams of their
+        own too; tilts are drawn by fours, see `transition.attitude`.
 
         Parameters
         ----------
@@ -133,8 +134,8 @@ class BreakUp:
 
     def _attitude(self, seed: int, number: int) -> Attitude:
         """How this realisation is turned and tilted."""
-        stream = np.random.SeedSequence(_whole("seed", seed), spawn_key=(_whole("realisation", number),))
-        return draw_attitude(stream, turned=self._turned, tilt=self.settings.tilt)
+        seed, number = _whole("seed", seed), _whole("realisation", number)
+        return draw_attitude(seed, number, turned=self._turned, tilt=self.settings.tilt)
 
     def _motion(self, number: int, attitude: Attitude) -> Isometry | None:
         """How the fragments of round `number` of `rounds` are moved from where the casing has them."""

@@ -15,8 +15,8 @@ realisations and the density taken from the other tenth, ten times over (cross-f
 average, as the direction chosen need not be the worst. The distance reported is the middle of both, and half of their
 difference bounds its bias (`max_bias`).
 
-Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), with
-Student's factor for their number, in ln r.
+Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over
+groups of those drawn together, with Student's factor for their number, in ln r.
 """
 
 from __future__ import annotations
@@ -165,13 +165,21 @@ def _raised_cosine(gap: Array, half: float) -> Array:
 class DensityGroups:
     """Numbers of hazardous fragments by kind, direction class and distance, summed over groups of realisations.
 
-    A group is one realisation until memory is full; then neighbouring groups are joined in pairs, so that the fields
-    of any number of realisations take no more than `MEMORY` bytes (64 groups at least).
+    Groups are independent of each other: one realisation each, or as many as were drawn together. Once memory is full
+    neighbouring groups are joined in pairs, so that the fields of any number of realisations take no more than `MEMORY`
+    bytes (64 groups at least).
+
+    Parameters
+    ----------
+    directions : Directions
+        Of the densities.
+    together : int
+        Realisations that are not independent of each other: numbers 0 to `together` - 1, and so on.
     """
 
-    def __init__(self, directions: Directions) -> None:
+    def __init__(self, directions: Directions, together: int = 1) -> None:
         self.directions = directions
-        self.size, self.realisations = 1, 0  # of a full group; of all
+        self.size, self.realisations = together, 0  # of a full group; of all
         self._sums: list[Array] = []
 
     def add(self, landings: Array, tracks: Array) -> None:

@@ -22,7 +22,7 @@ def _renamed(value: object) -> object:
 class BreakUpTable(Table):
     """Mott's law per segment, its sampler, and the velocity that fragments inherit (Eqs. 19-31)."""
 
-    realisations: int = Field(default=20, ge=1, le=100_000)
+    realisations: int = Field(default=32, ge=1, le=100_000)
     """Fewest times that the casings are broken up at random; `fly` adds more up to hazard.max_realisations."""
     dimension: Literal[2, 3, "mixed"] = 2
     """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""

@@ -55,7 +55,7 @@ class UncertaintyTable(Table):
     """Number of samples; for method = "sobol" the most."""
     method: Literal["latin_hypercube", "sobol"] = "latin_hypercube"
     """Latin hypercube with indices from a polynomial expansion, or Saltelli's design with Sobol's estimators."""
-    realisations: int = Field(default=10, ge=10, le=100_000)
+    realisations: int = Field(default=12, ge=10, le=100_000)
     """Realisations of the break-up in each sample; their statistical error is taken out of the spread."""
     bursts: int | None = Field(default=None, ge=2, le=10_000)
     """Number of bursts that the samples share where the burst is in three dimensions; left out: twice the number of

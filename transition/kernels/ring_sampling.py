@@ -20,6 +20,12 @@ _ITERATIONS = 60  # bisection alone needs 53; Newton's steps mostly need 5
 
 
 @kernel
+def _fraction(x: float) -> float:
+    """What a number of zero or above has behind its point."""
+    return x - math.floor(x)
+
+
+@kernel
 def _quantile(a: float, b: float, c: float, share: float) -> float:
     """Where in [-1, 1] the integral of a + b x + c x2 from -1 reaches `share` of its whole; the density is >= 0."""
     wanted = share * (2.0 * a + 2.0 / 3.0 * c)
@@ -35,7 +41,7 @@ def _quantile(a: float, b: float, c: float, share: float) -> float:
         following = x - excess / density if density > 0.0 else low - 1.0
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - x) < 1e-7:  # the next step would be the square of it
+        if abs(following - x) < 1e-5:  # the next step would be about the square of it
             return following
         x = following
     return x
@@ -97,9 +103,9 @@ def sample_rings(
         excess[:] = 0.0
         c = density[cell]
         for four in range(number // 4):
-            first = (shift[cell, 0] + four * _STEP[0]) % 1.0
-            second = (shift[cell, 1] + four * _STEP[1]) % 1.0
-            turn = (shift[cell, 2] + four * _STEP[2]) % 1.0  # of the whole circle: rows taken in strides see all of it
+            first = _fraction(shift[cell, 0] + four * _STEP[0])
+            second = _fraction(shift[cell, 1] + four * _STEP[1])
+            turn = _fraction(shift[cell, 2] + four * _STEP[2])  # of the whole circle: rows taken in strides see all of it
             cosine, sine = math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn)
             for pair in range(2):
                 s = first if pair == 0 else 1.0 - first
@@ -115,7 +121,6 @@ def sample_rings(
                     cosine, sine = -sine, cosine
                 for side in range(2):
                     point = begin + 4 * four + 2 * pair + side
-                    around = (turn + 0.25 * pair + 0.5 * side) % 1.0
                     for j in range(_FUNCTIONS):
                         f = modes[cell, 0, j] + modes[cell, 1, j] * u + (modes[cell, 2, j] + modes[cell, 3, j] * u) * v
                         values[point, j] = f
@@ -125,6 +130,7 @@ def sample_rings(
                     values[point, 4], values[point, 5] = sign * cosine, sign * sine
                     mass[point], owner[point] = share, label[cell]
                     if local.shape[0] > 0:
+                        around = _fraction(turn + 0.25 * pair + 0.5 * side)
                         local[point, 0], local[point, 1], local[point, 2] = 0.5 + 0.5 * u, 0.5 + 0.5 * v, around
         for j in range(_FUNCTIONS):
             excess[j] = excess[j] / number - mean[cell, j]
