@@ -11,13 +11,14 @@ import logging
 import math
 import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -120,7 +121,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
         if batch.stop > source.count:
             source.prepare()
         numbers = job.team.share(batch)
-        parts = job.team.collect([flown.fly(*one) for one in zip(numbers, source.of(numbers), strict=True)])
+        parts = job.team.collect(flown.many(numbers, source.of(numbers)))
         done = batch.stop
         if found is not None:
             found.add(batch, parts)
@@ -215,7 +216,7 @@ class _Part:
 
 
 class _Flights:
-    """The flights of one rank, one after the other, with one progress."""
+    """The flights of one rank, with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.near_ground import NearGround
@@ -230,12 +231,41 @@ class _Flights:
         self.exposed = ExposedPlaces.of(job.case)
         self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
         self.arguments["witnesses"] += self.exposed.surfaces
-        self.job, self.done, self.flown = job, 0, 0
+        self.job, self.done, self.total = job, 0, 0
         self.expected = job.case.break_up.realisations
         self.began = time.perf_counter()
         self.first: FlightResult | None = None
 
-    def fly(self, number: int, fragments: Fragments) -> _Part:
+    def many(self, numbers: Sequence[int], realisations: Sequence[Fragments]) -> list[_Part]:
+        """Counts of realisations; what one gives does not depend on which others are flown beside it."""
+        import flight
+
+        waiting = list(zip(numbers, realisations, strict=True))
+        parts = [self._alone(*waiting.pop(0))] if waiting and waiting[0][0] == 0 else []
+        if not waiting:
+            return parts
+        workers = min(self.job.cores, len(waiting))
+        self._expect(len(waiting[0][1]))
+        with warnings.catch_warnings(), ThreadPoolExecutor(workers) as pool:
+            warnings.simplefilter("ignore", flight.FlightWarning)  # reported for the first
+            flown = pool.map(lambda one: self._fly(*one, threads=self.job.cores // workers), waiting)
+            for (_, fragments), part in zip(waiting, flown, strict=True):
+                parts.append(part)
+                self.done += len(fragments)
+                self._progress(flight.FlightProgress(0, 0, 0.0))
+        return parts
+
+    def _alone(self, number: int, fragments: Fragments) -> _Part:
+        """The first realisation, whose rows are kept."""
+        self._expect(len(fragments))
+        part = self._fly(number, fragments, threads=self.job.cores, on_progress=self._progress)
+        self.done += len(fragments)
+        return part
+
+    def _fly(
+        self, number: int, fragments: Fragments, *, threads: int,
+        on_progress: Callable[[FlightProgress], None] | None = None,
+    ) -> _Part:  # fmt: skip
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
         from flight.hazard.balance import Balance
@@ -246,14 +276,7 @@ class _Flights:
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
-        self.total = max(self.done + len(fragments), self._share_of(self.expected) * len(fragments))
-        with warnings.catch_warnings():
-            if number > 0:  # reported for the first
-                warnings.simplefilter("ignore", flight.FlightWarning)
-            result = flight.fly(
-                fragments, **arguments, near_ground=self.near, threads=self.job.threads, on_progress=self._progress
-            )
-        self.done += len(fragments)
+        result = flight.fly(fragments, **arguments, near_ground=self.near, threads=threads, on_progress=on_progress)
         exposed = self.exposed.count(result, fragments, self.own)
         if len(result.witnesses) > self.own:
             own = result.hits["witness"] < self.own
@@ -272,8 +295,9 @@ class _Flights:
         tables = {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
         return _Part(counts, tables, fields, balance, exposed)
 
-    def _share_of(self, realisations: int) -> int:
-        return -(-realisations // self.job.team.size)
+    def _expect(self, fragments: int) -> None:
+        """How many fragments there will be, if all realisations have so many."""
+        self.total = max(self.done + fragments, -(-self.expected // self.job.team.size) * fragments)
 
     def _progress(self, state: FlightProgress) -> None:
         seconds = time.perf_counter() - self.began

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -66,6 +67,11 @@ class Job:
     thorough: bool = False
     figures: FigureQueue | None = None
     began: float = field(default_factory=time.perf_counter)
+
+    @property
+    def cores(self) -> int:
+        """Threads of a rank."""
+        return self.threads or len(os.sched_getaffinity(0))
 
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""

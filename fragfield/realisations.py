@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.arena import arena_realisation, read_arena
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

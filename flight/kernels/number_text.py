@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +33,7 @@ _ZERO, _POINT, _MINUS, _PLUS, _E = (np.uint8(ord(letter)) for letter in "0.-+e")
 _TEN = np.uint64(10)
 
 
+@cache
 def powers_of_ten() -> NDArray[np.float64]:
     """Powers of ten from -`LARGEST` to `LARGEST`, each as the sum of two doubles, (2 `LARGEST` + 1, 2)."""
     table = np.zeros((2 * LARGEST + 1, 2))

@@ -117,7 +117,7 @@ def perform(request: dict[str, Any]) -> tuple[int, str]:
         return perform_sample(request)
     asked = Request(
         Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
-        quiet=True, lean=True,
+        quiet=True, threads=int(os.environ.get("NUMBA_NUM_THREADS", "1")), lean=True,
     )  # fmt: skip
     try:
         with to_stderr(quiet=True):

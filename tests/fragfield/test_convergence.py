@@ -124,7 +124,7 @@ def test_the_budget_is_half_of_the_time_taken(job, flown, monkeypatch):
     made.clear()
     short.source.burst.update(wall_seconds=1.0, stepping_seconds=0.9, start_seconds=0.1)
     found = convergence_of(short, flown, HEADLINE, 20.0)  # flights of 1 s a realisation
-    assert [(size, number) for size, number in made] == [(0.006, 10)]  # the coarsest in any case, with ten of them
+    assert [(size, number) for size, number in made] == [(0.006, 12)]  # the coarsest in any case, with twelve of them
     assert "4.24 mm left out: about" in found["reason"]
     assert found["quantities"]["mean_initial_speed"]["kind"] == "two_sizes"
 

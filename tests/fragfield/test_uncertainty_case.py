@@ -200,7 +200,7 @@ def test_a_sample_has_its_draws():
         assert case.break_up.prefactor == pytest.approx(4.0 * draws["mean fragment mass"])
         assert case.flight.drag_factor == draws["drag coefficient"]
         assert case.flight.shape_factor == pytest.approx(2600.0 * draws["presented area"])
-        assert case.break_up.realisations == case.hazard.max_realisations == 10
+        assert case.break_up.realisations == case.hazard.max_realisations == 12
         assert case.witness == []
         assert case.uncertainty is None
     assert study.burst is None

@@ -105,7 +105,7 @@ def sample_rings(
         for four in range(number // 4):
             first = _fraction(shift[cell, 0] + four * _STEP[0])
             second = _fraction(shift[cell, 1] + four * _STEP[1])
-            turn = _fraction(shift[cell, 2] + four * _STEP[2])  # of the whole circle: rows taken in strides see all of it
+            turn = _fraction(shift[cell, 2] + four * _STEP[2])  # of the whole circle: strides see all of it
             cosine, sine = math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn)
             for pair in range(2):
                 s = first if pair == 0 else 1.0 - first
