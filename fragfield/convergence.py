@@ -195,7 +195,9 @@ def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words
     began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
     bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
     affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
-    number = int(min(own.realisations, max(_FEWEST, affordable // _TOGETHER * _TOGETHER)))
+    number = own.realisations
+    if affordable < number:
+        number = min(number, max(_FEWEST, int(affordable) // _TOGETHER * _TOGETHER))
     for factor in (2.0, _ROOT, 1.0 / _ROOT):
         size = factor * own.size
         estimate = start + per_burst / factor**3 + number * per_flight

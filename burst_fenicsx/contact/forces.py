@@ -13,7 +13,7 @@ from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
-from burst_fenicsx.kernels.rows import add_rows, clear_rows, sum_rows
+from burst_fenicsx.kernels.rows import add_rows, clear_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -230,9 +230,8 @@ class ContactForces:
             return
         pushed = np.zeros(3)
         for plane in self.planes:
-            before = sum_rows(self.force, plane.state.node)
             plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
-            pushed += sum_rows(self.force, plane.state.node) - before
+            pushed += plane.given
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
         self.plane_impulse += 0.5 * step * (self.plane_force + pushed)

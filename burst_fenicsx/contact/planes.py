@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.accounting import NodeContact
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
+from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, plane_force, push_from_plane
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -97,6 +97,12 @@ class PlaneContact(NodeContact):
         """
         law = PlaneLaw(self._normal, self._level, budget, step, self._friction, self.steady)
         push_from_plane(law, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
+
+    @property
+    def given(self) -> np.ndarray:
+        """Force (3,) in N that the plane gives now to this rank's nodes."""
+        total: np.ndarray = plane_force(self._normal, self.state)
+        return total
 
     @property
     def deepest(self) -> float:

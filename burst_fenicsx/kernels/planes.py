@@ -9,7 +9,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["PlaneLaw", "PlaneState", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "plane_force", "push_from_plane"]
 
 _RUN = 256  # nodes that one call looks after: most are nowhere near the plane
 
@@ -51,6 +51,19 @@ def push_from_plane(
                 _push_node(k, depth, law, state, mass, velocity, force)
             elif stiffness[k] > 0.0:
                 _release(k, state)
+
+
+@kernel
+def plane_force(normal: np.ndarray, state: PlaneState) -> np.ndarray:
+    """Sum (3,) of the forces (N) that the plane gives now, node by node."""
+    x, y, z = 0.0, 0.0, 0.0
+    for k in range(state.node.size):
+        stiffness, depth = state.stiffness[k], state.penetration[k]
+        if stiffness > 0.0:
+            x += stiffness * (depth * normal[0] - state.slip[k, 0])
+            y += stiffness * (depth * normal[1] - state.slip[k, 1])
+            z += stiffness * (depth * normal[2] - state.slip[k, 2])
+    return np.array([x, y, z])
 
 
 @kernel

@@ -7,7 +7,15 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["add_rows", "clear_rows", "copy_rows", "largest_speed", "place_rows", "sum_rows"]
+__all__ = [
+    "add_rows",
+    "clear_rows",
+    "copy_rows",
+    "hold_rows",
+    "largest_speed",
+    "place_rows",
+    "sum_columns",
+]
 
 
 @parallel_kernel
@@ -43,13 +51,26 @@ def place_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None
 
 
 @kernel
-def sum_rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Sum (3,) of the rows of `values` (n, 3)."""
-    total = np.zeros(3)
-    for row in rows:
-        for i in range(3):
-            total[i] += values[row, i]
-    return total
+def sum_columns(values: np.ndarray) -> np.ndarray:
+    """Sum (3,) of all rows of `values` (n, 3), in their order."""
+    x, y, z = 0.0, 0.0, 0.0
+    for row in range(values.shape[0]):
+        x += values[row, 0]
+        y += values[row, 1]
+        z += values[row, 2]
+    return np.array([x, y, z])
+
+
+@parallel_kernel
+def hold_rows(values: np.ndarray, rows: np.ndarray, direction: np.ndarray) -> None:
+    """Take what the rows of `values` (n, 3) have along a unit vector (3,) away; no row may be named twice."""
+    x, y, z = direction[0], direction[1], direction[2]
+    for k in numba.prange(rows.size):
+        row = rows[k]
+        along = x * values[row, 0] + y * values[row, 1] + z * values[row, 2]
+        values[row, 0] -= along * x
+        values[row, 1] -= along * y
+        values[row, 2] -= along * z
 
 
 @parallel_kernel

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch, move_nodes
+from burst_fenicsx.kernels.rows import hold_rows
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.mechanics.torn_metal import TornMetal
@@ -60,15 +61,12 @@ class Hold:
     """
 
     def __init__(self, nodes: np.ndarray, direction: np.ndarray) -> None:
-        self.nodes = np.asarray(nodes)
+        self.nodes = np.asarray(nodes, dtype=np.int64)
         self.direction = np.asarray(direction, dtype=float)
 
     def apply(self, force: np.ndarray) -> None:
         """Take the forces (nodes, 3) along the direction away."""
-        held, (x, y, z) = force[self.nodes], self.direction
-        # Component by component: a matrix product sums in an order of its own.
-        along = x * held[:, 0] + y * held[:, 1] + z * held[:, 2]
-        force[self.nodes] = held - along[:, None] * self.direction
+        hold_rows(force, self.nodes, self.direction)
 
 
 class BurstSolver:

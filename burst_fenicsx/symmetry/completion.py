@@ -195,7 +195,7 @@ def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
     """Stresses (cells, 6) in the order xx, yy, zz, xy, yz, zx after the transformation `matrix`."""
     xx, yy, zz, xy, yz, zx = stress.T
     full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)
-    full = np.einsum("ij,njk,lk->nil", matrix, full, matrix)
+    full = matrix @ full @ matrix.T
     return np.stack([full[:, 0, 0], full[:, 1, 1], full[:, 2, 2], full[:, 0, 1], full[:, 1, 2], full[:, 2, 0]], axis=-1)
 
 

@@ -257,5 +257,5 @@ def test_a_study_computes_every_size_whatever_it_takes(budget, sizes, monkeypatc
     monkeypatch.setattr(module, "_computed", lambda job, size, number, words: made.append((size, number)) or own)
     found = list(module._other_sizes(None, own, budget, 10.0, words))
     assert len(found) == len(made) == sizes
-    assert {number for _, number in made} == ({80} if budget else {10})
+    assert {number for _, number in made} == ({80} if budget else {12})
     assert bool(words) == (budget == 0.0)

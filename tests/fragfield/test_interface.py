@@ -212,7 +212,8 @@ def test_the_hazard_distance(done):
         part["distance"], part["upper"], part["standard_error"],
     )  # fmt: skip
     assert hazard.upper > hazard.distance > 0.0
-    assert hazard.realisations == hazard.ensemble.realisations == part["realisations"]
+    assert hazard.realisations == part["realisations"] >= 32
+    assert hazard.ensemble.realisations == min(hazard.realisations, 200)  # of which single counts are kept
     assert hazard.direction is None
     assert hazard.reason == ""
 

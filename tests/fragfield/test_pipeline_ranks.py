@@ -20,7 +20,7 @@ def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_
         shutil.copy(whole_run[0] / name, folder)
     for command in ("break-up", "fly"):
         done = mpirun(ranks, "-m", "fragfield", command, folder, "--json")
-        assert json.loads(done.stdout)["break_up"]["realisations"] == 20
+        assert json.loads(done.stdout)["break_up"]["realisations"] == 32
     for name in ("fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5", "ensemble.h5"):
         assert same_data(folder / name, whole_run[0] / name) > 5, name
     assert not done.stderr.count("Traceback")
