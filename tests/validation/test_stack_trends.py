@@ -8,17 +8,19 @@ import h5py
 import numpy as np
 import pytest
 
-from validation.runs import ROOT, StudyError
+from validation.runs import ROOT, STOPPED, StudyError
 from validation.stack_trends.check import (
     REFERENCE,
     Focus,
     count_rows,
     delay_rows,
+    end_row,
     focus_of,
     gap_rows,
     speed_row,
     varied,
 )
+from validation.stack_trends.study import _Stacks
 
 SINGLE = Focus(share=20 / 180, half_angle=45.0, lean=0.0, place=0.0, fastest=1000.0)
 TEXT = (ROOT / REFERENCE["case"]).read_text(encoding="utf-8")
@@ -109,3 +111,21 @@ def test_the_case_is_written_with_other_numbers():
     assert case["burst"]["end_time"] == "130 us"
     with pytest.raises(StudyError, match="must have 'count = 2' once"):
         varied(text, count=2, gap=0.1, delays=[0.0, 0.0], end=1e-4)
+
+
+def test_a_delay_whose_burst_stops_is_a_row_that_is_missed_and_the_others_count(monkeypatch):
+    """Of a pair with one delay one burst stops: that is missed; what cannot be read is a fault and ends the study."""
+    stacks = _Stacks(None, "8 mm", [])
+    codes = iter([STOPPED, 2])
+
+    def summary(self, name, **changes):
+        raise StudyError("no more", next(codes))
+
+    monkeypatch.setattr(_Stacks, "summary", summary)
+    found = [stacks.focus_or_stop("left_40_us", (40e-6, 0.0)), focus()]
+    row = end_row(40e-6, found)
+    assert found[0] is None
+    assert (row.quantity, row.ours, row.passed) == ("delay 40 us: bursts that reach their end, of 2", 1, False)
+    assert end_row(10e-6, [focus(), focus()]).passed
+    with pytest.raises(StudyError):
+        stacks.focus_or_stop("right_40_us", (0.0, 40e-6))

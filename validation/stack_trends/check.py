@@ -17,7 +17,7 @@ from validation.runs import StudyError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["NAME", "REFERENCE", "Focus", "count_rows", "delay_rows", "focus_of", "gap_rows", "speed_row"]
+__all__ = ["NAME", "REFERENCE", "Focus", "count_rows", "delay_rows", "end_row", "focus_of", "gap_rows", "speed_row"]
 
 NAME = "stack_trends"
 REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
@@ -117,6 +117,14 @@ def delay_rows(found: Mapping[float, tuple[Focus, Focus]], together: Focus) -> l
         rows.append(within(NAME, f"{name}: sine of the lean to the later round", right.lean, -lean, lean, source))
         before = right
     return rows
+
+
+def end_row(delay: float, found: Sequence[Focus | None]) -> Row:
+    """Of the two bursts with one delay (s), how many reached their end; the others stopped for their numbers."""
+    ended = sum(one is not None for one in found)
+    return within(
+        NAME, f"delay {1e6 * delay:g} us: bursts that reach their end, of 2", ended, 2, 2, REFERENCE["source"]
+    )
 
 
 def count_rows(found: Mapping[int, Focus]) -> list[Row]:

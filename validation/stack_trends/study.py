@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from validation.runs import ROOT, summary_of
+from validation.runs import ROOT, STOPPED, StudyError, summary_of
 from validation.soundness import all_passed, sound
 from validation.stack_trends.check import (
     NAME,
@@ -13,6 +13,7 @@ from validation.stack_trends.check import (
     Focus,
     count_rows,
     delay_rows,
+    end_row,
     focus_of,
     gap_rows,
     speed_row,
@@ -56,6 +57,15 @@ class _Stacks:
         """The focus of one."""
         return focus_of(self.summary(name, **changes)["folder"] / "burst_snapshot.h5")
 
+    def focus_or_stop(self, name: str, delays: Sequence[float]) -> Focus | None:
+        """The focus of a pair with delays (s); None where its burst was stopped for its numbers."""
+        try:
+            return self.focus(name, delays=delays)
+        except StudyError as error:
+            if error.code != STOPPED:
+                raise
+            return None
+
 
 def study(options: Options, runs: Runs) -> list[Row]:
     """Burst single round, pairs over gaps and delays, and longer rows."""
@@ -70,17 +80,18 @@ def study(options: Options, runs: Runs) -> list[Row]:
     }
     pair = gaps[REFERENCE["gaps"][0]]
     counts = {count: pair if count == 2 else stacks.focus(f"row_{count}", count=count) for count in REFERENCE["counts"]}
-    delays = {
-        delay: (
-            stacks.focus(f"left_{1e6 * delay:g}_us", delays=(delay, 0.0)),
-            stacks.focus(f"right_{1e6 * delay:g}_us", delays=(0.0, delay)),
-        )
-        for delay in REFERENCE[f"{quick}delays"]
-    }
+    delays, ended = {}, []
+    for delay in REFERENCE[f"{quick}delays"]:
+        swapped = {"left": (delay, 0.0), "right": (0.0, delay)}
+        found = [stacks.focus_or_stop(f"{side}_{1e6 * delay:g}_us", times) for side, times in swapped.items()]
+        ended.append(end_row(delay, found))
+        if None not in found:
+            delays[delay] = (found[0], found[1])
     if not all_passed(stacks.rows):
         return stacks.rows  # void
     return [
         *gap_rows(gaps, single),
+        *ended,
         *delay_rows(delays, pair),
         *count_rows(counts),
         speed_row(pair, float(alone["burst"]["max_initial_speed"])),
