@@ -35,15 +35,10 @@ COLUMNS = ("stored", "friction", "work", "penetration")
 pressure and by changes of stiffness, m."""
 
 _NEWTON, _WALKS = 12, 10
-_CLOSE = (
-    1e-9  # change of a face's coordinates below which a point is found: what is left is the next step's, far smaller
-)
+_CLOSE = 1e-9  # change of a face's coordinates below which a point is found: the error left is far smaller
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
 _BENT = 0.1  # ... and this share of the distance below
 _OFF_EDGE = 0.5  # of the face's size: a node farther beyond the edge of its smooth surface has left it
-
-
-_Bilinear = tuple[float, float, float, float]
 
 
 class SlideLaw(NamedTuple):
@@ -185,14 +180,10 @@ def _slide(
     for walk in range(_WALKS):
         last = walk == _WALKS - 1
         clamped = done  # the edge of the surface was met: the point is held on it
-        of_x, of_y, of_z = _bilinear(faces[face], position)
-        of_vx, of_vy, of_vz = _bilinear(corner[face], vector)
         for _ in range(_NEWTON):
-            x, y, z = _value(of_x, xi, eta), _value(of_y, xi, eta), _value(of_z, xi, eta)
-            vx, vy, vz = _value(of_vx, xi, eta), _value(of_vy, xi, eta), _value(of_vz, xi, eta)
-            ax, bx = of_x[1] + of_x[3] * eta, of_x[2] + of_x[3] * xi  # tangents along xi and eta
-            ay, by = of_y[1] + of_y[3] * eta, of_y[2] + of_y[3] * xi
-            az, bz = of_z[1] + of_z[3] * eta, of_z[2] + of_z[3] * xi
+            ax, ay, az, bx, by, bz, x, y, z, vx, vy, vz = _surface_at(
+                faces[face], corner[face], xi, eta, position, vector
+            )
             size = np.sqrt(vx * vx + vy * vy + vz * vz)
             nx, ny, nz = vx / size, vy / size, vz / size
             rx, ry, rz = px - x, py - y, pz - z
@@ -304,24 +295,22 @@ def _power(
 
 
 @inlined_kernel
-def _bilinear(nodes: np.ndarray, values: np.ndarray) -> tuple[_Bilinear, _Bilinear, _Bilinear]:
-    """Coefficients of 1, xi, eta and xi eta of the three components of `values` (rows, 3) on a face."""
-    a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
-    return (
-        _coefficients(values[a, 0], values[b, 0], values[c, 0], values[d, 0]),
-        _coefficients(values[a, 1], values[b, 1], values[c, 1], values[d, 1]),
-        _coefficients(values[a, 2], values[b, 2], values[c, 2], values[d, 2]),
-    )
-
-
-@inlined_kernel
-def _coefficients(a: float, b: float, c: float, d: float) -> _Bilinear:
-    return 0.25 * (a + b + c + d), 0.25 * (b + c - a - d), 0.25 * (c + d - a - b), 0.25 * (a + c - b - d)
-
-
-@inlined_kernel
-def _value(of: _Bilinear, xi: float, eta: float) -> float:
-    return of[0] + of[1] * xi + (of[2] + of[3] * xi) * eta
+def _surface_at(
+    nodes: np.ndarray, groups: np.ndarray, xi: float, eta: float, position: np.ndarray, vector: np.ndarray
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float]:
+    """Tangents, place and interpolated area vector at a point of a face."""
+    ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x, y, z, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(4):
+        s, t = (1.0 if (k == 1 or k == 2) else -1.0), (1.0 if k >= 2 else -1.0)
+        w, u, v = 0.25 * (1.0 + s * xi) * (1.0 + t * eta), 0.25 * s * (1.0 + t * eta), 0.25 * t * (1.0 + s * xi)
+        i, j = nodes[k], groups[k]
+        qx, qy, qz = position[i, 0], position[i, 1], position[i, 2]
+        ax, ay, az = ax + u * qx, ay + u * qy, az + u * qz
+        bx, by, bz = bx + v * qx, by + v * qy, bz + v * qz
+        x, y, z = x + w * qx, y + w * qy, z + w * qz
+        vx, vy, vz = vx + w * vector[j, 0], vy + w * vector[j, 1], vz + w * vector[j, 2]
+    return ax, ay, az, bx, by, bz, x, y, z, vx, vy, vz
 
 
 @kernel
