@@ -12,7 +12,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.drag import Drag
-from flight.errors import FlightWarning, InputError, nearest
+from flight.errors import DragTableWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
@@ -234,7 +234,7 @@ def _summary(
         warnings.warn(
             f"drag {drag.name}: {beyond} of {len(landing)} fragments flew above Mach {drag.highest_mach:g}, the "
             f"table's last entry (fastest: Mach {extremes[:, 3].max():.3g}); its last coefficient was used there",
-            FlightWarning, stacklevel=3,
+            DragTableWarning, stacklevel=3,
         )  # fmt: skip
     return {
         "fragments": len(landing),
