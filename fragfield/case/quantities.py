@@ -133,6 +133,12 @@ class Measured:
         self.value = value
         self.unit = unit
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Measured) and (self.value, self.unit) == (other.value, other.unit)
+
+    def __hash__(self) -> int:
+        return hash((self.value, self.unit))
+
     def __repr__(self) -> str:
         return f"Measured({self.value!r}, {self.unit!r})"
 
