@@ -37,7 +37,16 @@ def to_toml(case: Case, *, brief: bool = False) -> str:
         return tables_to_toml(plain(case, units=True))
     tables = case.model_dump(mode="json", exclude_none=True, context={"units": "readable"})
     tables["round"] = list(_brief(tables["round"]))
-    return tables_to_toml(tables)
+    return tables_to_toml(_ten_digits(tables))
+
+
+def _ten_digits(value: Any) -> Any:  # noqa: ANN401 - any value of a table
+    """Tables with every pure number to ten digits."""
+    if isinstance(value, dict):
+        return {key: _ten_digits(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_ten_digits(entry) for entry in value]
+    return float(f"{value:.10g}") if isinstance(value, float) else value
 
 
 def tables_to_toml(tables: Mapping[str, Any]) -> str:

@@ -55,6 +55,7 @@ def new(
     stack: Annotated[
         str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Copies of the round: row, triangle, pallet.")
     ] = None,
+    lying: Annotated[bool, typer.Option("--lying", help="The round lies on the ground, its axis along y.")] = False,
     every_key: Annotated[
         bool, typer.Option("--all", help="Every key of the case file, not only the usual ones.")
     ] = False,
@@ -65,7 +66,7 @@ def new(
     with guarded(json=json, quiet=quiet):
         from fragfield.new_case import write_new_case
 
-        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, every_key=every_key)
+        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key)
         give({"case": [str(written)]}, json=json, quiet=quiet, show=print_paths)
 
 
