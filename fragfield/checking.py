@@ -12,10 +12,10 @@ from fragfield.case.bounds import outside_soft
 from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.geometry import burst_geometry
 from fragfield.cost import expected_cost
-from fragfield.gurney import gurney_constant, gurney_speed
 from fragfield.places import arrangement, arrangement_warnings
 from fragfield.section_check import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.witness_checks import witness_warnings
+from transition.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.symmetry.part import Cut
     from fragfield.case import Case
 
-__all__ = ["check_report", "gurney_constant", "gurney_speed"]
+__all__ = ["check_report"]
 
 _MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
@@ -154,8 +154,8 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
     ratio = exact["charge_mass"] / exact["casing_mass"]
     found["charge_ratio"] = ratio
     found["detonation_velocity"] = entry.explosive.detonation_velocity
-    found["gurney_constant"] = gurney_constant(entry.explosive)
-    found["gurney_speed"] = gurney_speed(found["gurney_constant"], ratio)
+    found["gurney_constant"] = gurney_coefficient(entry.explosive.detonation_velocity)
+    found["gurney_speed"] = gurney_speed(entry.explosive.detonation_velocity, ratio)
     return found | _products(entry.explosive, settings)
 
 
@@ -183,6 +183,7 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
         volumes = entry.profile.volumes(segment.start, segment.end)
         casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
         section = entry.profile.section(0.5 * (segment.start + segment.end))
+        speed = gurney_speed(entry.explosive.detonation_velocity, charge / casing) if charge > 0.0 else None
         yield {
             "name": segment.name,
             "kind": segment.kind,
@@ -191,7 +192,7 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
             "wall": float(section.wall),
             "casing_mass": casing,
             "charge_mass": charge,
-            "gurney_speed": gurney_speed(gurney_constant(entry.explosive), charge / casing) if charge > 0.0 else None,
+            "gurney_speed": speed,
         }
 
 

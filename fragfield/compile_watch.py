@@ -21,7 +21,7 @@ def watching_compilation(changed: Callable[[bool], object]) -> Iterator[None]:
     """
     from numba.core import event
 
-    class Watch(event.Listener):  # type: ignore[misc]
+    class Watch(event.Listener):
         depth = 0
 
         def on_start(self, _: Any) -> None:  # noqa: ANN401 - numba's event

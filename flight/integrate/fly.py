@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.arguments import real_array, require_number
+from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
 from flight.errors import DragTableWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from flight.shape import Shape
 
 __all__ = ["FlightProgress", "fly"]
-
-STANDARD_GRAVITY = 9.80665  # m/s2
 
 
 def fly(

@@ -10,6 +10,7 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.stamped import read_stamped_json, stored_case_text
+from fragfield_base.burst_snapshot import NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
@@ -209,7 +210,7 @@ def _read_snapshot(run: RunFiles) -> None:
             _note_provenance(run, file.attrs)
             run.burst_time = float(file.attrs["time"])
             run.geometry = str(_plain(file.attrs.get("geometry", "3d")))
-            run.nodes = {name: file["nodes"][name][()] for name in ("reference", "position", "velocity")}
+            run.nodes = {name: file["nodes"][name][()] for name in NODE_ARRAYS}
             run.cells = {name: data[()] for name, data in file["cells"].items()}
             run.history = {name: data[()] for name, data in file.get("history", {}).items()}
             for name in sorted(file["rounds"], key=int):

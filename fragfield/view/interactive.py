@@ -41,7 +41,7 @@ __all__ = [
 _ALONE = re.compile(r"https://kitware\.github\.io/vtk-js/icon/favicon-[^`\"']*")
 """Icons that vtk.js asks the network for when a page is opened."""
 _POLICY = (
-    '<meta http-equiv="Content-Security-Policy" content="default-src data: blob: \'unsafe-inline\' \'unsafe-eval\'">'
+    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src data: blob: 'unsafe-inline' 'unsafe-eval'\">"
 )
 """Whatever else the viewer may ask for, the browser does not fetch it."""
 VIEW_OF_BURST, VIEW_OF_FRAGMENTS = "view_burst.html", "view_fragments.html"
