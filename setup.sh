@@ -31,7 +31,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
 
   install    set up only (default)
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
-  examples   the scripts of examples/, with their pictures, into runs/examples
+  examples   the scripts of examples/, with their pictures, into runs/examples; "pictures": also into the gallery of docs/
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
   lint       ruff, mypy, import-linter, the list of words that are not used
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
@@ -378,6 +378,13 @@ case $act in
             "$bin/python" "$example"
         done
         say "the pictures are in runs/examples"
+        if [ "${1:-}" = pictures ]; then
+            for example in examples/*.py; do
+                name=$(basename "$example" .py)
+                cp "runs/examples/$name/$name.png" "docs/pictures/example_$name.png"
+            done
+            say "the gallery's pictures, docs/pictures/example_*.png, are these"
+        fi
         ;;
     test)
         workers=$(count_workers "$@")

@@ -69,6 +69,7 @@ def rigid_plane(entry: PlaneTable) -> RigidPlane:
 
 
 def _contact(table: ContactTable) -> ContactSettings:
+    from burst_fenicsx.problem import ContactSettings
 
     values: dict[str, Any] = table.model_dump()
     for key in ("friction_angle", "surface_friction_angle"):

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+import fragfield
 from fragfield.cli.application import app
 from fragfield.cli.guard import give, guarded, print_paths
 from fragfield.cli.options import CaseOrRun, Html, Json, Quiet, Window
@@ -89,9 +90,9 @@ def compare(
 ) -> None:
     """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.compare import compare_runs, print_comparison, write_comparison
+        from fragfield.compare import print_comparison
 
-        found = compare_runs(run, reference, sector=sector, all_round=all_round)
+        done = fragfield.compare_runs(run, reference, sector=sector, all_round=all_round)
         if out is not None:
-            write_comparison(found, out)
-        give(found, json=json, quiet=quiet, show=print_comparison)
+            done.write(out)
+        give(done.found, json=json, quiet=quiet, show=print_comparison)

@@ -107,8 +107,7 @@ def test_the_tables_of_the_readmes_are_written(monkeypatch, tmp_path, capsys):
     full.write_text("<!-- begin one -->\n<!-- end one -->\n", encoding="utf-8")
     monkeypatch.setattr(ladder, "LADDER", full)
     monkeypatch.setattr(ladder, "read_record", dict)
-    insert = ladder.insert_tables
-    monkeypatch.setattr(ladder, "insert_tables", lambda tables, path=front: insert(tables, path))
+    monkeypatch.setattr(ladder, "README", front)
     rows = [_row(True), within("one", "n", 3.0, 0.0, 2.0, "own")]
     _run(monkeypatch, tmp_path, ["--readme"], {"one": lambda *_: rows})
     capsys.readouterr()
