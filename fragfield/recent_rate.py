@@ -17,13 +17,13 @@ class RecentRate:
     ----------
     window : float
         Seconds that are looked back on.
-    least : float
+    minimum : float
         Seconds that must have been seen before a rate is given.
     """
 
-    def __init__(self, window: float = 20.0, least: float = 1.0) -> None:
+    def __init__(self, window: float = 20.0, minimum: float = 1.0) -> None:
         self._window = window
-        self._least = least
+        self._minimum = minimum
         self._seen: deque[tuple[float, float]] = deque()
 
     def restart(self) -> None:
@@ -36,6 +36,6 @@ class RecentRate:
         while now - self._seen[0][0] > self._window:
             self._seen.popleft()
         began, first = self._seen[0]
-        if now - began < self._least or not amount > first:
+        if now - began < self._minimum or not amount > first:
             return None
         return (amount - first) / (now - began)

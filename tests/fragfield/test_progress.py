@@ -64,7 +64,7 @@ def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys
 
 def test_the_time_left_is_that_of_the_last_seconds():
     """A pause longer than the window leaves no trace: 5 a second before and after 100 s in which kernels compiled."""
-    rate = RecentRate(window=20.0, least=1.0)
+    rate = RecentRate(window=20.0, minimum=1.0)
     assert rate.add(0.0, 0.0) is None
     assert rate.add(0.5, 2.5) is None, "too short to say"
     assert rate.add(2.0, 10.0) == 5.0
