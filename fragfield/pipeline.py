@@ -195,7 +195,7 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
 
 
 def _warn_of_values(case: Case, team: Team) -> None:
-    """Say in the log, from which the report takes it, which values of the case are unusual."""
+    """Say in the log which values of the case are unusual; the report asks the case itself."""
     for words in outside_soft(case) if team.first else ():
         _log.warning("%s", words)
 

@@ -157,7 +157,7 @@ def _replace(node: dict[str, Any] | list[Any], steps: list[str], value: object, 
             continue
         if place in _MATERIALS and isinstance(node[place], str):
             table = named_material(str(place), node[place], where=where, folder=folder)
-            node[place] = table.model_dump(mode="json", exclude_none=True, context={"units": True})
+            node[place] = table.model_dump(mode="json", exclude_none=True, context={"units": "si"})
         if not isinstance(node[place], (dict, list)):
             raise InputError(f"{where}: {step} holds a value, it has no {rest[0]}")
         _replace(node[place], rest, value, where, folder)
