@@ -93,13 +93,18 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
 
 @contextmanager
 def to_stderr(*, quiet: bool) -> Iterator[None]:
-    """Show warnings on stderr, with `quiet` errors only."""
+    """Show warnings on stderr, with `quiet` errors only; what libraries log (tifffile) is no message of ours."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())
     handler.addFilter(_concerns_the_user)
-    with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
-        yield
+    silent, root = logging.NullHandler(), logging.getLogger()  # without a handler Python shows all of them
+    root.addHandler(silent)
+    try:
+        with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
+            yield
+    finally:
+        root.removeHandler(silent)
 
 
 @contextmanager
