@@ -107,3 +107,19 @@ def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(mon
     assert exit_code_of(ImportError("initialization failed")) == 130
     assert message_of(ImportError("initialization failed")).startswith("interrupted; what was written stays")
     assert exit_code_of(errors.InputError("mine")) == 2
+
+
+def test_what_libraries_log_is_no_message_of_a_command():
+    """Python itself shows it where no handler is; tifffile reports its troubles with a broken file so."""
+    script = (
+        "import logging\n"
+        "from fragfield.logs import to_stderr\n"
+        "with to_stderr(quiet=False):\n"
+        "    logging.getLogger('tifffile').error('of a library')\n"
+        "    logging.getLogger('fragfield.some').warning('of ours')\n"
+        "logging.getLogger('tifffile').error('afterwards')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.stderr == "warning: of ours\nafterwards\n"
