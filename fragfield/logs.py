@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, TextIO
 
 from fragfield.errors import InputError
+from fragfield.visible_text import visible
 from fragfield_base.writing import append_text_file
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ class _Short(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         found = _WARNING.match(record.getMessage()) if record.name == "py.warnings" else None
-        return f"{record.levelname.lower()}: {found['text'] if found else record.getMessage()}"
+        return visible(f"{record.levelname.lower()}: {found['text'] if found else record.getMessage()}")
 
 
 def _concerns_the_user(record: logging.LogRecord) -> bool:
@@ -57,6 +58,13 @@ def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]
             logger.setLevel(level)
             logger.propagate = propagate
         handler.close()
+
+
+class _Visible(logging.Formatter):
+    """Whole records, without control characters of the texts in them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return visible(super().format(record))
 
 
 class _LogFile(logging.StreamHandler[TextIO]):
@@ -86,7 +94,7 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     descriptor = append_text_file(path, InputError, fresh=fresh)
     stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")
     handler = _LogFile(stream)
-    handler.setFormatter(logging.Formatter(_FORMAT))
+    handler.setFormatter(_Visible(_FORMAT))
     with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
         yield
 

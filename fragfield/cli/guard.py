@@ -11,6 +11,7 @@ import typer
 
 from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of, message_of
 from fragfield.parallel import launched_rank
+from fragfield.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -22,7 +23,7 @@ def print_paths(found: dict[str, Any]) -> None:
     """Print the paths of a result, one a line."""
     for paths in found.values():
         for path in paths:
-            typer.echo(path)
+            typer.echo(visible(str(path)))
 
 
 def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
@@ -32,7 +33,7 @@ def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict
 
         typer.echo(dumps(found, allow_nan=False))
     elif not quiet:
-        show(found)
+        show(visible(found))
 
 
 @contextmanager
@@ -76,7 +77,7 @@ def _log_of(error: Exception) -> str:
 def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
     if launched_rank() > 0:
         return
-    typer.echo(f"fragfield: {message}", err=True)
+    typer.echo(f"fragfield: {visible(message)}", err=True)
     if json:
         from json import dumps
 
