@@ -76,6 +76,8 @@ def _log_of(error: Exception) -> str:
 
 def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
     if launched_rank() > 0:
+        if code == EXIT_FAULT:  # other ranks may have met none
+            typer.echo(f"fragfield: rank {launched_rank()}: {visible(message)}", err=True)
         return
     typer.echo(f"fragfield: {visible(message)}", err=True)
     if json:

@@ -36,6 +36,18 @@ def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
     log.unlink()
 
 
+def test_a_fault_of_another_rank_is_reported(tmp_path, monkeypatch):
+    """Of other errors the first rank says the same; a fault may be one rank's own."""
+    (tmp_path / "mine.toml").write_text(SHORT)
+    monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "3")
+    monkeypatch.setattr("fragfield.checking.check_report", _broken)
+    done = invoke("check", tmp_path / "mine.toml")
+    assert done.exit_code == EXIT_FAULT
+    assert done.stderr.startswith("fragfield: rank 3: fault of the program: IndexError: the third law; ")
+    Path(done.stderr.split()[-1]).unlink()
+    assert invoke("check", tmp_path / "none.toml").stderr == ""
+
+
 def test_a_fault_of_a_run_is_in_its_log(tmp_path, monkeypatch):
     (tmp_path / "mine.toml").write_text(SHORT)
     monkeypatch.setattr(pipeline, "perform", _broken)
