@@ -9,8 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 
 from fragfield import errors, pipeline
+from fragfield.cli.guard import guarded
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
@@ -36,16 +38,21 @@ def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
     log.unlink()
 
 
-def test_a_fault_of_another_rank_is_reported(tmp_path, monkeypatch):
-    """Of other errors the first rank says the same; a fault may be one rank's own."""
-    (tmp_path / "mine.toml").write_text(SHORT)
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (IndexError("the third law"), "fragfield: rank 3: fault of the program: IndexError: the third law; "),
+        (errors.InputError("mine.toml: no such case file"), ""),  # which the first rank reports
+    ],
+)
+def test_a_fault_of_another_rank_is_reported(error, words, monkeypatch, capsys):
     monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "3")
-    monkeypatch.setattr("fragfield.checking.check_report", _broken)
-    done = invoke("check", tmp_path / "mine.toml")
-    assert done.exit_code == EXIT_FAULT
-    assert done.stderr.startswith("fragfield: rank 3: fault of the program: IndexError: the third law; ")
-    Path(done.stderr.split()[-1]).unlink()
-    assert invoke("check", tmp_path / "none.toml").stderr == ""
+    with pytest.raises(typer.Exit) as ended, guarded(json=False, quiet=True):
+        raise error
+    assert ended.value.exit_code == exit_code_of(error)
+    said = capsys.readouterr().err
+    assert said.startswith(words)
+    assert bool(said) == bool(words)
 
 
 def test_a_fault_of_a_run_is_in_its_log(tmp_path, monkeypatch):
