@@ -6,13 +6,14 @@ what it needs, so `fragfield fly` works without dolfinx.
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
+from contextlib import suppress
 
 from fragfield.cli import computing, looking, studies
 from fragfield.cli.application import app
-from fragfield.errors import EXIT_INTERRUPTED, exit_code_of, interrupt
+from fragfield.cli.streams import prepare_process, silence
+from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt
 
 __all__ = ["app", "computing", "looking", "main", "studies"]
 
@@ -26,15 +27,25 @@ def main() -> None:
         signal.signal(signal.SIGINT, interrupt)
     try:
         try:
+            prepare_process()
             app()
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:  # before or after the guarded part
         sys.exit(EXIT_INTERRUPTED)
+    except SystemExit as ended:
+        if ended.code == 1:  # of typer and rich, where nobody reads what they print
+            sys.exit(EXIT_INPUT)
+        raise
+    except InputError as error:  # before the guarded part
+        with suppress(OSError):
+            sys.stderr.write(f"fragfield: {error}\n")
+        sys.exit(exit_code_of(error))
     except OSError as error:  # standard output: on a full disk, or `fragfield info RUN | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence()
         if not isinstance(error, BrokenPipeError):
-            sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
+            with suppress(OSError):
+                sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
         sys.exit(exit_code_of(error))
     finally:
         # All is done: what comes while libraries and Python itself are closed has nothing to interrupt any more.

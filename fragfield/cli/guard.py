@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of, message_of
+from fragfield.cli.streams import to_stdout
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.parallel import launched_rank
 from fragfield.visible_text import visible
 
@@ -28,12 +29,13 @@ def print_paths(found: dict[str, Any]) -> None:
 
 def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
     """Print a result: as one JSON object, or for people."""
-    if json:
-        from json import dumps
+    with to_stdout():
+        if json:
+            from json import dumps
 
-        typer.echo(dumps(found, allow_nan=False))
-    elif not quiet:
-        show(visible(found))
+            typer.echo(dumps(found, allow_nan=False))
+        elif not quiet:
+            show(visible(found))
 
 
 @contextmanager
@@ -47,7 +49,7 @@ def guarded(*, json: bool, quiet: bool) -> Iterator[None]:
     except KeyboardInterrupt as error:
         _print_message(message_of(error), json=json)
         raise typer.Exit(EXIT_INTERRUPTED) from error
-    except (typer.Exit, BrokenPipeError):
+    except typer.Exit:
         raise
     except Exception as error:  # noqa: BLE001 - the last guard: nothing passes it
         code, message = exit_code_of(error), message_of(error)
@@ -75,13 +77,14 @@ def _log_of(error: Exception) -> str:
 
 
 def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
-    if launched_rank() > 0:
-        if code == EXIT_FAULT:  # other ranks may have met none
-            typer.echo(f"fragfield: rank {launched_rank()}: {visible(message)}", err=True)
+    rank = launched_rank()
+    if rank == 0 or code == EXIT_FAULT:  # which other ranks may not have met
+        with suppress(OSError):
+            typer.echo(f"fragfield: {f'rank {rank}: ' if rank else ''}{visible(message)}", err=True)
+    if rank > 0:
         return
-    typer.echo(f"fragfield: {visible(message)}", err=True)
     if json:
         from json import dumps
 
-        typer.echo(dumps({"error": {"message": message, "exit_code": code}}))
-    sys.stdout.flush()
+        with suppress(typer.Exit, InputError), to_stdout():
+            typer.echo(dumps({"error": {"message": message, "exit_code": code}}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -81,21 +82,61 @@ def test_every_error_has_a_code_and_words(error, code, words):
     assert words in message_of(error)
 
 
-def test_a_full_standard_output_is_no_traceback():
-    with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            command("--version"), stdout=full, stderr=subprocess.PIPE, text=True, env=environment(), check=False
-        )
-    assert done.returncode != 0
-    assert "Traceback" not in done.stderr
+def _shell(line, *arguments, **variables):
+    """A command in a shell, `$FF` for the program; its exit code stands in the file `code` where it is in a pipe."""
+    known = {**environment(), "FF": shlex.join(command()), **variables}
+    return subprocess.run(
+        ["bash", "-c", line, "bash", *map(str, arguments)], capture_output=True, text=True, env=known, check=False
+    )
 
 
-def test_a_reader_that_goes_away_is_no_traceback(tmp_path):
-    (tmp_path / "mine.toml").write_text(SHORT)
-    shell = " ".join([*command("check", tmp_path / "mine.toml"), "| true"])
-    done = subprocess.run(shell, shell=True, capture_output=True, text=True, env=environment(), check=False)
+@pytest.mark.parametrize(
+    ("line", "code", "words"),
+    [
+        ("$FF --version >/dev/full", 2, "fragfield: standard output: No space left on device\n"),
+        ("$FF check $1 >/dev/full", 2, "fragfield: standard output: cannot be written: No space left on device\n"),
+        (
+            "$FF check $1 --json >/dev/full",
+            2,
+            "fragfield: standard output: cannot be written: No space left on device\n",
+        ),
+        ("$FF check none --json >/dev/full", 2, "fragfield: none: no such case file\n"),
+        ("$FF check none 2>/dev/full", 2, ""),
+        ("$FF check $1 >&-", 0, None),
+        ("$FF check $1 <&- >&- 2>&-", 0, ""),
+        ("$FF check none <&- >&- 2>&-", 2, ""),
+        ("($FF check $1; echo $? >$2) | head -1 >/dev/null; exit $(cat $2)", 2, None),
+        ("($FF --help; echo $? >$2) | true; exit $(cat $2)", 2, ""),
+        ("(ulimit -n 40; $FF check $1)", 2, "fragfield: found ulimit -n 40 (open files); allowed: at least 64\n"),
+        ("(ulimit -Sn 40; $FF check $1 --quiet)", 0, ""),
+        ("LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0 $FF check $1", 0, None),
+    ],
+)
+def test_standard_streams_and_limits_that_fail_are_one_message_and_no_traceback(line, code, words, tmp_path):
+    (tmp_path / "mine.toml").write_text(SHORT.replace("Steel tube", "Rohr 😀"), encoding="utf-8")
+    done = _shell(line, tmp_path / "mine.toml", tmp_path / "code")
+    assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
-    assert sys.executable in shell
+    assert words is None or done.stderr == words
+
+
+def test_a_closed_standard_stream_gives_its_number_to_no_file(tmp_path):
+    """What a library prints would go into the file."""
+    script = (
+        "import os, sys\n"
+        "from fragfield.cli.streams import prepare_process\n"
+        "prepare_process()\n"
+        "file = open(sys.argv[1], 'w')\n"
+        "os.write(1, b'of a library'); os.write(2, b'of a library')\n"
+        "sys.stdout.write('x'); sys.stderr.write('y')\n"
+        "sys.exit(0 if file.fileno() > 2 else 1)\n"
+    )
+    known = {**environment(), "SCRIPT": script, "PY": sys.executable}
+    done = subprocess.run(
+        ["bash", "-c", '"$PY" -c "$SCRIPT" "$1" <&- >&- 2>&-', "bash", str(tmp_path / "file")], env=known, check=False
+    )
+    assert done.returncode == 0
+    assert (tmp_path / "file").read_text() == ""
 
 
 @pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT"])
