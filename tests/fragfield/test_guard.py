@@ -139,7 +139,7 @@ def test_a_closed_standard_stream_gives_its_number_to_no_file(tmp_path):
     assert (tmp_path / "file").read_text() == ""
 
 
-@pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT"])
+@pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT", "SIGHUP"])
 def test_a_signal_after_the_work_changes_nothing(kind):
     """Python takes its handlers back while it ends: then a signal would end the process with another code."""
     script = (
