@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, TextIO
 
 from fragfield.errors import InputError
+from fragfield.visible_text import visible
 from fragfield_base.writing import append_text_file
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ class _Short(logging.Formatter):
     """Level and message, as a person at the terminal wants them."""
 
     def format(self, record: logging.LogRecord) -> str:
-        return f"{record.levelname.lower()}: {words_of(record)}"
+        return visible(f"{record.levelname.lower()}: {words_of(record)}")
 
 
 def words_of(record: logging.LogRecord) -> str:
@@ -61,6 +62,13 @@ def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]
         handler.close()
 
 
+class _Visible(logging.Formatter):
+    """Whole records, without control characters of the texts in them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return visible(super().format(record))
+
+
 class _LogFile(logging.StreamHandler[TextIO]):
     """A log that a full disk does not stop: the run says so itself when it can write nothing else either."""
 
@@ -88,20 +96,25 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     descriptor = append_text_file(path, InputError, fresh=fresh)
     stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")
     handler = _LogFile(stream)
-    handler.setFormatter(logging.Formatter(_FORMAT))
+    handler.setFormatter(_Visible(_FORMAT))
     with _captured_warnings(), _handled(handler, LOGGERS):
         yield
 
 
 @contextmanager
 def to_stderr(*, quiet: bool) -> Iterator[None]:
-    """Show warnings on stderr, with `quiet` errors only."""
+    """Show warnings on stderr, with `quiet` errors only; what libraries log (tifffile) is no message of ours."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())
     handler.addFilter(concerns_the_user)
-    with _captured_warnings(), _handled(handler, LOGGERS):
-        yield
+    silent, root = logging.NullHandler(), logging.getLogger()  # without a handler Python shows all of them
+    root.addHandler(silent)
+    try:
+        with _captured_warnings(), _handled(handler, LOGGERS):
+            yield
+    finally:
+        root.removeHandler(silent)
 
 
 @contextmanager
