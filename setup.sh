@@ -31,7 +31,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
 
   install    set up only (default)
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
-  examples   the scripts of examples/, with their pictures, into runs/examples
+  examples   the scripts of examples/, with their pictures, into runs/examples; "pictures": also into the gallery of docs/
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
   lint       ruff, mypy, import-linter, the list of words that are not used
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
@@ -161,6 +161,25 @@ check_root() {
         "Let an administrator run, once:" "  sudo apt-get install --no-install-recommends $1" "then call again."
 }
 
+# apt LOG ARGUMENT...: apt-get with all its words in LOG, and on stdout how far it is, so that minutes are not silent.
+apt() {
+    apt_log=$1
+    shift
+    rm -f "$apt_log.failed"
+    { as_root apt-get -q -y "$@" 2>&1 || : >"$apt_log.failed"; } | awk -v log_file="$apt_log" '
+        { print >>log_file; fflush(log_file) }
+        /^Need to get/ { sub("Need to get ", ""); sub(" of archives.*", ""); print "setup:   downloading " $0 }
+        /newly installed/ { total = $3 }
+        /^Get:/ { if (++got % 25 == 0) print "setup:   downloaded " got (total ? " of " total : "") " packages" }
+        /^Unpacking / { if (++unpacked % 25 == 0) print "setup:   unpacked " unpacked (total ? " of " total : "") }
+        /^Setting up / { if (++ready % 25 == 0) print "setup:   set up " ready (total ? " of " total : "") }
+        { fflush() }'
+    if [ -e "$apt_log.failed" ]; then
+        rm -f "$apt_log.failed"
+        return 1
+    fi
+}
+
 install_debian_packages() {
     missing=$(missing_packages)
     [ -n "$missing" ] || return 0
@@ -170,10 +189,10 @@ install_debian_packages() {
     say "Debian packages to install: $missing"
     # A broken third-party source must not stop us: only the installation itself has to work.
     say "apt-get update"
-    as_root apt-get -q update >"$log" 2>&1 || true
+    apt "$log" update || true
     say "apt-get install (about $apt_megabytes MB with all they need, a few minutes)"
     # shellcheck disable=SC2086  # a list of names
-    as_root apt-get -q -y -o DPkg::Lock::Timeout=300 install --no-install-recommends $missing >>"$log" 2>&1 || {
+    apt "$log" -o DPkg::Lock::Timeout=300 install --no-install-recommends $missing || {
         tail -n 15 "$log" >&2
         refuse "apt could not install the packages; its last words stand above, all of them in $log." \
             "No network? Check that apt reaches a mirror (/etc/apt/sources.list*, and Acquire::http::Proxy behind a proxy)." \
@@ -192,8 +211,8 @@ install_browser() {
     }
     say "apt-get install chromium poppler-utils (for the tests of the report)"
     log=$(mktemp)
-    as_root apt-get -q update >"$log" 2>&1 || true
-    as_root apt-get -q -y -o DPkg::Lock::Timeout=300 install --no-install-recommends chromium poppler-utils >>"$log" 2>&1 ||
+    apt "$log" update || true
+    apt "$log" -o DPkg::Lock::Timeout=300 install --no-install-recommends chromium poppler-utils ||
         say "apt could not install chromium ($log): the tests in a browser are skipped"
 }
 
@@ -359,6 +378,13 @@ case $act in
             "$bin/python" "$example"
         done
         say "the pictures are in runs/examples"
+        if [ "${1:-}" = pictures ]; then
+            for example in examples/*.py; do
+                name=$(basename "$example" .py)
+                cp "runs/examples/$name/$name.png" "docs/pictures/example_$name.png"
+            done
+            say "the gallery's pictures, docs/pictures/example_*.png, are these"
+        fi
         ;;
     test)
         workers=$(count_workers "$@")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BurstSettings",
     "CasingMaterial",
-    "Contact",
+    "ContactSettings",
     "Explosive",
     "Geometry",
     "Hourglass",
@@ -169,7 +169,7 @@ class Hourglass:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactSettings:
     """Contact of charge and casing (face-face, Eqs. 12-15) and of any surfaces that meet (point-face, Eqs. 16-18)."""
 
     charge_casing: Interface = "bonded"  # until reacted, then the products slide; "shared": common nodes, no slip
@@ -228,6 +228,6 @@ class BurstSettings:
     leakage: Leakage = field(default_factory=Leakage)
     viscosity: Viscosity = field(default_factory=Viscosity)
     hourglass: Hourglass = field(default_factory=Hourglass)
-    contact: Contact = field(default_factory=Contact)
+    contact: ContactSettings = field(default_factory=ContactSettings)
     planes: tuple[RigidPlane, ...] = ()
     symmetry: Symmetry = "auto"  # compute the smallest symmetric part of the arrangement, see `symmetry`; "off": all

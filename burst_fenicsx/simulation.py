@@ -126,6 +126,7 @@ class Simulation:
                 "%d rounds are computed as if each stood alone: contact of surfaces is switched off, and the distances "
                 "are not those of a stack",
                 len(rounds),
+                extra={"code": "rounds_alone"},
             )
 
         self.mesh, self.quality = self._make_mesh()

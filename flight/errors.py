@@ -18,7 +18,15 @@ class InputError(errors.InputError):
 
 
 class FlightWarning(UserWarning):
-    """The result stands, but rests on something the user should know (a table used beyond its end)."""
+    """The result stands, but rests on something the user should know; `code` names what, for programs."""
+
+    code = "flight"
+
+
+class DragTableWarning(FlightWarning):
+    """Fragments flew faster than the drag table reaches."""
+
+    code = "drag_table"
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
     from fragfield.interface.running import run
+    from fragfield.interface.studies import Comparison, Sweep, Uncertainty, compare_runs, run_sweep, run_uncertainty
     from fragfield.interface.tables import Table
     from fragfield.progress import Progress
     from fragfield_base.errors import InputError, NumericalStop
@@ -36,17 +37,23 @@ if TYPE_CHECKING:
 __all__ = [
     "Case",
     "CheckResult",
+    "Comparison",
     "HazardDistance",
     "InputError",
     "NotDeterminedError",
     "NumericalStop",
     "Progress",
     "Run",
+    "Sweep",
     "Table",
+    "Uncertainty",
     "__version__",
     "check",
+    "compare_runs",
     "open",
     "run",
+    "run_sweep",
+    "run_uncertainty",
 ]
 
 _HOMES = {
@@ -62,6 +69,10 @@ _HOMES = {
     "check": "fragfield.interface.checking",
     "open": "fragfield.interface.results",
     "run": "fragfield.interface.running",
+    **dict.fromkeys(
+        ("Comparison", "Sweep", "Uncertainty", "compare_runs", "run_sweep", "run_uncertainty"),
+        "fragfield.interface.studies",
+    ),
 }
 
 

@@ -43,7 +43,11 @@ def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
         raise InputError("arena tables and planes of symmetry: give every round a table [[round]] of its own place")
     places = [(one.position, one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
     if number == 0 and len(places) > 1:
-        _log.warning("the arena table is of one round: %d rounds fly as if each stood alone", len(places))
+        _log.warning(
+            "the arena table is of one round: %d rounds fly as if each stood alone",
+            len(places),
+            extra={"code": "arena_alone"},
+        )
     return Fragments.concatenate(
         [
             table.realisation(

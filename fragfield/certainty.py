@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["NOT_DETERMINED", "WHICH_NUMBER", "basis_words", "certainty", "is_determined", "metres", "single_words"]
+__all__ = [
+    "NOT_DETERMINED",
+    "WHICH_NUMBER",
+    "basis_words",
+    "certainty",
+    "is_determined",
+    "margin_metres",
+    "metres",
+    "metres_and_error",
+    "single_words",
+    "whole_metres",
+]
 
 NOT_DETERMINED = "not determined"
 WHICH_NUMBER = (
@@ -58,12 +69,29 @@ def basis_words(hazard: Mapping[str, Any]) -> str:
     return f"{words}, smoothed over ±{hazard['kernel_deg']:.3g}°"
 
 
-def metres(value: float | None, digits: int = 0) -> str:
-    """A distance to keep: rounded up, so that print loses nothing of it; or that it is not determined."""
-    if value is None:
-        return NOT_DETERMINED
-    unit = 10.0**-digits
-    return f"{math.ceil(value / unit - 1e-9) * unit:,.{digits}f} m"
+def whole_metres(value: float | None, otherwise: str = "–") -> str:
+    """A distance in whole metres without its unit, as every text, table, figure and console line shows it.
+
+    Rounded up, so that print loses nothing of a distance to keep, and the same number stands everywhere.
+    """
+    return otherwise if value is None or math.isnan(value) else f"{math.ceil(value - 1e-9):,d}"
+
+
+def metres(value: float | None) -> str:
+    """A distance in whole metres, rounded up as by `whole_metres`; or that it is not determined."""
+    return NOT_DETERMINED if value is None else f"{whole_metres(value)} m"
+
+
+def margin_metres(value: float | None) -> str:
+    """A margin in whole metres with its sign, rounded down: print must not add to it."""
+    return "–" if value is None else f"{math.floor(value + 1e-9):+,d}".replace("-", "−")
+
+
+def metres_and_error(value: float | None, error: float | None, between: str = " ") -> str:
+    """A distance as by `whole_metres` with its standard error, without the unit."""
+    if value is None or error is None:
+        return whole_metres(value, NOT_DETERMINED)
+    return f"{whole_metres(value)}{between}±{between}{error:.{1 if error < 9.95 else 0}f}"
 
 
 def single_words(hazard: Mapping[str, Any]) -> str:
@@ -71,4 +99,4 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     found = hazard.get("single_event")
     if not found:
         return NOT_DETERMINED
-    return f"{found['low']:,.0f} to {found['high']:,.0f} m"
+    return f"{whole_metres(found['low'])} to {metres(found['high'])}"

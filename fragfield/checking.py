@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -11,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case import plain
 from fragfield.case.bounds import outside_soft
 from fragfield.case.convert import burst_rounds, burst_settings
-from fragfield.case.flight_table import CylinderTable
 from fragfield.case.geometry import burst_geometry
 from fragfield.cost import expected_cost
-from fragfield.gurney import gurney_constant, gurney_speed
-from fragfield.places import arrangement, arrangement_warnings, with_images
+from fragfield.places import arrangement, arrangement_warnings
 from fragfield.section_check import CAUTION, WORDS, described_section, meshed_section, section_stations
+from fragfield.witness_checks import witness_warnings
+from transition.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.symmetry.part import Cut
     from fragfield.case import Case
 
-__all__ = ["check_report", "gurney_constant", "gurney_speed"]
+__all__ = ["check_report"]
 
 _MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
@@ -155,8 +154,8 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
     ratio = exact["charge_mass"] / exact["casing_mass"]
     found["charge_ratio"] = ratio
     found["detonation_velocity"] = entry.explosive.detonation_velocity
-    found["gurney_constant"] = gurney_constant(entry.explosive)
-    found["gurney_speed"] = gurney_speed(found["gurney_constant"], ratio)
+    found["gurney_constant"] = gurney_coefficient(entry.explosive.detonation_velocity)
+    found["gurney_speed"] = gurney_speed(entry.explosive.detonation_velocity, ratio)
     return found | _products(entry.explosive, settings)
 
 
@@ -184,6 +183,7 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
         volumes = entry.profile.volumes(segment.start, segment.end)
         casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
         section = entry.profile.section(0.5 * (segment.start + segment.end))
+        speed = gurney_speed(entry.explosive.detonation_velocity, charge / casing) if charge > 0.0 else None
         yield {
             "name": segment.name,
             "kind": segment.kind,
@@ -192,7 +192,7 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
             "wall": float(section.wall),
             "casing_mass": casing,
             "charge_mass": charge,
-            "gurney_speed": gurney_speed(gurney_constant(entry.explosive), charge / casing) if charge > 0.0 else None,
+            "gurney_speed": speed,
         }
 
 
@@ -245,13 +245,7 @@ def _warnings(
         others = f" and {number - 1} alike" if number > 1 else ""
         key = f"round[{index + 1}] ({described[index]['name']}{others})"
         yield from _round_warnings(key, settings, described[index])
-    for number, surface in enumerate(case.witness, start=1):
-        if not isinstance(surface, CylinderTable):
-            continue
-        reach = max(math.hypot(x - surface.centre[0], y - surface.centre[1]) for x, y, _ in with_images(case))
-        reach += max(found["outer_diameter"] for found in described)
-        if surface.radius < 2.0 * reach:
-            yield f"witness[{number}].radius = {surface.radius:g} m: so near, casings may reach it before break-up"
+    yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
 
 
 def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:

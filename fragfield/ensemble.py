@@ -324,6 +324,7 @@ def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool 
         _log.warning(
             "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
             int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),
+            extra={"code": "below_ground"},
         )  # fmt: skip
     position = fragments.position.copy()
     position[:, 2] = np.maximum(z, height)

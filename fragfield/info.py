@@ -39,6 +39,8 @@ def describe(path: Path) -> dict[str, Any]:
     """
     if path.is_dir():
         return _directory(RunDirectory(path))
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: not a regular file; allowed: a run directory or an HDF5 file (.h5)")
     if not path.is_file():
         beside = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
         raise InputError(f"{path}: no such file or directory{nearest(path.name, beside)}")

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import builtins
 import logging
 import os
-import re
 import sys
 import warnings
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, TextIO
 
 from fragfield.errors import InputError
+from fragfield.visible_text import visible
 from fragfield_base.writing import append_text_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["logged", "to_stderr"]
+__all__ = ["LOGGERS", "concerns_the_user", "logged", "to_stderr", "words_of"]
 
-_OURS = ("fragfield", "burst_fenicsx", "transition", "flight")
-_WARNING = re.compile(r".*?: (?P<kind>\w+Warning): (?P<text>.*)")
+LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
+"""Those of our packages, and that of Python's warnings."""
 _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 
 
@@ -29,16 +28,20 @@ class _Short(logging.Formatter):
     """Level and message, as a person at the terminal wants them."""
 
     def format(self, record: logging.LogRecord) -> str:
-        found = _WARNING.match(record.getMessage()) if record.name == "py.warnings" else None
-        return f"{record.levelname.lower()}: {found['text'] if found else record.getMessage()}"
+        return visible(f"{record.levelname.lower()}: {words_of(record)}")
 
 
-def _concerns_the_user(record: logging.LogRecord) -> bool:
+def words_of(record: logging.LogRecord) -> str:
+    """What a record says, of Python's warnings without the line of source that they come from."""
+    return str(getattr(record, "words", None) or record.getMessage())
+
+
+def concerns_the_user(record: logging.LogRecord) -> bool:
     """Whether a record is ours; of Python's warnings those of our own kinds, not a library's deprecations."""
     if record.name != "py.warnings":
         return True
-    found = _WARNING.match(record.getMessage())
-    return found is not None and not hasattr(builtins, found["kind"])
+    category = getattr(record, "category", None)
+    return category is not None and category.__module__ != "builtins"
 
 
 @contextmanager
@@ -57,6 +60,13 @@ def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]
             logger.setLevel(level)
             logger.propagate = propagate
         handler.close()
+
+
+class _Visible(logging.Formatter):
+    """Whole records, without control characters of the texts in them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return visible(super().format(record))
 
 
 class _LogFile(logging.StreamHandler[TextIO]):
@@ -86,20 +96,25 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     descriptor = append_text_file(path, InputError, fresh=fresh)
     stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")
     handler = _LogFile(stream)
-    handler.setFormatter(logging.Formatter(_FORMAT))
-    with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
+    handler.setFormatter(_Visible(_FORMAT))
+    with _captured_warnings(), _handled(handler, LOGGERS):
         yield
 
 
 @contextmanager
 def to_stderr(*, quiet: bool) -> Iterator[None]:
-    """Show warnings on stderr, with `quiet` errors only."""
+    """Show warnings on stderr, with `quiet` errors only; what libraries log (tifffile) is no message of ours."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())
-    handler.addFilter(_concerns_the_user)
-    with _captured_warnings(), _handled(handler, (*_OURS, "py.warnings")):
-        yield
+    handler.addFilter(concerns_the_user)
+    silent, root = logging.NullHandler(), logging.getLogger()  # without a handler Python shows all of them
+    root.addHandler(silent)
+    try:
+        with _captured_warnings(), _handled(handler, LOGGERS):
+            yield
+    finally:
+        root.removeHandler(silent)
 
 
 @contextmanager
@@ -122,7 +137,9 @@ def _captured_warnings() -> Iterator[None]:
             before(message, category, filename, lineno, file, line)
             return
         text = warnings.formatwarning(message, category, filename, lineno, line)
-        logging.getLogger("py.warnings").warning("%s", text)
+        code = getattr(category, "code", category.__name__)
+        extra = {"words": str(message), "category": category, "code": code}
+        logging.getLogger("py.warnings").warning("%s", text, extra=extra)
 
     warnings.showwarning = show
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, get_args
 
 from fragfield.case.quantities import Quantity, Vector
@@ -29,7 +30,7 @@ _HEAD = """\
 
 def write_new_case(
     path: Path, profile: str, explosive: str, *, casing: str | None = None, stack: str | None = None,
-    every_key: bool = False,
+    lying: bool = False, every_key: bool = False,
 ) -> Path:  # fmt: skip
     """Write a case of one round, or of a stack of it, with every key explained.
 
@@ -41,6 +42,8 @@ def write_new_case(
         Built-in names; the casing left out: the one made for the profile, else the paper's steel.
     stack : str, optional
         Arrangement of copies of the round, as `stack.arrangement`.
+    lying : bool
+        The round lies on the ground, its axis along y, so that a row of them stands side by side along x.
     every_key : bool
         With the sub-tables of every table.
 
@@ -59,7 +62,7 @@ def write_new_case(
     path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
     if path.exists() or path.is_symlink():
         raise InputError(f"{path}: is there already; nothing was written, choose another name")
-    chosen = _chosen(profile, explosive, casing, stack)
+    chosen = _chosen(profile, explosive, casing, stack, lying=lying)
     text = _HEAD.format(name=path.name, stem=path.stem) + commented_case(chosen, every_key=every_key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -68,7 +71,9 @@ def write_new_case(
     return write_text(path, text, InputError)
 
 
-def _chosen(profile: str, explosive: str, casing: str | None, stack: str | None) -> dict[str, Any]:
+def _chosen(
+    profile: str, explosive: str, casing: str | None, stack: str | None, *, lying: bool = False
+) -> dict[str, Any]:
     """The keys that are set, with the schema's own examples as values."""
     from burst_fenicsx.geometry.files import profile_names
     from burst_fenicsx.materials.library import casing_names, explosive_names
@@ -99,11 +104,23 @@ def _chosen(profile: str, explosive: str, casing: str | None, stack: str | None)
         "witness": [{"name": "ring", "kind": "cylinder", "radius": "25 ft"}],
         "hazard": {name: _example(HazardTable, name) for name in ("energy", "density")},
     }
+    if lying:
+        chosen["title"] += ", lying"
+        chosen["round"][0] |= _lying(profile)
     if stack is not None:
         _require("--stack", stack, get_args(StackTable.model_fields["arrangement"].annotation))
         number = {"counts": [2, 2, 1]} if stack == "pallet" else {"count": 2}
         chosen["stack"] = {"arrangement": stack, **number, "gap": _example(StackTable, "gap")}
     return chosen
+
+
+def _lying(profile: str) -> dict[str, Any]:
+    """Position and axis of a round that lies on the ground along y, its length halved by the plane y = 0."""
+    from burst_fenicsx.geometry.files import load_profile
+
+    found = load_profile(profile)
+    height = math.ceil(1e3 * found.max_radius - 1e-6)  # whole millimetres, not into the ground
+    return {"position": ["0 m", f"{-500.0 * found.length:.10g} mm", f"{height} mm"], "axis": [0.0, 1.0, 0.0]}
 
 
 def _require(option: str, name: str, allowed: Iterable[str]) -> None:

@@ -19,6 +19,7 @@ from fragfield.parallel import Team
 from fragfield.progress import ProgressReporter
 from fragfield.run_directory import STAGES, RunDirectory
 from fragfield.stages import perform
+from fragfield.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -195,7 +196,7 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
 
 
 def _warn_of_values(case: Case, team: Team) -> None:
-    """Say in the log, from which the report takes it, which values of the case are unusual."""
+    """Say in the log which values of the case are unusual; the report asks the case itself."""
     for words in outside_soft(case) if team.first else ():
         _log.warning("%s", words)
 
@@ -299,7 +300,7 @@ def _together(team: Team) -> Iterator[None]:
         where = "" if team.first else f"rank {team.rank}: "
         if code == EXIT_FAULT:
             _log.info("%sfault of the program", where, exc_info=error)
-        sys.stderr.write(f"fragfield: {where}{message_of(error)}\n")
+        sys.stderr.write(f"fragfield: {where}{visible(message_of(error))}\n")
         sys.stderr.flush()
         team.abort(code)
         raise

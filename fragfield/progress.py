@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import sys
+from contextlib import ExitStack
 from dataclasses import dataclass
+from time import perf_counter
 from typing import TYPE_CHECKING
+
+from fragfield.compile_watch import watching_compilation
+from fragfield.recent_rate import RecentRate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +21,10 @@ if TYPE_CHECKING:
     from burst_fenicsx import BurstProgress
     from flight import FlightProgress
 
-__all__ = ["Progress", "ProgressReporter", "duration"]
+__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration"]
+
+COMPILING = "compiling kernels: once for this version on this machine, one to three minutes"
+"""What stands beside the stage meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class Progress:
     detail : str
         The same in words.
     seconds_left : float, optional
-        Of the stage, at the present rate; None where it is not known.
+        Of the stage, at the rate of the last seconds; None where it is not known.
     """
 
     stage: str
@@ -62,16 +70,22 @@ class ProgressReporter:
         self._stage = ""
         self._progress: Bars | None = None
         self._task: TaskID | None = None
+        self._rate = RecentRate()
+        self._shown = Progress("")
+        self._watch = ExitStack()
 
     def __enter__(self) -> ProgressReporter:
         if self._enabled:
             self._progress = _rich_progress()
             self._progress.start()
+        if self._progress is not None or self._follow is not None:
+            self._watch.enter_context(watching_compilation(self._compiling))
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
+        self._watch.close()
         if self._progress is not None:
             self._progress.stop()
             self._progress = None
@@ -82,6 +96,8 @@ class ProgressReporter:
         """Begin a stage, which ends the one before; its bar pulses until a first amount is known."""
         self._end_stage()
         self._stage = name
+        self._shown = Progress(name)
+        self._rate.restart()
         if self._follow is not None:
             self._follow(Progress(name))
         if self._progress is None:
@@ -99,22 +115,38 @@ class ProgressReporter:
         """Show a `burst_fenicsx.BurstProgress`."""
         rate = f"{state.cell_steps_per_second / 1e6:.2f} M cell-steps/s"
         detail = f"{state.time * 1e6:.2f} of {state.end_time * 1e6:.0f} us   step {state.step}   {rate}"
-        self._show(state.time, state.end_time, detail, state.seconds_left)
+        self._show(state.time, state.end_time, detail)
 
     def flight(self, state: FlightProgress) -> None:
         """Show a `flight.FlightProgress`."""
         rate = state.done / max(state.wall_seconds, 1e-9)
         detail = f"{state.done} of {state.total} fragments   {rate:.0f} fragments/s"
-        self._show(state.done, state.total, detail, state.seconds_left)
+        self._show(state.done, state.total, detail)
 
-    def _show(self, done: float, total: float, detail: str, seconds_left: float | None) -> None:
-        known = seconds_left if seconds_left is not None and seconds_left < 1e7 else None
+    def _compiling(self, begins: bool) -> None:
+        """Say that kernels are compiled, and afterwards what was said before."""
+        if not self._stage:
+            return
+        self._rate.restart()
+        if begins:
+            self._publish(Progress(self._stage, self._shown.share, COMPILING))
+        else:
+            self._publish(self._shown)
+
+    def _show(self, done: float, total: float, detail: str) -> None:
+        rate = self._rate.add(perf_counter(), done)
+        left = (total - done) / rate if rate is not None else None
+        self._shown = Progress(self._stage, min(done / total, 1.0) if total > 0.0 else 1.0, detail, left)
+        self._publish(self._shown)
+
+    def _publish(self, state: Progress) -> None:
         if self._follow is not None:
-            self._follow(Progress(self._stage, min(done / total, 1.0) if total > 0.0 else 1.0, detail, known))
+            self._follow(state)
         if self._progress is None or self._task is None:
             return
-        left = "" if known is None else f"{duration(known)} left"
-        self._progress.update(self._task, completed=done, total=total, detail=detail, left=left)
+        left = "" if state.seconds_left is None else f"{duration(state.seconds_left)} left"
+        total = 1.0 if state.detail != COMPILING or state.share > 0.0 else None
+        self._progress.update(self._task, completed=state.share, total=total, detail=state.detail, left=left)
 
 
 def duration(seconds: float) -> str:

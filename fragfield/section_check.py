@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.gurney import gurney_constant, gurney_speed
 from fragfield.report.section_tables import CAUTION, WORDS
+from transition.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +46,7 @@ def described_section(entry: Round, station: float) -> dict[str, Any]:
     inner, outer = float(radii.inner_radius), float(radii.outer_radius)
     casing = math.pi * (outer**2 - inner**2) * entry.casing.density
     charge = math.pi * inner**2 * entry.explosive.density
-    constant = gurney_constant(entry.explosive)
+    constant = gurney_coefficient(entry.explosive.detonation_velocity)
     return {
         "name": entry.name,
         "profile": profile.name,
@@ -59,7 +59,7 @@ def described_section(entry: Round, station: float) -> dict[str, Any]:
         "charge_ratio": charge / casing,
         "detonation_velocity": entry.explosive.detonation_velocity,
         "gurney_constant": constant,
-        "gurney_speed": gurney_speed(constant, charge / casing),
+        "gurney_speed": gurney_speed(entry.explosive.detonation_velocity, charge / casing),
         "segments": [],
         "mass_error_of_mesh": {},
     }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from rich.console import Console
 from rich.table import Table
 
+from fragfield.certainty import basis_words, margin_metres, metres, single_words
 from fragfield.convergence import convergence_words
 from fragfield.exposure_words import exposed_rounds, exposure_words
 from fragfield.progress import duration
@@ -100,7 +101,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for line in convergence_words(summary.get("convergence") or {}):
         console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
-        margin = "" if entry["margin"] is None else f", margin {entry['margin']:+.0f} m"
+        margin = "" if entry["margin"] is None else f", margin {margin_metres(entry['margin'])} m"
         console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
@@ -116,8 +117,6 @@ def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
 
 def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
     """The hazard distance, what it rests on, and beside it what single events do."""
-    from fragfield.certainty import basis_words, metres, single_words
-
     if not hazard:
         return
     if not hazard["determined"]:
@@ -129,11 +128,11 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
         error = f"± {hazard['standard_error']:.2g} m standard error, {number}"
         lines = [
             ("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard)),
-            ("distance of the expected density", f"{hazard['distance']:,.0f} m", error),
+            ("distance of the expected density", metres(hazard["distance"]), error),
         ]
     lines += [
         ("no hazard distances: single events", single_words(hazard), "5 to 95 %"),
-        ("  largest throw", f"{hazard['largest_throw']:,.0f} m", "of a single fragment"),
+        ("  largest throw", metres(hazard["largest_throw"]), "of a single fragment"),
     ]
     for label, value, note in lines:
         console.print(f"{label:37}{value:>16}  {note}", markup=False)

@@ -39,11 +39,13 @@ _ROUND_ROWS = (
 )
 
 
-def print_check(found: Mapping[str, Any], case: Case) -> None:
-    """Print the resolved case and what `fragfield.checking.check_report` found of it."""
+def print_check(found: Mapping[str, Any], case: Case | None = None) -> None:
+    """Print what `fragfield.checking.check_report` found of a case, and the case as resolved where it is given."""
     console = plain_console()
-    console.print(to_toml(case, brief=True))
     _print_found(console, found)
+    if case is not None:
+        console.print("\nthe case as resolved:")
+        console.print(to_toml(case, brief=True))
 
 
 def check_text(found: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from fragfield.arena import arena_realisation, read_arena, write_arena
 from fragfield.certainty import certainty
 from fragfield.job import Job
 from fragfield.provenance import provenance_of
+from fragfield.recorded_warnings import recorded_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +30,8 @@ def perform(job: Job, stage: Stage) -> None:
     _log.info("%s: begins", stage.name)
     job.reporter.stage(stage.name)
     started = time.perf_counter()
-    _STAGE_FUNCTIONS[stage.name](job, stage)
+    with recorded_warnings(job, stage.name):
+        _STAGE_FUNCTIONS[stage.name](job, stage)
     _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
     if job.figures is not None:
         from fragfield.report.early import draw_early
@@ -110,10 +112,12 @@ def fly(job: Job, stage: Stage) -> None:
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
+    if job.fragments is not None:
+        summary["fragments_file"] = job.fragments.name
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more}  # fmt: skip
     if words := certainty(headline):
-        _log.warning("%s", words)
+        _log.warning("%s", words, extra={"code": "certainty"})
     if job.case.hazard.stack_rule is not None:
         summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)

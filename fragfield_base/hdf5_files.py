@@ -17,7 +17,7 @@ from fragfield_base.hdf5_journal import JOURNAL, begin, commit, journal_path, re
 from fragfield_base.hdf5_soundness import check_sound
 from fragfield_base.interruption import Interruption
 from fragfield_base.seal import Seal, SealError, read_seal
-from fragfield_base.writing import described, open_draft, publish, refuse_link
+from fragfield_base.writing import described, open_draft, publish, refuse_link, refuse_second_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,6 +109,7 @@ def appending(path: Path, error: type[Exception], **options: Any) -> Iterator[h5
     import h5py
 
     refuse_link(path, error)
+    refuse_second_name(path, error)
     options.setdefault("libver", _VERSIONS)
     with Interruption(patient=True):
         try:

@@ -9,16 +9,15 @@ from __future__ import annotations
 import os
 import stat
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 from fragfield_base.hdf5_journal import recover
+from fragfield_base.own_process import run_script
 from fragfield_base.seal import SealError, read_seal
 
 __all__ = ["check_sound"]
 
-_LAUNCHERS = ("OMPI_", "PMI_", "PMIX_", "SLURM_", "PRTE_", "MPI_")
 _sound: dict[str, tuple[int, int, int]] = {}  # files whose seal this process has checked, as they were then
 
 
@@ -66,14 +65,11 @@ def _fault_of(path: Path) -> str | None:
 
 def _probed(path: Path) -> str | None:
     """Have a process of its own look through a file that is not sealed; what is wrong with it."""
-    # A launcher's variables would make MPI start in the child.
-    environment = {key: value for key, value in os.environ.items() if not key.startswith(_LAUNCHERS)}
-    command = [sys.executable, "-s", "-P", str(Path(__file__).with_name("probe.py")), str(path)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+        done = run_script(Path(__file__).with_name("probe.py"), str(path), timeout=60)
     except subprocess.TimeoutExpired:
         return "cut off, or not an HDF5 file that can be read in a minute"
     if done.returncode == 0:
         return None
-    words = done.stdout.strip().splitlines()
+    words = done.stdout.decode("utf-8", "replace").strip().splitlines()
     return words[-1] if done.returncode == 1 and words else "cut off, or not an HDF5 file (reading it crashed)"

@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 __all__ = ["SIGNALS", "Interruption"]
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and what batch systems and `kill` send."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
+"""Ctrl-C, what batch systems and `kill` send, and what a terminal that is closed or lost sends."""
 
 
 class Interruption:
-    """While it is entered, SIGINT and SIGTERM are noted instead of raised; a computation asks between its steps.
+    """While it is entered, signals that end a command are noted, not raised; a computation asks between its steps.
 
     In the middle of a step positions belong to one time and stresses to another: no run can go on from there, and
     a checkpoint of it would be wrong without a word. In the middle of a file HDF5 would be left half-way. A second

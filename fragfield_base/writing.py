@@ -23,6 +23,7 @@ __all__ = [
     "open_draft",
     "publish",
     "refuse_link",
+    "refuse_second_name",
     "replacing",
     "write_bytes",
     "write_files",
@@ -61,6 +62,18 @@ def refuse_link(path: Path, error: type[Exception]) -> None:
         raise error(f"{path}: is a symbolic link, and this program writes through none; remove it")
     if not stat.S_ISREG(mode):
         raise error(f"{path}: is not a regular file; remove it")
+
+
+def refuse_second_name(path: Path, error: type[Exception]) -> None:
+    """Refuse a file that is to be changed in place and has another name: a copy by hard links would change with it."""
+    try:
+        names = path.lstat().st_nlink
+    except OSError:
+        return
+    if names > 1:
+        raise error(
+            f"{path}: has {names} names (hard links), and all of them would change; put a copy of its own in its place"
+        )
 
 
 def open_draft(path: Path, error: type[Exception]) -> tuple[Path, int]:
@@ -141,6 +154,7 @@ def write_files(files: Mapping[Path, bytes], error: type[Exception]) -> None:
 def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
     """Descriptor of a text file that grows, such as a log: emptied where `fresh`, never through a link."""
     refuse_link(path, error)
+    refuse_second_name(path, error)
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC | (os.O_TRUNC if fresh else 0)
     try:
         return os.open(path, flags, 0o666)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import importlib.util
+import inspect
+import json
 import os
 import re
 import shlex
@@ -20,6 +23,7 @@ from typer.main import get_command
 from fragfield.case import load_case
 from fragfield.case.schema import Case
 from fragfield.cli import app
+from tests.fragfield.browser import needs_chromium
 from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -221,6 +225,68 @@ def test_pages_load_nothing_from_the_network(site):
         page.feed(path.read_text(encoding="utf-8"))
         outside = [address for address in page.loaded if re.match(r"(https?:)?//", address)]
         assert not outside, f"{path.name} loads {outside}"
+
+
+def test_the_search_finds_without_a_server(site):
+    """The index holds every page as a script, which a browser loads from a folder too."""
+    text = (site / "search" / "index.js").read_text(encoding="utf-8")
+    pages = json.loads(text.removeprefix("window.pages = ").rstrip().removesuffix(";"))
+    places = {page["location"].partition("#")[0] for page in pages}
+    built = {str(path.relative_to(site)) for path in site.rglob("*.html")} - {"404.html", "search.html"}
+    assert built <= places | {"index.html"}
+    assert any("Gurney" in page["text"] for page in pages)
+    html = (site / "search.html").read_text(encoding="utf-8")
+    assert 0 < html.index("/search/index.js") < html.index("/search.js")
+    assert "search/main.js" not in html, "MkDocs' own search wants a server"
+
+
+@needs_chromium
+def test_the_search_page_opened_as_a_file_shows_results(site, tmp_path):
+    address = f"{(site / 'search.html').as_uri()}?q=leakage+radius"
+    done = subprocess.run(
+        ["chromium", "--headless", "--no-sandbox", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", address],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    assert "results for “leakage radius”" in done.stdout
+    assert re.search(r'<article><h3><a href="\./[\w/]+\.html', done.stdout)
+
+
+def test_code_is_coloured_and_the_colours_are_there(site):
+    text = (site / "guide" / "python.html").read_text(encoding="utf-8")
+    assert '<span class="kn">import</span>' in text
+    assert ".highlight .kn" in (site / "code.css").read_text(encoding="utf-8")
+
+
+def test_the_reference_prints_every_public_name(site):
+    for package in ("fragfield", "flight"):
+        module = importlib.import_module(package)
+        text = (site / "reference" / f"{package}.html").read_text(encoding="utf-8")
+        for name in module.__all__:
+            found = getattr(module, name)
+            if (inspect.isclass(found) or callable(found)) and inspect.getdoc(found):
+                assert re.search(rf'<h2 id="[\w-]+">{name}</h2>', text), name
+
+
+def test_the_gallery_has_every_example_with_its_picture(site):
+    text = (site / "gallery.html").read_text(encoding="utf-8")
+    names = [path.stem for path in (ROOT / "examples").glob("*.py")]
+    assert len(names) >= 8
+    for name in names:
+        assert f'src="pictures/example_{name}.png"' in text
+        assert (site / "pictures" / f"example_{name}.png").is_file()
+        assert f"examples/{name}.py" in text
+
+
+def test_changelog_and_citation_are_pages(site):
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert f"version {version}" in (site / "citation.html").read_text(encoding="utf-8")
+    assert "Results changed" in (site / "changelog.html").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_short():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 200
+    assert text.count("<!-- begin ") == 1, "one table; the others stand in validation/README.md"
 
 
 def test_formulas_are_mathml(site):

@@ -152,6 +152,30 @@ def test_apt_without_network(machine: Machine) -> None:
     assert "No network? Check that apt reaches a mirror" in message
 
 
+def test_apt_reports_how_far_it_is(machine: Machine) -> None:
+    """A line for every 25 packages of each step, while apt's own words go to the log, and its failure is seen."""
+    machine.tool("dpkg-query", "exit 1")
+    words = (
+        'echo "0 upgraded, 60 newly installed, 0 to remove."; echo "Need to get 2,100 MB/2,200 MB of archives."; '
+        'for n in $(seq 60); do echo "Get:$n http://deb p$n"; done; '
+        'for n in $(seq 60); do echo "Unpacking p$n"; done; for n in $(seq 30); do echo "Setting up p$n"; done'
+    )
+    (machine.tools / "seq").symlink_to(shutil.which("seq") or "/bin/false")
+    machine.tool("apt-get", f'case "$*" in *install*) {words}; echo "E: dpkg broke"; exit 100 ;; esac')
+    done = machine.run("install")
+    assert done.returncode == 1
+    assert [line for line in done.stdout.splitlines() if line.startswith("setup:   ")] == [
+        "setup:   downloading 2,100 MB/2,200 MB",
+        "setup:   downloaded 25 of 60 packages",
+        "setup:   downloaded 50 of 60 packages",
+        "setup:   unpacked 25 of 60",
+        "setup:   unpacked 50 of 60",
+        "setup:   set up 25 of 60",
+    ]
+    assert "E: dpkg broke" in done.stderr
+    assert "apt could not install the packages" in done.stderr
+
+
 def test_apt_is_asked_for_the_missing_packages_only(machine: Machine) -> None:
     machine.tool("dpkg-query", 'case "$*" in *libegl1* | *openmpi-bin*) exit 1 ;; *) printf installed ;; esac')
     machine.tool("apt-get", 'echo "$*" >>"${0%/*}/../apt-calls"; case "$*" in *install*) exit 100 ;; esac')

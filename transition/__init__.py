@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fragfield_base.burst_snapshot import SegmentRecord
 from transition.break_up import BreakUp, break_up, realisations
 from transition.errors import InputError
 from transition.mott import MottLaw
@@ -9,7 +10,7 @@ from transition.points import MaterialPoints
 from transition.results import BreakUpResult, SegmentResult
 from transition.samplers import Graded, Quantile, Sampler
 from transition.settings import BreakUpSettings
-from transition.snapshot import RoundData, SegmentData, Snapshot
+from transition.snapshot import RoundData, Snapshot
 
 __all__ = [
     "BreakUp",
@@ -22,7 +23,7 @@ __all__ = [
     "Quantile",
     "RoundData",
     "Sampler",
-    "SegmentData",
+    "SegmentRecord",
     "SegmentResult",
     "Snapshot",
     "break_up",

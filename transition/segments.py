@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield_base.burst_snapshot import CHARGE, SEGMENT_KINDS, SegmentRecord
 from transition.errors import InputError, nearest
-from transition.snapshot import CHARGE, SEGMENT_KINDS, SegmentData
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +34,7 @@ class CasingSegment:
     ----------
     round, index : int
         Number of the round and of the segment within it.
-    data : SegmentData
+    data : SegmentRecord
         Its description; masses and speed as the cells have them.
     cells : (k,) int64
         Its cells, as places in `Snapshot.casing`.
@@ -45,7 +45,7 @@ class CasingSegment:
 
     round: int
     index: int
-    data: SegmentData
+    data: SegmentRecord
     cells: NDArray[np.int64]
     expansion: float
 
@@ -109,7 +109,9 @@ def _recut(
     return segments
 
 
-def _segment(snapshot: Snapshot, index: int, number: int, data: SegmentData, cells: NDArray[np.int64]) -> CasingSegment:
+def _segment(
+    snapshot: Snapshot, index: int, number: int, data: SegmentRecord, cells: NDArray[np.int64]
+) -> CasingSegment:
     owner = snapshot.rounds[index]
     axis = np.asarray(owner.axis) / np.linalg.norm(owner.axis)
     away = snapshot.casing_means(snapshot.reference, cells) - np.asarray(owner.position)
@@ -123,7 +125,7 @@ def _segment(snapshot: Snapshot, index: int, number: int, data: SegmentData, cel
 
 def _measured(
     snapshot: Snapshot, index: int, data: RoundData, cells: NDArray[np.int64], start: float, end: float
-) -> SegmentData:
+) -> SegmentRecord:
     """Describe a new segment by its cells.
 
     The kind is that of most of its mass. The outer radius is the mass-weighted mean of the outline; the wall of a
@@ -152,7 +154,7 @@ def _measured(
     if kind != "wall":
         wall = _weighted(shares, [g.wall_thickness for g in data.segments])
     speeds = np.linalg.norm(snapshot.casing_means(snapshot.velocity, cells), axis=1)
-    return SegmentData(
+    return SegmentRecord(
         name=f"{start * 1e3:.0f}-{end * 1e3:.0f} mm",
         kind=kind,
         start=float(start),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield_base.arrays import group_of, numbers
+from fragfield_base.burst_snapshot import (
+    CASING,
+    EXPANSION_ARRAYS,
+    FORMAT,
+    FORMAT_VERSION,
+    GEOMETRIES,
+    NODE_ARRAYS,
+    SEGMENT_COLUMNS,
+    SEGMENT_KINDS,
+    SegmentRecord,
+)
 from fragfield_base.hdf5_files import reading
 from transition.errors import InputError
 from transition.expansion import Expansion
@@ -21,47 +32,9 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-__all__ = [
-    "CASING",
-    "CHARGE",
-    "FORMAT_NAME",
-    "FORMAT_VERSION",
-    "GEOMETRIES",
-    "SEGMENT_KINDS",
-    "RoundData",
-    "SegmentData",
-    "Snapshot",
-]
+__all__ = ["RoundData", "Snapshot"]
 
-FORMAT_NAME = "fragfield burst snapshot"
-FORMAT_VERSION = 1
-CASING, CHARGE = 0, 1
 _TOUCHING = 1e-6  # of the rounds' extent
-SEGMENT_KINDS = ("nose", "wall", "base")
-GEOMETRIES = {"3d": 8, "axisymmetric": 4}
-"""Nodes of a cell by geometry of the burst."""
-
-
-@dataclass(frozen=True)
-class SegmentData:
-    """A segment of a casing as the burst stage describes it. SI units; stations from the nose end.
-
-    `outer_radius`, `wall_thickness`, `charge_radius` are those before the burst; `speed` is the mass-weighted one
-    at its end; `rupture_radius` and `rupture_wall` are NaN where the leakage radius was never reached.
-    """
-
-    name: str
-    kind: str
-    start: float
-    end: float
-    outer_radius: float
-    wall_thickness: float
-    charge_radius: float
-    casing_mass: float
-    charge_mass: float
-    speed: float
-    rupture_radius: float
-    rupture_wall: float
 
 
 @dataclass(frozen=True)
@@ -79,7 +52,7 @@ class RoundData:
     detonation_velocity: float
     position: tuple[float, float, float]
     axis: tuple[float, float, float]
-    segments: tuple[SegmentData, ...]
+    segments: tuple[SegmentRecord, ...]
     expansion: Expansion | None = None
     casing_yield: float | None = None
 
@@ -192,8 +165,8 @@ class Snapshot:
 
 def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
     attributes = {key: _text(value) for key, value in file.attrs.items()}
-    if attributes.get("format") != FORMAT_NAME:
-        raise InputError(f"{source}: attribute format is {attributes.get('format')!r}, needed {FORMAT_NAME!r}")
+    if attributes.get("format") != FORMAT:
+        raise InputError(f"{source}: attribute format is {attributes.get('format')!r}, needed {FORMAT!r}")
     if attributes.get("format_version") != str(FORMAT_VERSION):
         found = attributes.get("format_version")
         raise InputError(f"{source}: format_version is {found}, this program reads {FORMAT_VERSION}")
@@ -223,8 +196,7 @@ def _read(cls: type[Snapshot], file: h5py.Group, source: str) -> Snapshot:
 
 def _round(group: h5py.Group, where: str) -> RoundData:
     table = _child(group, "segments", where)[()]
-    names = [field.name for field in fields(SegmentData)]
-    missing = [name for name in names if name not in (table.dtype.names or ())]
+    missing = [name for name in SEGMENT_COLUMNS if name not in (table.dtype.names or ())]
     if missing:
         raise InputError(f"{where}/segments: no column {', '.join(missing)}")
     segments = []
@@ -232,7 +204,7 @@ def _round(group: h5py.Group, where: str) -> RoundData:
         name, kind = _text(row["name"]), _text(row["kind"])
         if kind not in SEGMENT_KINDS:
             raise InputError(f"{where}/segments: kind is {kind!r}; allowed: {', '.join(SEGMENT_KINDS)}")
-        segments.append(SegmentData(name, kind, *(float(row[column]) for column in names[2:])))
+        segments.append(SegmentRecord(name, kind, *(float(row[column]) for column in SEGMENT_COLUMNS[2:])))
     numbers = {
         key: _number(group, key, where)
         for key in ("length", "casing_density", "explosive_density", "detonation_velocity")
@@ -250,9 +222,8 @@ def _round(group: h5py.Group, where: str) -> RoundData:
 
 
 def _expansion(group: h5py.Group, where: str) -> Expansion:
-    names = ("time", "station", "outer_radius")
     try:
-        return Expansion(*(_reals(group, f"expansion/{name}", where) for name in names))
+        return Expansion(*(_reals(group, f"expansion/{name}", where) for name in EXPANSION_ARRAYS))
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from None
 
@@ -313,7 +284,7 @@ def _check(snapshot: Snapshot) -> None:
     nodes, cells = len(snapshot.reference), len(snapshot.cells)
     if snapshot.geometry not in GEOMETRIES:
         raise InputError(f"{where}: geometry is {snapshot.geometry!r}; allowed: {', '.join(GEOMETRIES)}")
-    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("reference", "position", "velocity"), (nodes, 3))
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(NODE_ARRAYS, (nodes, 3))
     shapes |= {"cells": (cells, GEOMETRIES[snapshot.geometry])} | dict.fromkeys(
         ("part", "round", "segment", "station", "mass"), (cells,)
     )
@@ -340,7 +311,7 @@ def _check(snapshot: Snapshot) -> None:
     if snapshot.is_axisymmetric:
         if len(snapshot.rounds) != 1:
             raise InputError(f"{where}: {len(snapshot.rounds)} rounds; an axisymmetric burst has one")
-        states = {name: getattr(snapshot, name) for name in ("reference", "position", "velocity")}
+        states = {name: getattr(snapshot, name) for name in NODE_ARRAYS}
         check_meridian(
             where, snapshot.half_plane, states, snapshot.cells, snapshot.mass, casing, snapshot.rounds[0].casing_density
         )

@@ -22,7 +22,7 @@ from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
 from validation.plane_section import study as plane_section
 from validation.products import study as products
-from validation.readme import LADDER, insert_tables
+from validation.readme import LADDER, README, insert_tables
 from validation.record import Outcome, entry, overview, read_record, write_record
 from validation.rows import print_rows, rows_table
 from validation.runs import FOLDER, Runs, StudyError
@@ -96,7 +96,7 @@ def keep(outcomes: Mapping[str, Outcome], options: Options) -> None:
     if options.record:
         write_record(ordered)
     if options.readme:
-        insert_tables({"validation": overview(ordered, tuple(CASES))})
+        insert_tables({"validation": overview(ordered, tuple(CASES))}, README)
         full = {name: rows_table(outcome.rows) for name, outcome in outcomes.items() if name in IN_FULL}
         insert_tables(full, LADDER)
 

@@ -1,4 +1,4 @@
-"""Tables and pictures in the README, so that no figure there is typed by hand."""
+"""Tables and pictures in the READMEs, so that no figure there is typed by hand."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LADDER = Path(__file__).resolve().parent / "README.md"
 PICTURES = README.parent / "docs" / "pictures"
 
 
-def insert_tables(tables: Mapping[str, str], path: Path = README) -> None:
+def insert_tables(tables: Mapping[str, str], path: Path = LADDER) -> None:
     """Replace what stands between `<!-- begin NAME -->` and `<!-- end NAME -->`.
 
     Raises

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +19,13 @@ class Row:
     Attributes
     ----------
     case, quantity : what is compared.
-    ours, reference : values in `unit`; a reference of None is a bound on ours alone.
-    error : relative (or absolute where the reference is None), with its sign.
+    ours, reference : values in `unit`; a reference of None is a bound on ours alone, which holds.
+    error : relative (of a bound that is missed the distance outside), with its sign; None where a bound holds.
     tolerance : largest allowed size of the error; None where the row only informs.
     passed : the verdict; None where the row only informs.
     source : where the reference comes from.
     unit : of `ours` and `reference`.
+    bounds : lowest and highest value allowed, where that is what is asked for; None for no bound on a side.
     """
 
     case: str
@@ -35,6 +37,7 @@ class Row:
     passed: bool | None
     source: str
     unit: str = ""
+    bounds: tuple[float | None, float | None] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """The row as the machine-readable output has it."""
@@ -51,10 +54,12 @@ def compare(
 
 
 def within(case: str, quantity: str, ours: float, low: float, high: float, source: str, unit: str = "") -> Row:
-    """Ask for a value between two bounds; the reference shown is the nearer bound, the error the distance outside."""
-    reference = min(max(ours, low), high)
-    error = ours - reference
-    return Row(case, quantity, ours, reference, error, 0.0, bool(low <= ours <= high), source, unit)
+    """Ask for a value between two bounds; only a value outside has a reference, the bound, and an error from it."""
+    passed = bool(low <= ours <= high)
+    reference = None if passed else min(max(ours, low), high)
+    error = None if reference is None else ours - reference
+    bounds = (low if math.isfinite(low) else None, high if math.isfinite(high) else None)
+    return Row(case, quantity, ours, reference, error, 0.0, passed, source, unit, bounds)
 
 
 def print_rows(rows: Sequence[Row]) -> None:
@@ -89,8 +94,18 @@ def _cells(row: Row) -> tuple[str, str, str, str, str]:
     reference = "-" if row.reference is None else f"{row.reference:.4g}"
     bounded = row.tolerance == 0.0
     error = "-" if row.error is None else (f"{row.error:+.2g}" if bounded else f"{100 * row.error:+.1f} %")
-    allowed = "-" if row.tolerance is None else ("in range" if bounded else f"{100 * row.tolerance:g} %")
+    allowed = "-" if row.tolerance is None else (_range(row.bounds) if bounded else f"{100 * row.tolerance:g} %")
     return f"{row.ours:.4g}", reference, error, allowed, verdict
+
+
+def _range(bounds: tuple[float | None, float | None] | None) -> str:
+    """Bounds in words; those of earlier records are not known."""
+    if bounds is None or bounds == (None, None):
+        return "in range"
+    low, high = bounds
+    if low is None or high is None:
+        return f"{high:.4g} or less" if high is not None else f"{low:.4g} or more"
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
 
 def markdown_table(head: Iterable[str], body: Iterable[Iterable[str]]) -> str:

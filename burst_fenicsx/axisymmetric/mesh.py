@@ -10,7 +10,7 @@ import numpy as np
 from burst_fenicsx.axisymmetric.rings import areas, ring_volumes
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.mesh import CellMesh
-from burst_fenicsx.meshing.quality import MeshQuality
+from burst_fenicsx.meshing.quality import MeshQuality, quadrilateral_quality
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, layer_stations
 from burst_fenicsx.problem import Part
 
@@ -163,24 +163,12 @@ def _names(
 def meridian_quality(mesh: MeridianMesh, profile: Profile) -> MeshQuality:
     """Scaled Jacobian, aspect ratio and edges of the quadrilaterals, and the errors of the parts' volumes."""
     corner = mesh.nodes[mesh.cells][..., [0, 2]]
-    onward, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-    length = np.linalg.norm(onward, axis=2)
-    cross = onward[..., 0] * back[..., 1] - onward[..., 1] * back[..., 0]
-    scaled = (cross / np.maximum(length * np.linalg.norm(back, axis=2), 1e-300)).min(axis=1)
     volumes, exact = mesh.volumes, profile.volumes()
     wanted = {Part.CASING: exact.casing, Part.CHARGE: exact.charge, Part.FUZE: exact.fuze}
     errors = {
         part: float(volumes[mesh.part == part].sum()) / volume - 1.0 for part, volume in wanted.items() if volume > 0.0
     }
-    return MeshQuality(
-        min_scaled_jacobian=float(scaled.min()),
-        max_aspect_ratio=float((length.max(axis=1) / length.min(axis=1)).max()),
-        min_edge=float(length.min()),
-        cells=len(mesh.cells),
-        nodes=len(mesh.nodes),
-        worst_cell=int(scaled.argmin()),
-        mass_errors=errors,
-    )
+    return quadrilateral_quality(corner, len(mesh.nodes), errors)
 
 
 def _check_shape(mesh: MeridianMesh, profile: Profile, cell_size: float) -> None:

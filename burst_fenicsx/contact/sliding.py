@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.problem import Contact
+    from burst_fenicsx.problem import ContactSettings
 
 __all__ = ["INTERFACE_ARRAYS", "INTERFACE_STATE", "SlidingInterface"]
 
@@ -61,7 +61,7 @@ class SlidingInterface:
 
     array_names = INTERFACE_ARRAYS
 
-    def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: Contact) -> None:
+    def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: ContactSettings) -> None:
         self.settings = settings
         self._fields = fields
         self._comm = comm = fields.mesh.comm

@@ -271,7 +271,7 @@ class TimeSeries:
         text = "\n".join(
             [
                 '<?xml version="1.0" encoding="utf-8"?>',
-                '<Xdmf Version="2.0">',
+                '<Xdmf Version="3.0">',
                 "  <Domain>",
                 '    <Grid Name="burst" GridType="Collection" CollectionType="Temporal">',
                 *self._grids,

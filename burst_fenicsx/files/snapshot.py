@@ -8,69 +8,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from fragfield_base.burst_snapshot import (
+    ALONG,
+    ALONG_COLUMNS,
+    EXPANSION_ARRAYS,
+    FORMAT,
+    FORMAT_VERSION,
+    ROUND_ATTRIBUTES,
+    SEGMENT_COLUMNS,
+    SEGMENTS,
+)
 from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    import h5py
+
     from burst_fenicsx.problem import RigidPlane
     from burst_fenicsx.records.measures import RoundMeasures
+    from fragfield_base.burst_snapshot import SegmentRecord
 
-__all__ = ["FORMAT", "ExpansionRecord", "RoundRecord", "SegmentRecord", "write_snapshot"]
-
-FORMAT = "fragfield burst snapshot"
-
-_TEXT = h5py.string_dtype()
-_SEGMENT = np.dtype(
-    [
-        ("name", _TEXT),
-        ("kind", _TEXT),
-        *(
-            (name, np.float64)
-            for name in (
-                "start",
-                "end",
-                "outer_radius",
-                "wall_thickness",
-                "charge_radius",
-                "casing_mass",
-                "charge_mass",
-                "speed",
-                "rupture_radius",
-                "rupture_wall",
-            )
-        ),
-    ]
-)
-_ALONG = np.dtype(
-    [(name, np.float64) for name in ("station", "mean_speed", "max_speed", "outer_diameter", "casing_mass")]
-)
-
-
-@dataclass(frozen=True)
-class SegmentRecord:
-    """A segment of a casing: stations (m), initial volume-mean radii and wall (m), masses (kg), speed (m/s).
-
-    `rupture_radius` and `rupture_wall` (m) are the casing's when the leakage radius is reached, or not a number.
-    """
-
-    name: str
-    kind: str
-    start: float
-    end: float
-    outer_radius: float
-    wall_thickness: float
-    charge_radius: float
-    casing_mass: float
-    charge_mass: float
-    speed: float
-    rupture_radius: float
-    rupture_wall: float
+__all__ = ["ExpansionRecord", "RoundRecord", "write_snapshot"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +97,7 @@ def write_snapshot(
     """
     with creating(path, InputError) as file:
         file.attrs["format"] = FORMAT
-        file.attrs["format_version"] = 1
+        file.attrs["format_version"] = FORMAT_VERSION
         file.attrs["time"] = time
         file.attrs["geometry"] = geometry
         for key, text in provenance.items():
@@ -154,30 +117,16 @@ def write_snapshot(
 
 
 def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures) -> None:
-    for name in (
-        "name",
-        "length",
-        "casing_density",
-        "casing_yield",
-        "casing_mass",
-        "charge_mass",
-        "fuze_mass",
-        "explosive",
-        "explosive_density",
-        "detonation_velocity",
-        "gurney_velocity",
-        "position",
-        "axis",
-    ):
+    for name in ROUND_ATTRIBUTES:
         group.attrs[name] = getattr(record, name)
-    table = np.zeros(len(record.segments), dtype=_SEGMENT)
+    table = np.zeros(len(record.segments), dtype=SEGMENTS)
     for row, segment in enumerate(record.segments):
-        for name in _SEGMENT.names or ():
+        for name in SEGMENT_COLUMNS:
             table[name][row] = getattr(segment, name)
     group["segments"] = table
-    along = np.zeros(len(measure.station), dtype=_ALONG)
-    for name in _ALONG.names or ():
+    along = np.zeros(len(measure.station), dtype=ALONG)
+    for name in ALONG_COLUMNS:
         along[name] = getattr(measure, name)
     group["along"] = along
-    for name in ("time", "station", "outer_radius"):
+    for name in EXPANSION_ARRAYS:
         group[f"expansion/{name}"] = getattr(record.expansion, name)

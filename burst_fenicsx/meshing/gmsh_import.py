@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
+import json
+import math
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from burst_fenicsx.meshing.mesh import HexahedralMesh, cell_centres, cell_volume
 from burst_fenicsx.meshing.placement import place, to_local
 from burst_fenicsx.meshing.quality import scaled_jacobians
 from burst_fenicsx.problem import Part
+from fragfield_base.own_process import run_script
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["GROUPS", "WALL_PIECES", "read_gmsh"]
 
+Number = TypeVar("Number", np.float64, np.int64)
 GROUPS = {"casing": Part.CASING, "charge": Part.CHARGE, "fuze": Part.FUZE}
 REQUIRED = ("casing", "charge")
 WALL_PIECES = 4  # automatic segments along the charge
@@ -130,30 +134,30 @@ def read_gmsh(
 def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:
     """Return points, hexahedra and their parts, in the file's order and unit."""
     content = _parse(path)
-    names = {int(tag): str(name) for name, (tag, dimension) in content.field_data.items() if int(dimension) == 3}
+    names = {tag: name for name, (tag, dimension) in content.names.items() if dimension == 3}
     for name in names.values():
         if name not in GROUPS:
             raise InputError(f"{path}: physical volume '{name}' is unknown; {nearest_name(name, GROUPS)}")
-    tags = content.cell_data.get("gmsh:physical", [None] * len(content.cells))
     cells: list[NDArray[np.int64]] = []
     parts: list[NDArray[np.int32]] = []
-    for block, tag in zip(content.cells, tags, strict=True):
-        if block.type.rstrip("0123456789") in FLAT:
+    for kind, data, tag in content.blocks:
+        if kind.rstrip("0123456789") in FLAT:
             continue
         group = ["none"]
         if tag is not None:
             group = sorted({names.get(int(value), "none") for value in np.unique(tag)})
-        if block.type != "hexahedron":
+        if kind != "hexahedron":
             raise InputError(
-                f"{path}: {len(block.data)} cells of type '{block.type}' in group '{', '.join(group)}'; "
+                f"{path}: {len(data)} cells of type '{kind}' in group '{', '.join(group)}'; "
                 "only linear hexahedra (8 nodes) are allowed"
             )
         if "none" in group:
             raise InputError(
-                f"{path}: {len(block.data)} hexahedra hold cells of no physical volume; "
+                f"{path}: {len(data)} hexahedra hold cells of no physical volume; "
                 f"every cell must belong to one of {', '.join(GROUPS)}"
             )
-        cells.append(np.asarray(block.data, dtype=np.int64))
+        assert tag is not None
+        cells.append(data)
         parts.append(np.array([GROUPS[names[int(value)]] for value in tag], dtype=np.int32))
     found = np.concatenate(parts) if parts else np.empty(0, dtype=np.int32)
     for name in REQUIRED:
@@ -162,7 +166,7 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[n
             raise InputError(
                 f"{path}: no hexahedra in a physical volume '{name}'; found {present}; needed: casing and charge"
             )
-    return np.asarray(content.points, dtype=np.float64)[:, :3], np.concatenate(cells), found
+    return content.points, np.concatenate(cells), found
 
 
 def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], path: Path, unit: str) -> None:
@@ -188,21 +192,48 @@ def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], path: 
         )
 
 
-def _parse(path: Path) -> Any:  # noqa: ANN401 - meshio is untyped
-    import meshio  # only here: meshes of built-in profiles need none of it
+@dataclass(frozen=True)
+class _Content:
+    """What a file holds: nodes, tag and dimension of named groups, and blocks of cells (type, nodes, tags)."""
 
+    points: NDArray[np.float64]
+    names: dict[str, tuple[int, int]]
+    blocks: list[tuple[str, NDArray[np.int64], NDArray[np.int64] | None]]
+
+
+def _parse(path: Path) -> _Content:
     if not path.is_file():
         raise InputError(f"{path}: there is no such mesh file")
     if path.stat().st_size > _MOST_BYTES:
         raise InputError(f"{path}: {path.stat().st_size} bytes; at most {_MOST_BYTES} are allowed")
     if path.suffix.lower() != ".msh":
         raise InputError(f"{path}: '{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
+    done = run_script(Path(__file__).with_name("gmsh_parse.py"), str(path))
     try:
-        # meshio reports to the console, and leaves the program (SystemExit) on some faults
-        with contextlib.redirect_stdout(io.StringIO()):
-            return meshio.read(path, file_format="gmsh")
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{path}: not a readable gmsh mesh ({type(error).__name__}: {error})") from error
+        stream = io.BytesIO(done.stdout)
+        head = json.loads(stream.readline())
+        if "fault" in head:
+            raise InputError(f"{path}: not a readable gmsh mesh ({head['fault']})")
+        shapes = iter(head["shapes"])
+
+        def read(kind: type[Number]) -> NDArray[Number]:
+            shape = next(shapes)
+            return np.frombuffer(stream.read(8 * math.prod(shape)), dtype=kind).reshape(shape)
+
+        points = read(np.float64)
+        blocks = [
+            (str(kind), read(np.int64), read(np.int64) if tagged else None)
+            for kind, tagged in zip(head["blocks"], head["tagged"], strict=True)
+        ]
+    except (ValueError, KeyError) as error:
+        if isinstance(error, InputError):
+            raise
+        words = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        why = f"its reader ended: {words[-1]}" if words else "it takes longer to read than a file of its size may"
+        raise InputError(f"{path}: not a readable gmsh mesh ({why})") from None
+    if points.ndim != 2 or points.shape[1] < 3:
+        raise InputError(f"{path}: not a readable gmsh mesh (its nodes are an array of shape {points.shape})")
+    return _Content(points[:, :3], {name: (tag, dimension) for name, (tag, dimension) in head["names"].items()}, blocks)
 
 
 def _group(part: int) -> str:

@@ -18,7 +18,15 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.meshing.mesh import HexahedralMesh
 
-__all__ = ["MeshQuality", "edge_lengths", "quality", "scaled_jacobians"]
+__all__ = [
+    "MeshQuality",
+    "edge_lengths",
+    "quadrilateral_edges",
+    "quadrilateral_jacobians",
+    "quadrilateral_quality",
+    "quality",
+    "scaled_jacobians",
+]
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,39 @@ def scaled_jacobians(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
     found: NDArray[np.float64] = min_scaled_jacobians(mesh.nodes, mesh.cells)
     return found
+
+
+def quadrilateral_jacobians(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Smallest scaled Jacobian over the corners of quadrilaterals in a plane, (m,): below 0 where turned over.
+
+    Parameters
+    ----------
+    corners : (m, 4, 2)
+        Places (m), counter-clockwise.
+    """
+    onward, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    length = np.linalg.norm(onward, axis=2) * np.linalg.norm(back, axis=2)
+    cross = onward[..., 0] * back[..., 1] - onward[..., 1] * back[..., 0]
+    return np.asarray((cross / np.maximum(length, 1e-300)).min(axis=1))
+
+
+def quadrilateral_edges(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lengths (m, 4) of the edges of quadrilaterals (m, 4, k)."""
+    return np.asarray(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2))
+
+
+def quadrilateral_quality(corners: NDArray[np.float64], nodes: int, errors: Mapping[Part, float]) -> MeshQuality:
+    """Return the figures of a mesh of quadrilaterals in a plane, corners (m, 4, 2), with its nodes and mass errors."""
+    scaled, length = quadrilateral_jacobians(corners), quadrilateral_edges(corners)
+    return MeshQuality(
+        min_scaled_jacobian=float(scaled.min()),
+        max_aspect_ratio=float((length.max(axis=1) / length.min(axis=1)).max()),
+        min_edge=float(length.min()),
+        cells=len(corners),
+        nodes=nodes,
+        worst_cell=int(scaled.argmin()),
+        mass_errors=errors,
+    )
 
 
 def edge_lengths(mesh: HexahedralMesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

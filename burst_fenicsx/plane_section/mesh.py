@@ -14,7 +14,7 @@ from burst_fenicsx.axisymmetric.rings import areas
 from burst_fenicsx.axisymmetric.surfaces import edge_neighbours
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, section_grid
-from burst_fenicsx.meshing.quality import MeshQuality
+from burst_fenicsx.meshing.quality import MeshQuality, quadrilateral_quality
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS
 from burst_fenicsx.problem import Part
 
@@ -134,17 +134,4 @@ def _counts(name: str, inner: float, outer: float, cell_size: float) -> tuple[in
 
 def section_quality(mesh: SectionMesh) -> MeshQuality:
     """Scaled Jacobian, aspect ratio and edges of the quadrilaterals; areas are those of the circles by construction."""
-    corner = mesh.nodes[mesh.cells][..., [0, 2]]
-    onward, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-    length = np.linalg.norm(onward, axis=2)
-    cross = onward[..., 0] * back[..., 1] - onward[..., 1] * back[..., 0]
-    scaled = (cross / (length * np.linalg.norm(back, axis=2))).min(axis=1)
-    return MeshQuality(
-        min_scaled_jacobian=float(scaled.min()),
-        max_aspect_ratio=float((length.max(axis=1) / length.min(axis=1)).max()),
-        min_edge=float(length.min()),
-        cells=len(mesh.cells),
-        nodes=len(mesh.nodes),
-        worst_cell=int(scaled.argmin()),
-        mass_errors={},
-    )
+    return quadrilateral_quality(mesh.nodes[mesh.cells][..., [0, 2]], len(mesh.nodes), {})

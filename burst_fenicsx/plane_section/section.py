@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import BurstSettings, RigidPlane, Round
 
-__all__ = ["WORDS", "Section", "find_section", "widest_station"]
+__all__ = ["WORDS", "PlaneSection", "find_section", "widest_station"]
 
 WORDS = "plane section: no axial flow"
 """What every page says of a burst that was computed in a section."""
@@ -29,7 +29,7 @@ _SAMPLES = 4001
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class PlaneSection:
     """The plane of a section and where it cuts each round.
 
     Attributes
@@ -48,7 +48,7 @@ class Section:
     centres: NDArray[np.float64]
     ignition: NDArray[np.float64]
 
-    def of_rounds(self, indices: Sequence[int]) -> Section:
+    def of_rounds(self, indices: Sequence[int]) -> PlaneSection:
         """The same plane with some of the rounds."""
         chosen = list(indices)
         return replace(
@@ -72,7 +72,7 @@ class Section:
         return tuple(found)
 
 
-def find_section(rounds: Sequence[Round], settings: BurstSettings) -> tuple[Section | None, str | None]:
+def find_section(rounds: Sequence[Round], settings: BurstSettings) -> tuple[PlaneSection | None, str | None]:
     """The section of a burst, or why it has none, in words."""
     reason = _unfit(rounds, settings)
     if reason is not None:
@@ -103,7 +103,7 @@ def find_section(rounds: Sequence[Round], settings: BurstSettings) -> tuple[Sect
         points, delays = place_ignition(item, item.profile.length)
         centre = base + (item.profile.length - place) * own
         ignition.append(float(ignition_times(centre[None], points, delays, item.explosive.detonation_velocity)[0]))
-    return Section(origin, directions, np.array(stations), np.array(centres), np.array(ignition)), None
+    return PlaneSection(origin, directions, np.array(stations), np.array(centres), np.array(ignition)), None
 
 
 def widest_station(profile: Profile) -> float:

@@ -19,7 +19,7 @@ from burst_fenicsx.records.surfaces import RadialSurfaces
 
 if TYPE_CHECKING:
     from burst_fenicsx.plane_section.mesh import SectionMesh
-    from burst_fenicsx.plane_section.section import Section
+    from burst_fenicsx.plane_section.section import PlaneSection
 
 __all__ = ["SectionSurfaces", "nodes_at_planes", "section_radii", "section_surfaces"]
 
@@ -119,7 +119,7 @@ def nodes_at_planes(mesh: SectionMesh) -> tuple[np.ndarray, np.ndarray]:
     return nodes, ~on_edge[nodes]
 
 
-def section_radii(mesh: SectionMesh, section: Section) -> RadialSurfaces:
+def section_radii(mesh: SectionMesh, section: PlaneSection) -> RadialSurfaces:
     """Nodes on the outlines of charges and casings, one part and bin for each round, as `records.surfaces`."""
     count, nodes = len(section.stations), len(mesh.nodes)
     charge_part = np.full(nodes, -1, dtype=np.int32)

@@ -277,7 +277,7 @@ class Passage:
         share = found.together / np.where(self.casing_mass > 0.0, self.casing_mass, 1.0)
         worst = int(np.argmax(share))
         if share[worst] > 0.1 * LARGEST_SHARE and self._comm.rank == 0:
-            _log.warning("%s (at %.2f us)", self._words(found, worst), 1e6 * time)
+            _log.warning("%s (at %.2f us)", self._words(found, worst), 1e6 * time, extra={"code": "passed_through"})
         if share[worst] > LARGEST_SHARE:
             raise NumericalStop(
                 f"{self._words(found, worst)}; allowed {100 * LARGEST_SHARE:g} %. Contact has failed there: "

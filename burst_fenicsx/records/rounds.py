@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.files.snapshot import ExpansionRecord, RoundRecord, SegmentRecord
+from burst_fenicsx.files.snapshot import ExpansionRecord, RoundRecord
 from burst_fenicsx.materials.products import LandauProducts
 from burst_fenicsx.problem import Part
+from fragfield_base.burst_snapshot import SegmentRecord
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

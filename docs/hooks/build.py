@@ -1,4 +1,4 @@
-"""What MkDocs does beyond its own: formulas, pages made from the program, tables of the README."""
+"""What MkDocs does beyond its own: formulas, pages made from the program, the ladder's tables, search, colours."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from docs.hooks.api_reference import api_reference
 from docs.hooks.case_reference import built_in_tables, case_reference
 from docs.hooks.command_reference import command_reference
+from docs.hooks.gallery import gallery
 from docs.hooks.mathematics import Mathematics
+from docs.hooks.search import write_index
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
 
-__all__ = ["on_config", "on_page_markdown"]
+__all__ = ["on_config", "on_page_markdown", "on_post_build"]
 
 ROOT = Path(__file__).resolve().parents[2]
 _PLACE = re.compile(r"^<!-- insert (\w+)(?: (\w+))? -->$", re.MULTILINE)
@@ -25,35 +28,54 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     return config
 
 
+def on_post_build(config: MkDocsConfig) -> None:
+    """Write the index of the search, and the colours of code, beside the pages."""
+    from pygments.formatters import HtmlFormatter
+
+    site = Path(config.site_dir)
+    write_index(site)
+    (site / "code.css").write_text(HtmlFormatter(style="tango").get_style_defs(".highlight"), encoding="utf-8")
+
+
 def on_page_markdown(markdown: str, **_: object) -> str:
-    """Put what a page asks for by `<!-- insert NAME -->` or `<!-- insert readme TABLE -->` in its place."""
+    """Put what a page asks for in its place: `<!-- insert NAME -->`, or with a table of the ladder or a package."""
     return _PLACE.sub(_insert, markdown)
 
 
 def _insert(place: re.Match[str]) -> str:
     kind, name = place.groups()
-    return readme_part(name) if kind == "readme" else _MADE[kind]()
+    if kind in _NAMED:
+        return _NAMED[kind](name)
+    return _MADE[kind]()
 
 
-def readme_part(name: str) -> str:
-    """Lines of the README between the marks that `python -m validation` writes.
+def ladder_part(name: str) -> str:
+    """Lines of validation/README.md between the marks that `python -m validation` writes.
 
     Raises
     ------
     ValueError
-        The README has no such marks.
+        It has no such marks.
     """
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = (ROOT / "validation" / "README.md").read_text(encoding="utf-8")
     found = re.search(rf"<!-- begin {name} -->\n(.*?)<!-- end {name} -->", text, re.DOTALL)
     if found is None:
-        raise ValueError(f"README.md has no part {name}")
+        raise ValueError(f"validation/README.md has no part {name}")
     return found.group(1)
 
 
 def validation_ladder() -> str:
     """The ladder's own page, with what it links to in the place of this one."""
     text = (ROOT / "validation" / "README.md").read_text(encoding="utf-8")
-    return text.replace("../docs/pictures/", "pictures/")
+    places = {
+        "../docs/": "",
+        "](../CHANGELOG.md)": "](changelog.md)",
+        "[benchmarks/README.md](../benchmarks/README.md)": "`benchmarks/README.md`",
+        "[validation/README.md](README.md)": "this page",
+    }
+    for there, here in places.items():
+        text = text.replace(there, here)
+    return text
 
 
 def missed_rows() -> str:
@@ -67,10 +89,31 @@ def missed_rows() -> str:
     return "\n".join(lines)
 
 
+def changelog() -> str:
+    """CHANGELOG.md, without its title, with what it links to in the place of this page."""
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    return text.partition("\n")[2].replace("](docs/", "](")
+
+
+def citation() -> str:
+    """CITATION.cff as a sentence and as it stands."""
+    import yaml
+
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    found = yaml.safe_load(text)
+    authors = ", ".join(author.get("name") or author.get("family-names", "") for author in found["authors"])
+    lines = [f"{authors}: *{found['title']}*, version {found['version']}, licence {found['license']}."]
+    return "\n".join([*lines, "", f"```yaml\n{text.strip()}\n```"])
+
+
+_NAMED = {"ladder": ladder_part, "api": api_reference}
 _MADE = {
     "case_reference": case_reference,
     "built_in_tables": built_in_tables,
     "command_reference": command_reference,
     "validation_ladder": validation_ladder,
     "missed_rows": missed_rows,
+    "changelog": changelog,
+    "citation": citation,
+    "gallery": gallery,
 }

@@ -9,6 +9,7 @@ a few megabytes and 50 ns a number.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 from dataclasses import dataclass
@@ -66,6 +67,9 @@ class Labels:
 def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], provenance: Mapping[str, str]) -> Path:
     """Write equally long columns; every provenance entry becomes one line `# key = "JSON string"` at the head.
 
+    A text of several lines (a case file) is not repeated there: its line has its number of lines and its SHA-256, which
+    those of the HDF5 file of the same table can be compared with.
+
     Whole numbers are written in full, others with ten significant digits, as "%.10g" does.
     """
     from flight.kernels.number_text import packed
@@ -75,7 +79,7 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], prov
     text = np.empty((min(number, ROWS_AT_ONCE), sum(widths)), dtype=np.uint8)
     joined = np.empty(text.size, dtype=np.uint8)
     with replacing(path, InputError) as file:
-        head = [f"# {key} = {json.dumps(str(value))}\n" for key, value in provenance.items()]
+        head = [f"# {key} = {json.dumps(_in_a_line(str(value)))}\n" for key, value in provenance.items()]
         file.write("".join([*head, ",".join(map(csv_cell, columns)), "\n"]).encode())
         for start in range(0, number, ROWS_AT_ONCE):
             rows = slice(start, min(start + ROWS_AT_ONCE, number))
@@ -85,6 +89,14 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], prov
             writers[-1](rows, _NEW_LINE, text, ends)
             file.write(joined[: packed(text, ends, joined)].data)
     return path
+
+
+def _in_a_line(text: str) -> str:
+    """A text of one line as it is; of a longer one its first characters are of no use: its size and its checksum."""
+    lines = text.splitlines()
+    if len(lines) < 2:
+        return text
+    return f"{len(lines)} lines, SHA-256 {hashlib.sha256(text.encode()).hexdigest()}"
 
 
 def _column(values: NDArray[Any] | Labels) -> NDArray[Any] | Labels:

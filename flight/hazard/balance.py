@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.constants import STANDARD_GRAVITY
 from flight.result import Status
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["LARGEST_MISSING", "Balance"]
 
 LARGEST_MISSING = 1e-3  # of the mass that could be hazardous
-STANDARD_GRAVITY = 9.80665  # m/s2
 _UNENDED = (Status.TIME_OUT, Status.LEFT_DOMAIN, Status.STEP_LIMIT, Status.NOT_A_NUMBER)
 _WORDS = {
     Status.TIME_OUT: "ran out of time",

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.arguments import real_array, require_number
+from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
-from flight.errors import FlightWarning, InputError, nearest
+from flight.errors import DragTableWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from flight.shape import Shape
 
 __all__ = ["FlightProgress", "fly"]
-
-STANDARD_GRAVITY = 9.80665  # m/s2
 
 
 def fly(
@@ -234,7 +233,7 @@ def _summary(
         warnings.warn(
             f"drag {drag.name}: {beyond} of {len(landing)} fragments flew above Mach {drag.highest_mach:g}, the "
             f"table's last entry (fastest: Mach {extremes[:, 3].max():.3g}); its last coefficient was used there",
-            FlightWarning, stacklevel=3,
+            DragTableWarning, stacklevel=3,
         )  # fmt: skip
     return {
         "fragments": len(landing),

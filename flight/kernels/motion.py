@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
+from flight.constants import EARTH_RADIUS
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["LANES", "ROWS", "Surroundings", "accelerate", "place_points", "take_step", "velocity_points"]
 
 LANES = 32
-EARTH_RADIUS = 6_356_766.0  # m, as in flight.scene.air
 
 # rows of the scratch array; place and velocity at the start and at the end of the step, accelerations of the stages
 STATE, NEW, SLOPE = 0, 6, 12

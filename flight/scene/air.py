@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from flight.arguments import require_number, require_numbers
+from flight.constants import EARTH_RADIUS, STANDARD_GRAVITY
 from flight.errors import InputError
 from flight.scene.tables import evaluate_pieces, hermite_pieces
 
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Air", "AirTable", "ConstantAir", "StandardAtmosphere", "VACUUM", "table_values"]
 
-EARTH_RADIUS = 6_356_766.0  # m; US Standard Atmosphere 1976, section 1.2.5
-GRAVITY = 9.80665  # m/s2
 GAS_CONSTANT = 8314.32 / 28.9644  # J/(kg K); the 1976 value of R* over the molar mass
 RATIO_OF_HEATS = 1.4
 LAYER_BASE = np.array([0.0, 11e3, 20e3, 32e3, 47e3, 51e3, 71e3, 84.852e3])  # geopotential m, table 4
@@ -161,7 +160,7 @@ class StandardAtmosphere:
         lapse, rise = LAYER_LAPSE[index], geopotential - LAYER_BASE[index]
         temperature = base_temperature[index] + lapse * rise
         isothermal = lapse == 0.0
-        exponent = GRAVITY / GAS_CONSTANT
+        exponent = STANDARD_GRAVITY / GAS_CONSTANT
         power = (base_temperature[index] / temperature) ** (exponent / np.where(isothermal, 1.0, lapse))
         decay = np.exp(-exponent * rise / base_temperature[index])
         return temperature, np.asarray(base_pressure[index] * np.where(isothermal, decay, power)), lapse
@@ -172,7 +171,7 @@ class StandardAtmosphere:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         temperature, pressure, lapse = cls._state(geopotential, layer)
         density = pressure / (GAS_CONSTANT * temperature)
-        return density, -density * (GRAVITY / GAS_CONSTANT + lapse) / temperature
+        return density, -density * (STANDARD_GRAVITY / GAS_CONSTANT + lapse) / temperature
 
     @classmethod
     def _slowness_and_slope(
@@ -188,9 +187,9 @@ def _layer_bases() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     for thickness, lapse in zip(np.diff(LAYER_BASE)[:-1], LAYER_LAPSE[:-1], strict=True):
         start, end = temperature[-1], temperature[-1] + lapse * thickness
         factor = (
-            (start / end) ** (GRAVITY / (GAS_CONSTANT * lapse))
+            (start / end) ** (STANDARD_GRAVITY / (GAS_CONSTANT * lapse))
             if lapse
-            else math.exp(-GRAVITY * thickness / (GAS_CONSTANT * start))
+            else math.exp(-STANDARD_GRAVITY * thickness / (GAS_CONSTANT * start))
         )
         temperature.append(end)
         pressure.append(pressure[-1] * factor)

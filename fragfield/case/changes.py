@@ -6,8 +6,9 @@ import copy
 import tomllib
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.load import case_from_document, named_material, read_document
+from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
+from fragfield.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,8 +43,8 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
     source = f"{path} with {words}" if words else str(path)
     changed = changed_document(document, changes, source=source, folder=path.parent)
     if changes and "title" not in changes:
-        changed["title"] = f"{document.get('title', path.stem)}: {words}"
-    changed.setdefault("title", path.stem)
+        changed["title"] = f"{document.get('title', visible(path.stem))}: {words}"
+    changed.setdefault("title", visible(path.stem))
     return case_from_document(changed, source=source, folder=path.parent)
 
 
@@ -86,7 +87,7 @@ def set_document(
     ways += ["--cell-size"] if cell_size is not None else []
     source = f"{path} with {' and '.join(ways)}" if ways else str(path)
     document = changed_document(read_document(path), changes, source=source, folder=path.parent)
-    document.setdefault("title", path.stem)
+    document.setdefault("title", visible(path.stem))
     return document, source
 
 
@@ -107,7 +108,7 @@ def read_value(text: str) -> object:
     """A value as TOML reads it, else the text itself: `8 mm` needs no quotes of its own."""
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # also a number of more digits than Python reads, and lists without end
         return text
     return value if isinstance(value, (str, bool, int, float, list, dict)) else text  # no dates
 
@@ -138,6 +139,8 @@ def changed_document(
     changed = copy.deepcopy(dict(document))
     for key, value in changes.items():
         steps = key.split(".")
+        if len(steps) > MOST_DEPTH:
+            raise InputError(f"{source}: found a key of {len(steps)} names; allowed: at most {MOST_DEPTH}")
         if not all(steps):
             raise InputError(f"{source}: found the key {key!r}; allowed: names with single points between them")
         _replace(changed, steps, value, f"{source}: {key}", folder)
@@ -157,7 +160,7 @@ def _replace(node: dict[str, Any] | list[Any], steps: list[str], value: object, 
             continue
         if place in _MATERIALS and isinstance(node[place], str):
             table = named_material(str(place), node[place], where=where, folder=folder)
-            node[place] = table.model_dump(mode="json", exclude_none=True, context={"units": True})
+            node[place] = table.model_dump(mode="json", exclude_none=True, context={"units": "si"})
         if not isinstance(node[place], (dict, list)):
             raise InputError(f"{where}: {step} holds a value, it has no {rest[0]}")
         _replace(node[place], rest, value, where, folder)

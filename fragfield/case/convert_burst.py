@@ -10,7 +10,15 @@ from fragfield.case.round_table import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Explosive, Geometry, RigidPlane, Round
+    from burst_fenicsx.problem import (
+        BurstSettings,
+        CasingMaterial,
+        ContactSettings,
+        Explosive,
+        Geometry,
+        RigidPlane,
+        Round,
+    )
     from fragfield.case.burst_table import ContactTable
     from fragfield.case.plane_table import PlaneTable
     from fragfield.case.round_table import RoundTable
@@ -60,13 +68,13 @@ def rigid_plane(entry: PlaneTable) -> RigidPlane:
     )
 
 
-def _contact(table: ContactTable) -> Contact:
-    from burst_fenicsx.problem import Contact
+def _contact(table: ContactTable) -> ContactSettings:
+    from burst_fenicsx.problem import ContactSettings
 
     values: dict[str, Any] = table.model_dump()
     for key in ("friction_angle", "surface_friction_angle"):
         values[key] = degrees_of(values[key])
-    return Contact(**values)
+    return ContactSettings(**values)
 
 
 def degrees_of(angle: float) -> float:

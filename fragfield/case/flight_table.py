@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from flight.constants import STANDARD_GRAVITY
 from fragfield.case.ground_table import GroundTable
 from fragfield.case.quantities import (
     Angle,
@@ -128,7 +129,7 @@ class FlightTable(Table):
 
     air: AirTable = AirTable()
     wind: WindTable = WindTable()
-    gravity: Annotated[float, Quantity("m/s^2", "9.80665 m/s^2", minimum=0.0)] = 9.80665
+    gravity: Annotated[float, Quantity("m/s^2", "9.80665 m/s^2", minimum=0.0)] = STANDARD_GRAVITY
     """Downward acceleration."""
     drag: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[float, Tag("<number>")], Discriminator(_name_or_number)

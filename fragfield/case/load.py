@@ -21,6 +21,7 @@ from fragfield.case.schema import Case
 from fragfield.case.stack import expanded, stacked_names
 from fragfield.errors import InputError
 from fragfield.file_sizes import MOST_CASE
+from fragfield.visible_text import hidden_in, visible
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -33,7 +34,10 @@ if TYPE_CHECKING:
 Material = ExplosiveTable | CasingTable
 Loaded = TypeVar("Loaded")
 
-__all__ = ["case_from_document", "load_case", "named_material", "read_document", "read_resolved"]
+__all__ = ["MOST_DEPTH", "case_from_document", "load_case", "named_material", "read_document", "read_resolved"]
+
+MOST_DEPTH = 30
+"""Levels of tables and lists in a case."""
 
 
 def read_document(path: Path) -> dict[str, Any]:
@@ -41,13 +45,15 @@ def read_document(path: Path) -> dict[str, Any]:
     if not path.exists():
         raise InputError(f"{path}: no such case file")
     try:
-        return tomllib.loads(read_text(path, InputError, most=MOST_CASE))
+        document = tomllib.loads(read_text(path, InputError, most=MOST_CASE))
     except RecursionError:
         raise InputError(f"{path}: not valid TOML for this program: tables or lists nested too deep") from None
     except ValueError as error:  # also an integer of more digits than Python reads
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    _refuse_deep(document, str(path))
+    return document
 
 
 def load_case(path: Path, *, cell_size: str | None = None, burst: bool = True) -> Case:
@@ -79,7 +85,7 @@ def load_case(path: Path, *, cell_size: str | None = None, burst: bool = True) -
         if isinstance(table, dict):
             table["cell_size"] = cell_size
             source = f"{path} with --cell-size"
-    document.setdefault("title", path.stem)
+    document.setdefault("title", visible(path.stem))
     return case_from_document(document, source=source, folder=path.parent, burst=burst)
 
 
@@ -120,10 +126,23 @@ def _raise(source: str, faults: list[str]) -> None:
 
 
 def _validated(document: Mapping[str, Any], source: str) -> Case:
+    _refuse_deep(document, source)
+    _raise(source, [f"{key}: found the control character {sign}; allowed: text" for key, sign in hidden_in(document)])
     try:
         return Case.model_validate(document)
     except ValidationError as error:
         raise InputError(join_faults(source, explain(error, Case))) from None
+
+
+def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
+    """Keys with dots nest as deep as they are long, without a limit of the TOML reader."""
+    waiting: list[tuple[str, object, int]] = [(str(key), value, 1) for key, value in document.items()]
+    while waiting:
+        first, found, depth = waiting.pop()
+        if depth > MOST_DEPTH:
+            raise InputError(f"{source}: {visible(first)}: found tables nested deeper; allowed: {MOST_DEPTH} levels")
+        below = found.values() if isinstance(found, dict) else found if isinstance(found, (list, tuple)) else ()
+        waiting += [(first, value, depth + 1) for value in below]
 
 
 def _resolved(case: Case, source: str, folder: Path) -> Case:

@@ -23,6 +23,7 @@ _KINDS = {
     "float_type": "a number without unit",
     "finite_number": "a finite number",
     "int_type": "a whole number",
+    "int_parsing_size": "a whole number of at most 19 digits",
     "bool_type": "true or false",
     "string_type": "a string",
     "list_type": "a list",

@@ -15,6 +15,8 @@ from fragfield.case.unit_grammar import grammar_fault
 from fragfield.errors import nearest
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pint import Quantity as PintQuantity
     from pint import Unit, UnitRegistry
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -32,6 +34,7 @@ __all__ = [
     "FrictionAngle",
     "Length",
     "Mass",
+    "Measured",
     "NumberOrWord",
     "Offset",
     "Place",
@@ -46,6 +49,8 @@ __all__ = [
     "show",
     "with_unit",
 ]
+
+_LARGEST = 1e4  # numbers in the unit of an example; beyond, the SI unit reads better
 
 # How a dimension is called in a message, by its SI unit.
 _NAMES = {
@@ -117,6 +122,25 @@ def _dimension_of(unit: Unit) -> str:
 
 def _fault(message: str) -> PydanticCustomError:
     return PydanticCustomError("quantity", message)
+
+
+class Measured:
+    """A value of a case with its SI unit, for tables: what `case.write.measured` puts in place of bare floats."""
+
+    __slots__ = ("unit", "value")
+
+    def __init__(self, value: float, unit: str) -> None:
+        self.value = value
+        self.unit = unit
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Measured) and (self.value, self.unit) == (other.value, other.unit)
+
+    def __hash__(self) -> int:
+        return hash((self.value, self.unit))
+
+    def __repr__(self) -> str:
+        return f"Measured({self.value!r}, {self.unit!r})"
 
 
 @dataclass(frozen=True)
@@ -208,6 +232,33 @@ class Quantity:
         self._check_bounds(number, text)
         return number
 
+    def written(self, value: float, context: Mapping[str, Any] | None) -> float | str | Measured:
+        """A value (SI) in the form that the context of a serialisation asks for by its key "units".
+
+        "si": with the SI unit, all digits; "readable": in the unit of the example; "measured": as `Measured`.
+        """
+        form = (context or {}).get("units")
+        if form == "si":
+            return with_unit(value, self.symbol)
+        if form == "readable":
+            # A round is measured in millimetres, what stands around it in metres.
+            in_metres = self.symbol == "m" and (value == 0.0 or abs(value) >= 1.0)
+            return f"{value:.10g} m" if in_metres else self.in_unit_of_example(value)
+        return Measured(value, self.symbol) if form == "measured" else value
+
+    def in_unit_of_example(self, value: float) -> str:
+        """A value (SI) in the unit in which the schema's example stands, ten digits."""
+        unit = self.example.partition(" ")[2]
+        one = self.example if not unit or unit.startswith("/") else f"1 {unit}"
+        if math.isclose(value, float(self.parse(self.example)), rel_tol=1e-12):
+            return self.example
+        if one == self.example:
+            return f"{value:.10g} {self.symbol}"
+        number = value / float(Quantity(self.symbol, one).parse(one))
+        if abs(number) >= _LARGEST:
+            return f"{value:.10g} {self.symbol}"
+        return f"{number:.10g} {unit}"
+
     def _check_bounds(self, number: float, text: str) -> None:
         inside = (
             math.isfinite(number)
@@ -221,10 +272,8 @@ class Quantity:
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Validate by `parse`; write with the unit where the context asks for units."""
 
-        def write(value: float | str | None, info: core_schema.SerializationInfo) -> float | str | None:
-            if value is None or isinstance(value, str) or not (info.context or {}).get("units"):
-                return value
-            return with_unit(value, self.symbol)
+        def write(value: float | str | None, info: core_schema.SerializationInfo) -> float | str | Measured | None:
+            return value if value is None or isinstance(value, str) else self.written(value, info.context)
 
         return core_schema.no_info_plain_validator_function(
             self.parse, serialization=core_schema.plain_serializer_function_ser_schema(write, info_arg=True)
@@ -308,10 +357,9 @@ class Vector:
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """Validate by `parse`; write with units where the context asks for them."""
 
-        def write(value: tuple[float, ...], info: core_schema.SerializationInfo) -> list[float | str]:
-            if self.component is None or not (info.context or {}).get("units"):
-                return list(value)
-            return [with_unit(entry, self.component.symbol) for entry in value]
+        def write(value: tuple[float, ...], info: core_schema.SerializationInfo) -> list[float | str | Measured]:
+            component = self.component
+            return [entry if component is None else component.written(entry, info.context) for entry in value]
 
         return core_schema.no_info_plain_validator_function(
             self.parse, serialization=core_schema.plain_serializer_function_ser_schema(write, info_arg=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["commented_case"]
 
 _WIDTH = 118
-_LARGEST = 1e4  # numbers in the unit of an example; beyond, the SI unit reads better
 _EXAMPLE = " Left out by default; for example:"
 
 
@@ -152,20 +150,7 @@ def _default(default: object, field: FieldInfo) -> str:
     quantity = _quantity(field)
     if quantity is None or not isinstance(default, float):
         return toml_value(default)
-    return toml_value(_in_unit_of_example(default, quantity))
-
-
-def _in_unit_of_example(value: float, quantity: Quantity) -> str:
-    unit = quantity.example.partition(" ")[2]
-    one = quantity.example if not unit or unit.startswith("/") else f"1 {unit}"
-    if math.isclose(value, float(quantity.parse(quantity.example)), rel_tol=1e-12):
-        return quantity.example
-    if one == quantity.example:
-        return f"{value:.10g} {quantity.symbol}"
-    number = value / float(Quantity(quantity.symbol, one).parse(one))
-    if number >= _LARGEST:
-        return f"{value:.10g} {quantity.symbol}"
-    return f"{number:.10g} {unit}"
+    return toml_value(quantity.in_unit_of_example(default))
 
 
 def _example(field: FieldInfo) -> str | None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["plain", "tables_to_toml", "to_toml", "toml_value"]
+__all__ = ["measured", "plain", "tables_to_toml", "to_toml", "toml_value"]
 
 _COMMENT = "#"  # no key of a case
 _BARE_KEY = re.compile(r"^[A-Za-z0-9_-]+$")
@@ -20,15 +20,33 @@ _BARE_KEY = re.compile(r"^[A-Za-z0-9_-]+$")
 
 def plain(case: Case, *, units: bool = False) -> dict[str, Any]:
     """A case as nested dicts and lists: floats in SI, or with `units` strings as the case file has them."""
-    return case.model_dump(mode="json", exclude_none=True, context={"units": units})
+    return case.model_dump(mode="json", exclude_none=True, context={"units": "si" if units else None})
+
+
+def measured(case: Case) -> dict[str, Any]:
+    """A case as nested dicts and lists for tables: values with a dimension as `quantities.Measured`."""
+    return case.model_dump(mode="python", exclude_none=True, context={"units": "measured"})
 
 
 def to_toml(case: Case, *, brief: bool = False) -> str:
-    """A case as the text of a TOML file; with `brief`, for reading, a round that is like another says so."""
-    tables = plain(case, units=True)
-    if brief:
-        tables["round"] = list(_brief(tables["round"]))
-    return tables_to_toml(tables)
+    """A case as the text of a TOML file.
+
+    With `brief` for reading: in everyday units, ten digits, and a round that is like another says so.
+    """
+    if not brief:
+        return tables_to_toml(plain(case, units=True))
+    tables = case.model_dump(mode="json", exclude_none=True, context={"units": "readable"})
+    tables["round"] = list(_brief(tables["round"]))
+    return tables_to_toml(_ten_digits(tables))
+
+
+def _ten_digits(value: Any) -> Any:  # noqa: ANN401 - any value of a table
+    """Tables with every pure number to ten digits."""
+    if isinstance(value, dict):
+        return {key: _ten_digits(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_ten_digits(entry) for entry in value]
+    return float(f"{value:.10g}") if isinstance(value, float) else value
 
 
 def tables_to_toml(tables: Mapping[str, Any]) -> str:

@@ -9,35 +9,51 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from contextlib import suppress
 
 from fragfield.cli import computing, looking, studies
 from fragfield.cli.application import app
-from fragfield.errors import EXIT_INTERRUPTED, exit_code_of, interrupt
+from fragfield.cli.streams import prepare_process, silence
+from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt
+from fragfield_base.interruption import SIGNALS
 
 __all__ = ["app", "computing", "looking", "main", "studies"]
 
 
 def main() -> None:
     """Entry point of the command `fragfield`."""
-    # A batch system ends a job by SIGTERM: treated like Ctrl-C, the burst leaves a checkpoint.
-    # While it steps or writes a file, `fragfield_base.interruption` defers both to where they do no harm.
+    # A batch system ends a job by SIGTERM, a lost connection by SIGHUP: treated like Ctrl-C, the burst leaves a
+    # checkpoint. While it steps or writes a file, `fragfield_base.interruption` defers all to where they do no harm.
     signal.signal(signal.SIGTERM, interrupt)
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not ignored, as in the background
-        signal.signal(signal.SIGINT, interrupt)
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as in the background, or by nohup
+            signal.signal(number, interrupt)
+    # PETSc would take SIGHUP for itself, and end the process at once.
+    os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
     try:
         try:
+            prepare_process()
             app()
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:  # before or after the guarded part
         sys.exit(EXIT_INTERRUPTED)
+    except SystemExit as ended:
+        if ended.code == 1:  # of typer and rich, where nobody reads what they print
+            sys.exit(EXIT_INPUT)
+        raise
+    except InputError as error:  # before the guarded part
+        with suppress(OSError):
+            sys.stderr.write(f"fragfield: {error}\n")
+        sys.exit(exit_code_of(error))
     except OSError as error:  # standard output: on a full disk, or `fragfield info RUN | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence()
         if not isinstance(error, BrokenPipeError):
-            sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
+            with suppress(OSError):
+                sys.stderr.write(f"fragfield: standard output: {error.strerror or error}\n")
         sys.exit(exit_code_of(error))
     finally:
         # All is done: what comes while libraries and Python itself are closed has nothing to interrupt any more.
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for number in SIGNALS:
             if signal.getsignal(number) is interrupt:
                 signal.signal(number, signal.SIG_IGN)

@@ -17,6 +17,7 @@ from fragfield.cli.options import (
     Out,
     Overwrite,
     Quiet,
+    Resolved,
     Resume,
     Settings,
     Threads,
@@ -35,15 +36,17 @@ def check(
     case: CaseOrRun,
     cell_size: CellSize = None,
     settings: Settings = None,
+    resolved: Resolved = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
-    """Read a case, print it resolved in SI with derived quantities, and warn of what may be wrong."""
+    """Read a case, print its masses, speeds, mesh and cost, and warn of what may be wrong."""
     with guarded(json=json, quiet=quiet):
         from fragfield.show_check import print_check
 
         done = fragfield.check(case, cell_size=cell_size, set=settings or ())
-        give(done.found, json=json, quiet=quiet, show=lambda found: print_check(found, done.case.values))
+        shown = done.case.values if resolved else None
+        give(done.found, json=json, quiet=quiet, show=lambda found: print_check(found, shown))
 
 
 @app.command()

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of, message_of
+from fragfield.cli.streams import to_stdout
+from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.parallel import launched_rank
+from fragfield.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -22,17 +24,18 @@ def print_paths(found: dict[str, Any]) -> None:
     """Print the paths of a result, one a line."""
     for paths in found.values():
         for path in paths:
-            typer.echo(path)
+            typer.echo(visible(str(path)))
 
 
 def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
     """Print a result: as one JSON object, or for people."""
-    if json:
-        from json import dumps
+    with to_stdout():
+        if json:
+            from json import dumps
 
-        typer.echo(dumps(found, allow_nan=False))
-    elif not quiet:
-        show(found)
+            typer.echo(dumps(found, allow_nan=False))
+        elif not quiet:
+            show(visible(found))
 
 
 @contextmanager
@@ -46,7 +49,7 @@ def guarded(*, json: bool, quiet: bool) -> Iterator[None]:
     except KeyboardInterrupt as error:
         _print_message(message_of(error), json=json)
         raise typer.Exit(EXIT_INTERRUPTED) from error
-    except (typer.Exit, BrokenPipeError):
+    except typer.Exit:
         raise
     except Exception as error:  # noqa: BLE001 - the last guard: nothing passes it
         code, message = exit_code_of(error), message_of(error)
@@ -74,11 +77,14 @@ def _log_of(error: Exception) -> str:
 
 
 def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) -> None:
-    if launched_rank() > 0:
+    rank = launched_rank()
+    if rank == 0 or code == EXIT_FAULT:  # which other ranks may not have met
+        with suppress(OSError):
+            typer.echo(f"fragfield: {f'rank {rank}: ' if rank else ''}{visible(message)}", err=True)
+    if rank > 0:
         return
-    typer.echo(f"fragfield: {message}", err=True)
     if json:
         from json import dumps
 
-        typer.echo(dumps({"error": {"message": message, "exit_code": code}}))
-    sys.stdout.flush()
+        with suppress(typer.Exit, InputError), to_stdout():
+            typer.echo(dumps({"error": {"message": message, "exit_code": code}}))

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+import fragfield
 from fragfield.cli.application import app
 from fragfield.cli.guard import give, guarded, print_paths
 from fragfield.cli.options import CaseOrRun, Html, Json, Quiet, Window
@@ -55,6 +56,7 @@ def new(
     stack: Annotated[
         str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Copies of the round: row, triangle, pallet.")
     ] = None,
+    lying: Annotated[bool, typer.Option("--lying", help="The round lies on the ground, its axis along y.")] = False,
     every_key: Annotated[
         bool, typer.Option("--all", help="Every key of the case file, not only the usual ones.")
     ] = False,
@@ -65,7 +67,7 @@ def new(
     with guarded(json=json, quiet=quiet):
         from fragfield.new_case import write_new_case
 
-        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, every_key=every_key)
+        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key)
         give({"case": [str(written)]}, json=json, quiet=quiet, show=print_paths)
 
 
@@ -88,9 +90,9 @@ def compare(
 ) -> None:
     """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.compare import compare_runs, print_comparison, write_comparison
+        from fragfield.compare import print_comparison
 
-        found = compare_runs(run, reference, sector=sector, all_round=all_round)
+        done = fragfield.compare_runs(run, reference, sector=sector, all_round=all_round)
         if out is not None:
-            write_comparison(found, out)
-        give(found, json=json, quiet=quiet, show=print_comparison)
+            done.write(out)
+        give(done.found, json=json, quiet=quiet, show=print_comparison)

@@ -28,6 +28,9 @@ Resume = Annotated[bool, typer.Option("--resume", help="Go on with what is missi
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, nothing else there.")]
+Resolved = Annotated[
+    bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
+]
 FragmentsFile = Annotated[
     Path | None,
     typer.Option(

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+import fragfield
 from fragfield.cli.application import app
 from fragfield.cli.guard import give, guarded
 from fragfield.cli.options import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings
@@ -45,11 +46,12 @@ def sweep(
     if a key or a value is not allowed: then nothing runs.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.sweep import SweepOptions, plan_sweep, print_sweep, run_sweep
+        from fragfield.sweep import print_sweep
 
-        folder = out or Path("runs") / f"{case.stem}_sweep"
-        options = SweepOptions(folder, stage, threads, resume, overwrite, quiet, jobs, scheduler)
-        found = run_sweep(plan_sweep(case, values), options)
+        found = fragfield.run_sweep(
+            case, values, out=out, stage=stage, threads=threads, jobs=jobs, resume=resume, overwrite=overwrite,
+            scheduler=scheduler, progress=not quiet,
+        ).found  # fmt: skip
         give(found, json=json, quiet=quiet, show=print_sweep)
     raise typer.Exit(found["exit_code"])
 
@@ -91,12 +93,11 @@ def uncertainty(
     Exit code 3 where a sample failed or has no distance; they are counted and left out.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.interface.running import request_of
-        from fragfield.uncertainty import StudyOptions, run_study
         from fragfield.uncertainty.show import print_study
 
-        folder = out or Path("runs") / f"{case.resolve().stem}_uncertainty"
-        options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, quiet)
-        found = run_study(request_of(case, cell_size=cell_size, set=settings or (), progress=not quiet), options)
+        found = fragfield.run_uncertainty(
+            case, out=out, samples=samples, method=method, seed=seed, set=settings or (), cell_size=cell_size,
+            workers=workers, scheduler=scheduler, resume=resume, overwrite=overwrite, progress=not quiet,
+        ).found  # fmt: skip
         give(found, json=json, quiet=quiet, show=print_study)
     raise typer.Exit(found["exit_code"])

@@ -44,11 +44,11 @@ def write_comparison(found: dict[str, Any], folder: Path) -> None:
     tables = {
         "casing.csv": found["casing"],
         "distances.csv": found["distances"],
-        "by_azimuth.csv": list(_azimuth_rows(found["witness"])),
-        "by_distance.csv": [_flat(row) for row in found["by_distance"]],
-        "by_zone.csv": [_flat(row) for row in found["by_zone"]],
+        "by_azimuth.csv": list(azimuth_rows(found["witness"])),
+        "by_distance.csv": [flat_row(row) for row in found["by_distance"]],
+        "by_zone.csv": [flat_row(row) for row in found["by_zone"]],
         "places.csv": [
-            _flat({**row, **{key: row[key] or _NOTHING for key in ("run", "reference")}}) for row in found["places"]
+            flat_row({**row, **{key: row[key] or _NOTHING for key in ("run", "reference")}}) for row in found["places"]
         ],
     }
     written = ["comparison.json", *(name for name, rows in tables.items() if rows)]
@@ -65,13 +65,13 @@ def write_comparison(found: dict[str, Any], folder: Path) -> None:
         write_bytes(folder / "comparison.png", _picture(found), InputError)
 
 
-def _azimuth_rows(surfaces: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+def azimuth_rows(surfaces: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     for surface in surfaces:
         for row in surface["by_azimuth"]:
-            yield {"witness": surface["name"], **_flat(row)}
+            yield {"witness": surface["name"], **flat_row(row)}
 
 
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+def flat_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """A row whose tables have become columns NAME_run, NAME_run_error and so on."""
     flat: dict[str, Any] = {}
     for name, value in row.items():

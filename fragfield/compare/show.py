@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
+
+from fragfield.certainty import metres_and_error
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -88,9 +91,7 @@ def _distance_table(rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def _metres(row: Mapping[str, Any], key: str) -> str:
-    if row[key] is None:
-        return "not determined"
-    return f"{row[key]:.0f}" if row[f"{key}_error"] is None else f"{row[key]:.0f} ± {row[f'{key}_error']:.1f}"
+    return metres_and_error(row[key], row[f"{key}_error"])
 
 
 def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:
@@ -155,4 +156,8 @@ def _with_error(row: Mapping[str, Any], key: str) -> str:
     value, error = row[key], row[f"{key}_error"]
     if value is None:
         return "-"
-    return f"{value:.2f}" if error is None else f"{value:.2f} ± {error:.2f}"
+    if not error:
+        return f"{value:.2f}"
+    # Two decimals, more where the error would read as none.
+    decimals = max(2, -math.floor(math.log10(error))) if math.isfinite(error) else 2
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"

@@ -107,5 +107,5 @@ class HazardDistance:
             return f"hazard distance: {metres(self.distance)}, no upper bound: {number}"
         return (
             f"hazard distance, upper bound (95 %): {metres(self.upper)}\n"
-            f"  expected {self.distance:,.0f} m, standard error {self.standard_error:.2g} m, {number}"
+            f"  expected {metres(self.distance)}, standard error {self.standard_error:.2g} m, {number}"
         )

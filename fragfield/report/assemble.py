@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
-from fragfield.report.document import css_text, document_of, identity_line
+from fragfield.report.document import code_words, css_text, identity_line
 from fragfield.report.map_page import write_map
 from fragfield.report.run_files import read_run
 from fragfield.report.sections import sections
@@ -181,6 +181,7 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int, written: 
         loader=DictLoader(sources), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["css_text"] = css_text
+    environment.filters["code"] = code_words
     return environment.get_template("report.html").render(
         title=run.title,
         sections=parts,
@@ -189,7 +190,7 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int, written: 
         program_version=run.provenance.get("program_version") or __version__,
         computed=_readable(run.provenance.get("date", "")),
         written=written,
-        document=document_of(run),
+        document=run.document,
         identity=identity_line(run),
         missing=run.missing,
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.certainty import basis_words
+from fragfield.certainty import basis_words, metres_and_error, whole_metres
 from fragfield.report.blocks import Table
 from fragfield.report.landings import ensemble, hazard_density
 from fragfield.report.quantities import SPACE, number
@@ -34,19 +34,22 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
     bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
     lines = [
-        ("Hazard distance, upper bound (95 %)", _rounded(hazard["upper"]), f"to be applied; {where}"),
+        ("Hazard distance, upper bound (95 %)", whole_metres(hazard["upper"]), f"to be applied; {where}"),
         (
-            "Hazard distance", _with_error(hazard["distance"], error),
+            "Hazard distance", metres_and_error(hazard["distance"], error, SPACE),
             f"of the expected density, mean of {count} realisations{bias if hazard['max_bias'] else ''}",
         ),
-        ("… by area of ground alone", _rounded(hazard["distance_ground"]), "expected density of landings"),
-        ("… normal to the paths alone", _rounded(hazard["distance_normal"]), "along the paths below a person's height"),
+        ("… by area of ground alone", whole_metres(hazard["distance_ground"]), "expected density of landings"),
+        (
+            "… normal to the paths alone", whole_metres(hazard["distance_normal"]),
+            "along the paths below a person's height",
+        ),
         (
             "Single events: median, 5 to 95 %",
-            f"{_rounded(single['median'])}, {_span(single['low'], single['high'])}",
+            f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
             "no hazard distance: where the density of one event's own fragments falls below the limit",
         ),
-        ("Largest throw", _rounded(hazard["largest_throw"]), "no hazard distance: farthest single fragment"),
+        ("Largest throw", whole_metres(hazard["largest_throw"]), "no hazard distance: farthest single fragment"),
     ]  # fmt: skip
     note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
     yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
@@ -122,9 +125,9 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
             (
                 f"{azimuth:.0f}",
                 number(round(float(hazardous.pooled[i]), 1)),
-                _rounded(upper) if known and np.isfinite(upper) else "–",
-                _rounded(distance) if known else "–",
-                _rounded(throw.median[i]),
+                whole_metres(upper) if known else "–",
+                whole_metres(distance) if known else "–",
+                whole_metres(throw.median[i]),
                 _span(throw.low[i], throw.high[i]) if several else "–",
             )
         )
@@ -151,12 +154,13 @@ def stack_rule_table(run: RunFiles) -> Iterator[Table]:
     direct, by_rule = found.expected, rule["hazard"]
     lines = [
         (
-            "Hazard distance, upper bound", _rounded(direct.upper), _rounded(by_rule["upper"]),
+            "Hazard distance, upper bound", whole_metres(direct.upper), whole_metres(by_rule["upper"]),
             _ratio(direct.upper, by_rule["upper"]),
         ),
         (
-            "Hazard distance", _with_error(direct.distance, direct.standard_error),
-            _with_error(by_rule["distance"], by_rule["standard_error"]), _ratio(direct.distance, by_rule["distance"]),
+            "Hazard distance", metres_and_error(direct.distance, direct.standard_error, SPACE),
+            metres_and_error(by_rule["distance"], by_rule["standard_error"], SPACE),
+            _ratio(direct.distance, by_rule["distance"]),
         ),
     ]  # fmt: skip
     head = ("Distance (m)", f"Direct, {number(direct.realisations)} realisations", _rule_words(rule), "Ratio")
@@ -178,17 +182,4 @@ def _rule_words(rule: Mapping[str, Any]) -> str:
 
 
 def _span(low: float, high: float) -> str:
-    return f"{low:,.0f}{SPACE}–{SPACE}{high:,.0f}"
-
-
-def _with_error(value: float, error: float | None) -> str:
-    if error is None:
-        return _rounded(value)
-    return f"{value:,.0f}{SPACE}±{SPACE}{error:.{1 if error < 9.95 else 0}f}"
-
-
-def _rounded(value: float | None, *, sign: bool = False) -> str:
-    if value is None:
-        return "–"
-    text = f"{value:+,.0f}" if sign else f"{value:,.0f}"
-    return text.replace("-", "−")
+    return f"{whole_metres(low)}{SPACE}–{SPACE}{whole_metres(high)}"

@@ -1,25 +1,24 @@
-"""Number, revision, classification and names of the document, from the case's table [document]."""
+"""Texts of the page: the document's number, revision and classification in one line, code words, CSS strings."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
     from fragfield.report.run_files import RunFiles
 
-__all__ = ["css_text", "document_of", "identity_line"]
-
-_KEYS = ("number", "revision", "classification", "prepared_by", "reviewed_by", "approved_by")
+__all__ = ["code_words", "css_text", "identity_line"]
 
 
-def document_of(run: RunFiles) -> dict[str, Any]:
-    """The table with every key; empty texts where the case says nothing."""
-    table = run.case.get("document")
-    table = table if isinstance(table, dict) else {}
-    return {
-        **{key: str(table.get(key) or "") for key in _KEYS},
-        "changes": [str(c) for c in table.get("changes") or []],
-    }
+def code_words(text: str) -> Markup:
+    """A text as HTML, what stands between a pair of backticks as code."""
+    parts = text.split("`")
+    if len(parts) % 2 == 0:
+        return escape(text)
+    code = Markup("<code>{}</code>")
+    return Markup("").join(code.format(part) if number % 2 else escape(part) for number, part in enumerate(parts))
 
 
 def css_text(text: str) -> str:
@@ -30,6 +29,6 @@ def css_text(text: str) -> str:
 
 def identity_line(run: RunFiles) -> str:
     """Classification, number and revision in one line; empty where the case gives none."""
-    document = document_of(run)
-    revision = f"revision {document['revision']}" if document["revision"] else ""
-    return " · ".join(part for part in (document["classification"], document["number"], revision) if part)
+    document = run.document
+    revision = f"revision {document.revision}" if document.revision else ""
+    return " · ".join(part for part in (document.classification, document.number, revision) if part)

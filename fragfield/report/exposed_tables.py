@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.certainty import margin_metres, whole_metres
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.quantities import SPACE, number
 
@@ -39,8 +40,8 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
                 f"{entry['verdict']} ({_QUANTITIES[quantity]})",
                 "–" if value is None else _part(value["upper"] / limit),
                 _few((entry["probability"] or {}).get("upper")),
-                "–" if entry["margin"] is None else f"{entry['margin']:+.0f}".replace("-", "−"),
-                number(round(entry["distance"])),
+                margin_metres(entry["margin"]),
+                whole_metres(entry["distance"]),
                 _few(entry["largest_energy"]),
             )
         )

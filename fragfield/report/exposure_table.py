@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.round_table import ExplosiveTable
 from fragfield.exposure_words import exposed_rounds
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import number
@@ -31,11 +32,8 @@ def exposure_table(run: RunFiles) -> Iterator[Table]:
             "Round", "Initiated", "Largest pressure (GPa)", "Strongest pulse (GPa)", "Held (µs)", "Energy (MJ/m²)",
             "Published critical (MJ/m²)", "Verdict", "Largest cells (mm)",
         )  # fmt: skip
-        sources = {
-            str(entry["explosive"]["critical_energy_source"])
-            for entry in run.case.get("round") or []
-            if isinstance(entry.get("explosive"), dict) and entry["explosive"].get("critical_energy_source")
-        }
+        charges = [entry.explosive for entry in run.case.round] if run.case is not None else []
+        sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
         yield Table("Shock on rounds that wait for it", head, tuple(lines), " ".join([_NOTE, *sorted(sources)]))
 
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.bounds import outside_soft
 from fragfield.certainty import certainty
 from fragfield.exposure_words import exposed_rounds, exposure_words
 from fragfield.report.blocks import Finding
 from fragfield.report.ignition_table import initiated_by_shock, never_initiated
 from fragfield.report.mesh_quality import scaled_jacobian
-from fragfield.report.quantities import number, si_value
+from fragfield.report.quantities import number
 from fragfield.report.validation_status import read_record, validation_words
 
 if TYPE_CHECKING:
@@ -26,21 +26,23 @@ _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
 _MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
 _MOST_HOURGLASS = 0.1
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
-_PYTHON_WARNING = re.compile(r"^\S+:\d+: \w*Warning: ")
-_DRAG_WARNING = re.compile(r"^drag .* above Mach")
-_ALONE_WARNING = re.compile(r"^\d+ rounds are computed as if each stood alone")
-_ENSEMBLE_WARNING = re.compile(r"the hazard distance (is not determined|to |has neither)")
-_LOG_WARNING = re.compile(r"^\S+ \S+ (WARNING|ERROR|CRITICAL)\s+\S+: (.*)$")
+_JUDGED = {"certainty", "drag_table", "passed_through", "rounds_alone"}
+"""Codes of recorded warnings whose matter is judged here from numbers."""
 
 
 def findings(run: RunFiles) -> list[Finding]:
     """All findings of a run, the gravest first."""
     found = [*_stages(run), *_ledger(run), *_burst(run), *_break_up(run), *_flight(run), *_imprint(run)]
-    found += [*_grid_convergence(run), *_log(run)]
+    found += [*_grid_convergence(run), *_recorded(run)]
     if run.provenance:
         version = (run.provenance.get(key, "") for key in ("program_version", "revision"))
         found.append(Finding(*validation_words(read_record(), *version)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
+
+
+def _counted(count: int, noun: str) -> str:
+    """A count with its noun, in the plural where it is one."""
+    return f"{number(count)} {noun}{'' if count == 1 else 's'}"
 
 
 def _value(part: dict[str, Any], name: str) -> float | None:
@@ -114,7 +116,8 @@ def _burst(run: RunFiles) -> list[Finding]:
     lost, cells = _value(part, "lost_cells"), _value(part.get("symmetry") or part, "all_cells") or _value(part, "cells")
     if lost is not None and cells:
         if lost:
-            text = f"{number(int(lost))} of {number(int(cells))} cells were lost ({100 * lost / cells:.2g} %)"
+            were = "was" if lost == 1 else "were"
+            text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
             found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: too distorted to compute."))
         elif not folded:
             found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
@@ -122,8 +125,8 @@ def _burst(run: RunFiles) -> list[Finding]:
         found.append(
             Finding(
                 "warning",
-                f"{number(folded)} cells of the casings are folded at the end of the burst (a corner turned inside "
-                "out); what they carry is not reliable.",
+                f"{_counted(folded, 'cell')} of the casings {'is' if folded == 1 else 'are'} folded at the end of the "
+                "burst (a corner turned inside out); what is there is not reliable.",
             )
         )
     released, casing = _value(part, "released_casing_mass"), _value(part, "casing_mass")
@@ -136,7 +139,7 @@ def _burst(run: RunFiles) -> list[Finding]:
                 "flew on with its mass and momentum; single speeds in it are not reliable.",
             )
         )
-    size = si_value(run.case.get("burst", {}).get("cell_size"), math.nan)
+    size = run.cell_size or math.nan
     walls = [float(np.min(item.segments["wall_thickness"])) for item in run.rounds if len(item.segments)]
     if walls and size > 0:
         across = min(walls) / size
@@ -171,8 +174,8 @@ def _contact(run: RunFiles, size: float) -> list[Finding]:
     """How far surfaces in contact overlap, and whether rounds are in contact at all."""
     part = run.part("burst")
     found: list[Finding] = []
-    settings = run.case.get("burst", {}).get("contact", {})
-    if len(run.case.get("round") or []) > 1 and settings.get("surfaces") is False:
+    case = run.case
+    if case is not None and case.burst is not None and len(case.round) > 1 and not case.burst.contact.surfaces:
         found.append(
             Finding(
                 "warning",
@@ -211,7 +214,8 @@ def _passed_through(run: RunFiles) -> list[Finding]:
     if (
         not isinstance(passed, dict)
         or not casing
-        or not (run.case.get("plane") or len(run.case.get("round") or []) > 1)
+        or run.case is None
+        or not (run.case.plane or len(run.case.round) > 1)
     ):
         return []
     planes, rounds = (_value(passed, key) or 0.0 for key in ("largest_beyond_planes", "largest_in_other_rounds"))
@@ -419,14 +423,14 @@ def _imprint(run: RunFiles) -> list[Finding]:
     return found
 
 
-def _log(run: RunFiles) -> list[Finding]:
-    """Warnings that the stages wrote into run.log, each once."""
-    texts: dict[str, Weight] = {}
-    for line in run.log.splitlines():
-        match = _LOG_WARNING.match(line)
-        if match:
-            text = _PYTHON_WARNING.sub("", match[2].strip())
-            if not text or any(known.search(text) for known in (_DRAG_WARNING, _ALONE_WARNING, _ENSEMBLE_WARNING)):
-                continue  # reported above, from summary.json and the case
-            texts.setdefault(text[0].upper() + text[1:], "warning")
-    return [Finding(weight, f"{text} (from run.log)") for text, weight in texts.items()]
+def _recorded(run: RunFiles) -> list[Finding]:
+    """What the case is unusual in, and what the stages warned of, each once."""
+    found = list(outside_soft(run.case)) if run.case is not None else []
+    records = run.summary.get("findings") or []
+    found += [str(one["text"]) for one in records if one["code"] not in _JUDGED]
+    return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
+
+
+def _sentence(text: str) -> str:
+    """A text with a capital letter and a full stop."""
+    return f"{text[0].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"

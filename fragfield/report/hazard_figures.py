@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.certainty import metres
 from fragfield.report.drawing import ACCENT, GREY, INK, LINES, new_figure
 from fragfield.report.landings import ensemble, hazard_density, hazard_energy, landings
 
@@ -68,7 +68,7 @@ def _outline(axis: Axes, expected: ExpectedDistance) -> float:
     if not reach.max() > 0.0:
         return 0.0
     axis.plot(reach * np.cos(turn), reach * np.sin(turn), color=ACCENT, linewidth=1.3, zorder=3)
-    words = f"hazard distance, {'upper bound: ' if bounded else ''}{math.ceil(reach.max())} m"
+    words = f"hazard distance, {'upper bound: ' if bounded else ''}{metres(float(reach.max()))}"
     place = np.radians(290.0 if expected.direction is None else expected.direction)
     axis.annotate(
         words, (reach.max() * np.cos(place), reach.max() * np.sin(place)), ha="center", va="center", fontsize=7,
@@ -120,7 +120,7 @@ def density_curve(run: RunFiles, narrow: bool) -> Figure | None:
     if not found.undetermined:
         for place, dashes, words in ((expected.distance, ":", "distance"), (expected.upper, "-", "upper bound")):
             if place:
-                axis.axvline(place, color=GREY, linewidth=1.0, linestyle=dashes, label=f"{words}, {place:.0f} m")
+                axis.axvline(place, color=GREY, linewidth=1.0, linestyle=dashes, label=f"{words}, {metres(place)}")
     axis.set(yscale="log", xlabel="Distance (m)", ylabel=f"Hazardous fragments\nper {1 / acceptable:.1f} m²")
     axis.set_xlim(0, found.counts.edges[-1])
     axis.set_ylim(bottom=1e-4)

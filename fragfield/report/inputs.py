@@ -1,12 +1,14 @@
-"""The resolved case as tables: practical values with SI beside them."""
+"""The resolved case as tables: practical values with SI beside them, of the keys that take part in the run."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.active import active_tables
+from fragfield.case.write import measured
 from fragfield.report.blocks import Rows
-from fragfield.report.quantities import Row, from_case
-from fragfield.report.round_tables import PLACE_KEYS, alike
+from fragfield.report.quantities import Row, of_case
+from fragfield.report.round_tables import POSITION_KEYS, alike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,11 +19,14 @@ __all__ = ["input_tables"]
 
 
 def input_tables(run: RunFiles) -> Iterator[Rows]:
-    """One table for each part of the resolved case."""
-    own = {key: value for key, value in run.case.items() if not _is_table(value) and value != []}
+    """One table for each part of the resolved case; keys that take no part in the run are left out."""
+    if run.case is None:
+        return
+    case = active_tables(run.case, measured(run.case), own_fragments=run.fragments_file is None)
+    own = {key: value for key, value in case.items() if not _is_table(value)}
     if own:
         yield Rows("Case", tuple(_flat("", own)))
-    for key, value in run.case.items():
+    for key, value in case.items():
         if isinstance(value, dict):
             yield Rows(_words(key).capitalize(), tuple(_flat("", value)))
         elif key == "round" and len(value) > 1:
@@ -37,7 +42,7 @@ def _rounds(rounds: list[dict[str, Any]]) -> Iterator[Rows]:
     for group in alike(rounds):
         names = [f"“{entry.get('name', '')}”" for entry in group]
         listed = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}, {len(names)} alike"
-        kind = {key: value for key, value in group[0].items() if key not in PLACE_KEYS}
+        kind = {key: value for key, value in group[0].items() if key not in POSITION_KEYS}
         yield Rows(f"Round {listed}" if len(names) == 1 else f"Rounds {listed}", tuple(_flat("", kind)))
 
 
@@ -49,7 +54,7 @@ def _flat(prefix: str, table: dict[str, Any]) -> Iterator[Row]:
         if _is_table(value):
             nested.append((name, value))
         elif key != "notes":  # pages of text, kept in case.toml
-            yield from_case(name, value)
+            yield of_case(name, value)
     for name, value in nested:
         if isinstance(value, dict):
             yield from _flat(f"{name} · ", value)

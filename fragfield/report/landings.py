@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.quantities import si_value
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -17,10 +15,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Landings", "ensemble", "hazard_density", "hazard_energy", "landings"]
 
-HAZARDOUS_ENERGY = 79.0
-"""J; 58 ft lb."""
-ACCEPTABLE_DENSITY = 1.0 / 55.7
-"""1/m2; one per 600 ft2."""
 _LANDED = 1  # of flight's Status
 
 
@@ -37,12 +31,12 @@ class Landings:
 
 def hazard_energy(run: RunFiles) -> float:
     """Impact energy from which a fragment counts as hazardous (J)."""
-    return si_value(run.case.get("hazard", {}).get("energy"), HAZARDOUS_ENERGY)
+    return run.criteria.energy
 
 
 def hazard_density(run: RunFiles) -> float:
     """Acceptable number of hazardous fragments per area (1/m2)."""
-    return si_value(run.case.get("hazard", {}).get("density"), ACCEPTABLE_DENSITY)
+    return run.criteria.density
 
 
 def landings(run: RunFiles) -> Landings | None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from fragfield.case.quantities import Measured
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["UNKNOWN", "Row", "from_case", "number", "row", "si_value"]
+__all__ = ["UNKNOWN", "Row", "number", "of_case", "row"]
 
 UNKNOWN = "not computed"
 SPACE, NARROW_SPACE = "\u00a0", "\u202f"
@@ -30,8 +31,6 @@ _LADDERS: dict[str, tuple[tuple[float, str], ...]] = {
     "byte": ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B")),
     "rad": ((math.pi / 180.0, "°"),),
 }
-_OTHER_UNITS = {"m/s", "m/s^2", "kg/m^3", "kg/m^2", "m^2", "m^3", "1/m^2", "1/s", "K", "N", "W", "J/K"}
-_WITH_UNIT = re.compile(r"^\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s+(\S+)\s*$")
 
 
 @dataclass(frozen=True)
@@ -114,20 +113,19 @@ def _powers(text: str) -> str:
     return text.replace("^2", "²").replace("^3", "³")
 
 
-def from_case(name: str, value: object) -> Row:
-    """Table row of a resolved case's value, which is a string with an SI unit, a number, a word or a list."""
+def of_case(name: str, value: object) -> Row:
+    """Table row of a value of the resolved case (`case.write.measured`): measured, number, word or list."""
     if isinstance(value, bool):
         return Row(name, "yes" if value else "no")
     if isinstance(value, (list, tuple)):
-        rows = [from_case(name, item) for item in value]
+        rows = [of_case(name, item) for item in value]
         joined = ", ".join(
             f"({one.value})" if isinstance(item, list) else one.value for one, item in zip(rows, value, strict=True)
         )
         si = ", ".join(item.si or item.value for item in rows) if any(item.si for item in rows) else ""
         return Row(name, joined, si) if len(joined) <= 400 else Row(name, f"{len(rows)} entries, see case.toml")
-    match = _WITH_UNIT.match(value) if isinstance(value, str) else None
-    if match and (match[2] in _LADDERS or match[2] in _OTHER_UNITS):
-        return row(name, float(match[1]), match[2], write=_typed)
+    if isinstance(value, Measured):
+        return row(name, value.value, value.unit, write=_typed)
     if isinstance(value, (int, float)):
         return Row(name, _typed(value))
     return Row(name, str(value))
@@ -143,11 +141,3 @@ def _practical(value: float, unit: str) -> tuple[float, str]:
             return value / factor, name
     factor, name = ladder[-1]
     return value / factor, name
-
-
-def si_value(value: object, otherwise: float) -> float:
-    """Number of a resolved case's value, which stands there with its SI unit; `otherwise` where it is left out."""
-    if isinstance(value, (int, float)):
-        return float(value)
-    match = _WITH_UNIT.match(value) if isinstance(value, str) else None
-    return float(match[1]) if match else otherwise

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.round_table import IgnitionTable
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.laws import segment_laws
-from fragfield.report.quantities import UNKNOWN, Row, number, row, si_value
+from fragfield.report.quantities import UNKNOWN, Row, number, row
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from fragfield.case.round_table import RoundTable
     from fragfield.report.run_files import RoundTables, RunFiles
 
 __all__ = [
-    "PLACE_KEYS",
+    "POSITION_KEYS",
     "alike",
     "arrangement_table",
     "broken_rounds_table",
@@ -28,7 +30,7 @@ __all__ = [
 
 MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""
-PLACE_KEYS = ("name", "position", "axis", "ignition", "initiation")
+POSITION_KEYS = ("name", "position", "axis", "ignition", "initiation")
 """What distinguishes rounds of one kind."""
 _COUNTS = ("bonded", "touching", "off_surface")
 _CONTACT = {
@@ -51,10 +53,10 @@ _CONTACT = {
 
 
 def alike(rounds: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
-    """Rounds of the resolved case in groups that differ in name, place and ignition alone."""
+    """Tables of rounds in groups that differ in name, position and ignition alone."""
     groups: list[tuple[dict[str, Any], list[dict[str, Any]]]] = []
     for entry in rounds:
-        kind = {key: value for key, value in entry.items() if key not in PLACE_KEYS}
+        kind = {key: value for key, value in entry.items() if key not in POSITION_KEYS}
         for known, members in groups:
             if known == kind:
                 members.append(entry)
@@ -66,39 +68,33 @@ def alike(rounds: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
 
 def arrangement_table(run: RunFiles) -> Iterator[Table]:
     """Places and ignition of several rounds."""
-    rounds = run.case.get("round") or []
-    if not isinstance(rounds, list) or len(rounds) < 2:
+    rounds = run.case.round if run.case is not None else []
+    if len(rounds) < 2:
         return
-    lines = []
-    for entry in rounds:
-        place = entry.get("position") or (0.0, 0.0, 0.0)
-        axis = entry.get("axis") or (0, 0, 1)
-        lines.append(
-            (
-                str(entry.get("name", "")),
-                *(number(1e3 * si_value(value, 0.0), 5) for value in place),
-                ", ".join(number(float(value), 3) for value in axis),
-                _ignition(entry),
-            )
+    lines = [
+        (
+            entry.name,
+            *(number(1e3 * value, 5) for value in entry.position),
+            ", ".join(number(value, 3) for value in entry.axis),
+            _ignition(entry),
         )
+        for entry in rounds
+    ]
     yield Table(
         "Arrangement", ("Round", "x (mm)", "y (mm)", "z (mm)", "Axis", "Initiation"), tuple(lines),
         note="Position of the centre of the base; the axis points from the base to the nose.",
     )  # fmt: skip
 
 
-def _ignition(entry: dict[str, Any]) -> str:
+def _ignition(entry: RoundTable) -> str:
     """How a round of the resolved case is initiated, in words."""
     words = []
-    points = entry.get("ignition")
-    if points or points is None:
-        times = sorted({1e6 * si_value(point.get("delay"), 0.0) for point in points or [{}]})
+    if entry.ignition is None or entry.ignition:
+        times = sorted({1e6 * point.delay for point in entry.ignition or [IgnitionTable()]})
         words.append("at " + " and ".join(number(time, 3) for time in times[:: max(1, len(times) - 1)]) + " µs")
-    if shock := entry.get("initiation"):
-        pressure, time = si_value(shock.get("pressure"), math.nan), si_value(shock.get("duration"), 0.0)
-        by = f"by {number(pressure * 1e-9, 3)} GPa held for {number(time * 1e6, 3)} µs"
-        if not math.isnan(pressure):
-            words.append(by)
+    if (shock := entry.initiation) is not None:
+        if shock.pressure is not None:
+            words.append(f"by {number(shock.pressure * 1e-9, 3)} GPa held for {number(shock.duration * 1e6, 3)} µs")
         elif not words:
             words.append("never; shock reported")
     return " or ".join(words)
@@ -173,7 +169,7 @@ def contact_rows(run: RunFiles) -> Iterator[Rows]:
     overlaps = part.get("max_penetration")
     if isinstance(overlaps, dict):
         known |= {f"max_penetration_{key}": value for key, value in overlaps.items()}
-    size = si_value(run.case.get("burst", {}).get("cell_size"), math.nan)
+    size = run.cell_size or math.nan
     rows = [_contact_row(key, known[key], size) for key in (*_CONTACT, *sorted(set(known) - set(_CONTACT)))
             if key in known and key != "max_penetration" and _worth(key, known[key])]  # fmt: skip
     if rows:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fragfield.certainty import whole_metres
 from fragfield.report.blocks import Paragraph, Points, Table
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,9 +26,14 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     own = hazard.get("upper") or hazard.get("distance")
     known = own is not None and hazard.get("determined")
     lines = [
-        ("This computation, upper bound (95 %)", "fragments", _metres(own) if known else "–", "computed from the burst")
+        (
+            "This computation, upper bound (95 %)",
+            "fragments",
+            whole_metres(own) if known else "–",
+            "computed from the burst",
+        )
     ]
-    lines += [(rule["name"], rule["hazard"], _metres(rule["distance"]), _based(rule["hazard"])) for rule in rules]
+    lines += [(rule["name"], rule["hazard"], whole_metres(rule["distance"]), _based(rule["hazard"])) for rule in rules]
     lines += [*_stack_rule(run)]
     note = (
         "Rules say how far apart by mass alone; they know neither this round nor this site. “–”: outside the rule's "
@@ -46,9 +51,9 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     if known and blast is not None:
         larger = "fragments" if own >= blast else "blast"
         yield Paragraph(
-            f"The larger of both: fragments {_metres(own)} m by this computation, blast {_metres(blast)} m by K 40 "
-            f"from the net explosive mass: {larger} govern{'' if larger == 'fragments' else 's'}. The blast was not "
-            "computed from the burst."
+            f"The larger of both: fragments {whole_metres(own)} m by this computation, blast {whole_metres(blast)} m "
+            f"by K 40 from the net explosive mass: {larger} govern{'' if larger == 'fragments' else 's'}. The blast "
+            "was not computed from the burst."
         )
     yield Points(
         tuple(
@@ -64,12 +69,8 @@ def _stack_rule(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
     rule = run.part("flight").get("stack_rule")
     if isinstance(rule, dict):
         upper = rule["hazard"]["upper"] or rule["hazard"]["distance"]
-        yield ("DDESB TP-12, rule for stacks (upper bound)", "fragments", _metres(upper), "single round's run")
+        yield ("DDESB TP-12, rule for stacks (upper bound)", "fragments", whole_metres(upper), "single round's run")
 
 
 def _based(hazard: str) -> str:
     return "mass alone; not from the burst" if hazard == "blast" else "mass alone"
-
-
-def _metres(value: float | None) -> str:
-    return "–" if value is None else number(int(-(-float(value) // 1)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.stamped import read_stamped_json, stored_case_text
+from fragfield_base.burst_snapshot import NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.files.revolve import Revolution
     from flight.hazard.ensemble import EnsembleHazard
+    from fragfield.case import Case
+    from fragfield.case.document_table import DocumentTable
+    from fragfield.case.flight_table import HazardTable
     from transition.mirroring import SymmetryPlane
 
 __all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
@@ -58,10 +61,10 @@ class RunFiles:
     """All that the report and the pictures show of a run. Anything not yet computed is empty or None."""
 
     folder: Path
-    case: dict[str, Any] = field(default_factory=dict)
+    case: Case | None = None
+    """As resolved; None where the directory holds none."""
     case_text: str = ""
     summary: dict[str, Any] = field(default_factory=dict)
-    log: str = ""
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
     geometry: str = "3d"
@@ -94,7 +97,12 @@ class RunFiles:
     def missing(self) -> list[str]:
         """Stages that have not been run."""
         present = {"burst": bool(self.nodes), "break-up": bool(self.fragments), "flight": self.landing is not None}
-        return [stage for stage in STAGE_FILES if not present[stage]]
+        return [stage for stage in self.stages if not present[stage]]
+
+    @property
+    def stages(self) -> list[str]:
+        """Stages that this directory is to hold: the flight alone where the fragments are from a file."""
+        return ["flight"] if self.fragments_file is not None else list(STAGE_FILES)
 
     def part(self, name: str) -> dict[str, Any]:
         """One part of summary.json ("burst", "break_up", "flight"), empty when absent."""
@@ -110,7 +118,33 @@ class RunFiles:
     @property
     def title(self) -> str:
         """Title of the case, else the folder's name."""
-        return str(self.case.get("title") or self.summary.get("title") or self.folder.resolve().name)
+        own = self.case.title if self.case is not None else ""
+        return own or str(self.summary.get("title") or self.folder.resolve().name)
+
+    @property
+    def criteria(self) -> HazardTable:
+        """What counts as hazardous; the schema's defaults where the directory holds no case."""
+        from fragfield.case.flight_table import HazardTable
+
+        return self.case.hazard if self.case is not None else HazardTable()
+
+    @property
+    def document(self) -> DocumentTable:
+        """Number, revision and names; empty texts where the directory holds no case."""
+        from fragfield.case.document_table import DocumentTable
+
+        return self.case.document if self.case is not None else DocumentTable()
+
+    @property
+    def cell_size(self) -> float | None:
+        """Target edge length of the cells (m); None where no burst is described."""
+        return self.case.burst.cell_size if self.case is not None and self.case.burst is not None else None
+
+    @property
+    def fragments_file(self) -> str | None:
+        """Name of the file whose fragments were flown in place of those of a burst; None of a run with its own."""
+        found = self.part("flight").get("fragments_file")
+        return str(found) if found else None
 
 
 def read_run(folder: Path | str) -> RunFiles:
@@ -151,13 +185,10 @@ def _read_texts(run: RunFiles) -> None:
     if (path := run.folder / "uncertainty.json").is_file():
         run.summary["uncertainty"] = read_stamped_json(path)
     if (path := run.folder / "case.toml").is_file():
+        from fragfield.case import read_resolved
+
         run.case_text = stored_case_text(path, run.summary, alone=True)
-        try:
-            run.case = tomllib.loads(run.case_text)
-        except (tomllib.TOMLDecodeError, RecursionError) as error:
-            raise InputError(f"{path}: not valid TOML: {error}") from error
-    if (path := run.folder / "run.log").is_file():
-        run.log = path.read_text(encoding="utf-8", errors="replace")
+        run.case = read_resolved(path)
 
 
 def _open(path: Path) -> AbstractContextManager[h5py.File]:
@@ -179,7 +210,7 @@ def _read_snapshot(run: RunFiles) -> None:
             _note_provenance(run, file.attrs)
             run.burst_time = float(file.attrs["time"])
             run.geometry = str(_plain(file.attrs.get("geometry", "3d")))
-            run.nodes = {name: file["nodes"][name][()] for name in ("reference", "position", "velocity")}
+            run.nodes = {name: file["nodes"][name][()] for name in NODE_ARRAYS}
             run.cells = {name: data[()] for name, data in file["cells"].items()}
             run.history = {name: data[()] for name, data in file.get("history", {}).items()}
             for name in sorted(file["rounds"], key=int):

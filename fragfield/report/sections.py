@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from fragfield.certainty import WHICH_NUMBER, basis_words
+from fragfield.certainty import WHICH_NUMBER, basis_words, whole_metres
 from fragfield.report import burst_figures, fragment_figures, hazard_figures, site_figure, statements, zone_blocks
 from fragfield.report.blocks import (
     Beside,
@@ -20,13 +20,12 @@ from fragfield.report.blocks import (
 )
 from fragfield.report.convergence_tables import convergence_figure, convergence_tables
 from fragfield.report.distance_tables import density_table, distance_table, sector_table, stack_rule_table
-from fragfield.report.document import document_of
 from fragfield.report.exposed_tables import exposed_tables, verdict_table
 from fragfield.report.exposure_table import exposure_table
 from fragfield.report.findings import findings
 from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
-from fragfield.report.landings import hazard_density, hazard_energy, landings
+from fragfield.report.landings import landings
 from fragfield.report.obstacle_tables import obstacle_tables
 from fragfield.report.quantities import SPACE, number
 from fragfield.report.round_tables import (
@@ -57,6 +56,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from fragfield.case.document_table import DocumentTable
     from fragfield.report.blocks import Finding, Illustration
     from fragfield.report.run_files import RunFiles
 
@@ -82,14 +82,11 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
     return [
         _summary(run, found),
         Section("warnings", "Warnings and checks", [Findings(found)]),
-        Section("inputs", "Inputs as resolved", [*arrangement_table(run), *input_tables(run)]),
-        Section("mesh", "Mesh and its quality", _stage(run, "burst", lambda: [mesh_rows(run)])),
-        _ledger(run, draw),
-        _burst(run, draw, picture),
+        *(_of_burst(run, draw, picture) if "burst" in run.stages else []),
         _break_up(run, draw, picture),
         _flight(run, draw),
         _hazard(run, draw),
-        _convergence(run, draw),
+        *([_convergence(run, draw)] if "burst" in run.stages else []),
         *uncertainty_section(run, draw),
         Section(
             "tables", "Tables by azimuth", _stage(run, "flight", lambda: [*azimuth_tables(run), *sector_table(run)])
@@ -98,7 +95,30 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         _provenance(run),
         _use(),
         _signatures(run),
+        _inputs(run),
     ]
+
+
+def _of_burst(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
+    """What only a run with a burst of its own has."""
+    found = [
+        Section("mesh", "Mesh and its quality", _stage(run, "burst", lambda: [mesh_rows(run)])),
+        _ledger(run, draw),
+        _burst(run, draw, picture),
+    ]
+    arrangement: list[Block] = [*arrangement_table(run)]
+    return [Section("arrangement", "Arrangement of the rounds", arrangement), *found] if arrangement else found
+
+
+def _inputs(run: RunFiles) -> Section:
+    """The annex: every input that took part, and the case's own text."""
+    blocks: list[Block] = []
+    if run.case is not None:
+        note = "Keys that take no part in this run (those of other choices) stand in case.toml alone."
+        blocks += [Paragraph(note), *input_tables(run), Text("case.toml, as resolved", run.case_text)]
+    else:
+        blocks.append(Paragraph("This directory holds no case."))
+    return Section("inputs", "Annex: inputs as resolved", blocks)
 
 
 def _stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list[Block]:
@@ -133,9 +153,13 @@ def _summary(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
         *_caution(*graver),
     ]
     if "flight" not in run.missing:
-        terms = statements.SUMMARY_TERMS.format(energy=hazard_energy(run), area=1 / hazard_density(run))
-        blocks += [*verdict_table(run), Paragraph(terms), Paragraph(WHICH_NUMBER), *density_table(run)]
-    blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.LIMITS)]
+        blocks += [
+            *verdict_table(run),
+            Paragraph(statements.summary_terms(run)),
+            Paragraph(WHICH_NUMBER),
+            *density_table(run),
+        ]
+    blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.limits(run))]
     return Section("summary", "Summary for the safety engineer", blocks)
 
 
@@ -169,7 +193,7 @@ def _distances(run: RunFiles) -> list[Card]:
             _distance("Distance of the expected density", hazard["distance"], error),
         ]
     single = hazard["single_event"]
-    span = f"{single['low']:,.0f}{SPACE}–{SPACE}{single['high']:,.0f}"
+    span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
     return [
         *cards,
         *signed_card(run),
@@ -181,8 +205,7 @@ def _distances(run: RunFiles) -> list[Card]:
 def _distance(label: str, value: object, note: str) -> Card:
     if not isinstance(value, (int, float)):
         return Card(label, "–", "", "not computed")
-    # Rounded up: a distance to keep must not lose half a metre to the print.
-    return Card(label, number(int(-(-float(value) // 1))), "m", note)
+    return Card(label, whole_metres(value), "m", note)
 
 
 def _sentence(run: RunFiles) -> str:
@@ -191,8 +214,10 @@ def _sentence(run: RunFiles) -> str:
         casing, charge = (number(float(item.attributes[f"{part}_mass"]), 3) for part in ("casing", "charge"))
         what = f"{charge} kg {item.attributes['explosive']} in {casing} kg of casing"
         kinds.setdefault(what, []).append(item.name)
+    if run.fragments_file is not None:
+        return f"Computed for the fragments of {run.fragments_file}; no burst was computed."
     if not kinds:
-        return "The rounds are described under inputs; the burst itself is not part of this directory."
+        return "The burst is not part of this directory; the rounds are described in the annex."
     many = "one round" if len(run.rounds) == 1 else f"{len(run.rounds)} rounds"
     listed = "; ".join(f"{_names(names)} ({what}{' each' if len(names) > 1 else ''})" for what, names in kinds.items())
     images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
@@ -246,13 +271,14 @@ def _burst(run: RunFiles, draw: Draw, picture: Picture) -> Section:
 
 
 def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
+    own = run.fragments_file is None
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *break_up_rows(run),
         *broken_rounds_table(run),
         *draw(
             "number_by_mass", "Number of fragments by mass",
-            "Number of fragments heavier than m against the root of m (upper figures; lower figures: m): "
-            "law (lines) and sample (circles), in total and by segment.",
+            "Number of fragments heavier than m against the root of m (upper figures; lower figures: m)"
+            + (": law (lines) and sample (circles), in total and by segment." if own else ", first realisation."),
             fragment_figures.number_by_mass,
         ),
         *draw(
@@ -269,12 +295,12 @@ def _break_up(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *zone_table(run),
         *picture(
             "picture_of_fragments", "Fragment cloud",
-            "Fragments 100 µs after the end of the burst, drag neglected, coloured by initial speed. Spheres stand for "
-            "the mass, not to scale; shapes are not known.",
+            f"Fragments 100 µs after {'the end of the burst' if own else 'launch'}, drag neglected, coloured by "
+            "initial speed. Spheres stand for the mass, not to scale; shapes are not known.",
         ),
         *segment_table(run),
     ]  # fmt: skip
-    return Section("break-up", "Break-up", _stage(run, "break-up", blocks))
+    return Section("break-up", "Break-up" if own else "Fragments", _stage(run, "break-up", blocks))
 
 
 def _flight(run: RunFiles, draw: Draw) -> Section:
@@ -283,8 +309,7 @@ def _flight(run: RunFiles, draw: Draw) -> Section:
         *obstacle_tables(run),
         *draw(
             "by_azimuth", "Number and speed by azimuth",
-            "Fragments that cross the witness surface, by the azimuth of the crossing: number, and speed at which they "
-            "left the burst.",
+            "Fragments that cross the witness surface, by the azimuth of the crossing: number, and initial speed.",
             fragment_figures.by_azimuth,
         ),
         *draw(
@@ -374,8 +399,6 @@ def _validation(run: RunFiles) -> Section:
 
 def _provenance(run: RunFiles) -> Section:
     blocks: list[Block] = [*provenance_rows(run)]
-    if run.case_text:
-        blocks.append(Text("case.toml, as resolved", run.case_text))
     return Section("provenance", "Provenance", blocks)
 
 
@@ -393,24 +416,26 @@ def _use() -> Section:
 
 
 def _signatures(run: RunFiles) -> Section:
-    document = document_of(run)
+    document = run.document
     changes = [*_changes(document)]
     return Section(
         "signatures",
         "Signatures",
         [
-            Paragraph("By signing, the reviewer confirms to have read the warnings, the limits and the inputs."),
+            Paragraph(
+                "By signing, the reviewer confirms to have read the warnings, the limits and the inputs (annex)."
+            ),
             Signatures(
                 ("Computed by", "Reviewed by", "Approved by"),
-                (document["prepared_by"], document["reviewed_by"], document["approved_by"]),
+                (document.prepared_by, document.reviewed_by, document.approved_by),
             ),
             *changes,
         ],
     )
 
 
-def _changes(document: dict[str, Any]) -> list[Block]:
-    if not document["changes"]:
+def _changes(document: DocumentTable) -> list[Block]:
+    if not document.changes:
         return []
-    head = f"Changes of revision {document['revision']}" if document["revision"] else "Changes of this revision"
-    return [Paragraph(head, kind="heading"), Points(tuple(document["changes"]))]
+    head = f"Changes of revision {document.revision}" if document.revision else "Changes of this revision"
+    return [Paragraph(head, kind="heading"), Points(tuple(document.changes))]

@@ -28,17 +28,13 @@ _TERRAIN, _OBSTACLE = "#b7a98c", "#6b4e16"
 
 def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
     """The resolved case and its shapes, where it has places, obstacles, terrain or a site; else None."""
-    from fragfield.case import read_resolved
-
     case = run.case
-    ground = case.get("flight", {}).get("ground", {})
-    if run.ensemble is None or not (
-        exposed_entries(run) or case.get("obstacle") or case.get("site") or ground.get("map")
-    ):
+    if run.ensemble is None or case is None:
         return None
-    resolved = read_resolved(run.folder / "case.toml")
-    shapes = shapes_of(resolved, run.ensemble, exposed_entries(run))
-    return (resolved, shapes) if shapes else None
+    if not (exposed_entries(run) or case.obstacle or case.site is not None or case.flight.ground.map is not None):
+        return None
+    shapes = shapes_of(case, run.ensemble, exposed_entries(run))
+    return (case, shapes) if shapes else None
 
 
 def north_of(case: Case) -> float | None:

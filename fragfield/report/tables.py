@@ -11,7 +11,7 @@ import numpy as np
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.landings import hazard_density, hazard_energy, landings
 from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
-from fragfield.report.quantities import UNKNOWN, Row, from_case, number, row
+from fragfield.report.quantities import UNKNOWN, Row, number, row
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -83,7 +83,7 @@ def mesh_rows(run: RunFiles) -> Rows:
     return Rows(
         "Mesh",
         (
-            from_case("Cell size", run.case.get("burst", {}).get("cell_size", "not stated")),
+            row("Cell size", run.cell_size, "m"),
             row(_CELLS[run.geometry], len(cells)),
             row("– of the casings", int((part == 0).sum())),
             row("– of the charges", int((part == 1).sum())),
@@ -131,14 +131,12 @@ def ledger_table(run: RunFiles) -> Iterator[Table]:
         if key in run.history:
             value = float(run.history[key][-1])
             share = number(100 * value / work, 3) if work else "–"
-            lines.append((words, number(value * 1e-6, 4), f"{value:.4e}", share))
+            lines.append((words, number(value * 1e-6, 4), share))
     error = run.history.get("energy_error")
     if error is not None:
         worst = float(np.nanmax(np.abs(error), initial=0.0))
-        lines.append(
-            ("Largest imbalance", number(worst * work * 1e-6, 3), f"{worst * work:.3e}", number(worst * 100, 3))
-        )
-    yield Table("Ledger at the end of the burst", ("Entry", "MJ", "J", "% of the work"), tuple(lines))
+        lines.append(("Largest imbalance", number(worst * work * 1e-6, 3), number(worst * 100, 3)))
+    yield Table("Ledger at the end of the burst", ("Entry", "MJ", "% of the work"), tuple(lines))
 
 
 def burst_rows(run: RunFiles) -> Iterator[Rows]:
@@ -162,19 +160,21 @@ def break_up_rows(run: RunFiles) -> Iterator[Rows]:
     mass = run.fragments["mass"]
     part = run.part("break_up")
     speed = np.linalg.norm(run.fragments["velocity"], axis=1)
-    yield Rows(
-        "Fragments",
-        (
-            row("Fragments", len(mass)),
-            row("Mass of all", float(mass.sum()), "kg"),
-            row("Mean mass", float(mass.mean()) if len(mass) else None, "kg"),
-            row("Heaviest", float(mass.max(initial=0.0)), "kg"),
-            row("Fastest", float(speed.max(initial=0.0)), "m/s"),
-            row("Mass against the casing", part.get("mass_error"), "%", "error handed over", digits=2),
-            row("Momentum against the burst", part.get("momentum_error"), "%", "error handed over", digits=2),
-            row("Kinetic energy against the burst", part.get("energy_error"), "%", "error handed over", digits=2),
-        ),
-    )  # fmt: skip
+    rows = [
+        row("Fragments", len(mass)),
+        row("Mass of all", float(mass.sum()), "kg"),
+        row("Mean mass", float(mass.mean()) if len(mass) else None, "kg"),
+        row("Heaviest", float(mass.max(initial=0.0)), "kg"),
+        row("Fastest", float(speed.max(initial=0.0)), "m/s"),
+    ]
+    if run.fragments_file is None:
+        handed = "error handed over"
+        rows += [
+            row("Mass against the casing", part.get("mass_error"), "%", handed, digits=2),
+            row("Momentum against the burst", part.get("momentum_error"), "%", handed, digits=2),
+            row("Kinetic energy against the burst", part.get("energy_error"), "%", handed, digits=2),
+        ]
+    yield Rows("Fragments", tuple(rows))
 
 
 def flight_rows(run: RunFiles) -> Iterator[Rows]:

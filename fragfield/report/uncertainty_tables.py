@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
+from fragfield.certainty import whole_metres
 from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
 from fragfield.report.quantities import SPACE, Row, number
 from fragfield.report.uncertainty_figures import distribution_figure, places_figure, tornado_figure
@@ -37,7 +37,7 @@ def signed_card(run: RunFiles) -> list[Card]:
         return []
     missing = "" if budget["complete"] else "; a contribution is not known, see the section"
     note = f"inputs, statistical error and grid added up{missing}"
-    return [Card("Distance to be signed", number(math.ceil(budget["signed"] - 1e-9)), "m", note)]
+    return [Card("Distance to be signed", whole_metres(budget["signed"]), "m", note)]
 
 
 def uncertainty_section(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> list[Section]:
@@ -100,11 +100,11 @@ def _states(found: Mapping[str, Any]) -> Iterator[Block]:
 
 def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
     spread, budget = found["distance"]["spread"], found["budget"]
-    span = f"{spread['low']:.0f}{SPACE}–{SPACE}{spread['high']:.0f}"
+    span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
     what, error = "taken out" if spread["resolved"] else "included", f"± {spread['median_standard_error']:.1f}"
     cards = [
-        Card("Distance to be signed", number(math.ceil(budget["signed"] - 1e-9)), "m", _governs(budget)),
-        Card("Median over the inputs", f"{spread['median']:.0f}", "m", f"{error} m for the number of samples"),
+        Card("Distance to be signed", whole_metres(budget["signed"]), "m", _governs(budget)),
+        Card("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
         Card("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
     ]  # fmt: skip
     yield Cards(tuple(cards))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.certainty import metres
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -53,7 +55,7 @@ def print_study(found: Mapping[str, Any]) -> None:
     console.print(f"budget: median {budget['median']:.1f} m; half-widths (95 %, one-sided, m): {', '.join(parts)}")
     incomplete = "" if budget["complete"] else " (a contribution is not known)"
     console.print(
-        f"distance to be signed: {budget['signed']:.1f} m, governed by the {budget['governed_by']}{incomplete}"
+        f"distance to be signed: {metres(budget['signed'])}, governed by the {budget['governed_by']}{incomplete}"
     )
     cost = found["cost"]
     if cost["samples_made_now"]:

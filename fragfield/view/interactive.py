@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import zipfile
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,12 @@ __all__ = [
     "write_interactive_views",
 ]
 
+_ALONE = re.compile(r"https://kitware\.github\.io/vtk-js/icon/favicon-[^`\"']*")
+"""Icons that vtk.js asks the network for when a page is opened."""
+_POLICY = (
+    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src data: blob: 'unsafe-inline' 'unsafe-eval'\">"
+)
+"""Whatever else the viewer may ask for, the browser does not fetch it."""
 VIEW_OF_BURST, VIEW_OF_FRAGMENTS = "view_burst.html", "view_fragments.html"
 MOST_TRIANGLES = 120_000
 """Of a view, all its times together, half of them the end's: its page stays about 10 MB, and telephones turn it."""
@@ -198,7 +205,7 @@ def _write(
         write_html(_scene(plotter), page)
     finally:
         plotter.close()
-    text = page.getvalue()
+    text = _ALONE.sub("data:,", page.getvalue())
     head, _, rest = text.partition("<title>")
     _, _, rest = rest.partition("</title>")
     body, _, tail = rest.rpartition("</body>")
@@ -206,7 +213,7 @@ def _write(
     legend = _legend(title, words, quantity, fastest)
     if len(times) > 1:
         legend += _slider(times)
-    return write_text(path, f"{head}<title>{escape(heading)}</title>{body}{legend}</body>{tail}", InputError)
+    return write_text(path, f"{head}{_POLICY}<title>{escape(heading)}</title>{body}{legend}</body>{tail}", InputError)
 
 
 def _scene(plotter: pyvista.Plotter) -> bytes:

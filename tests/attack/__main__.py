@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import random
+import resource
 import sys
 import tempfile
 import time
@@ -19,6 +20,7 @@ from tests.attack.cases import documents, fault_of, to_text
 from tests.fragfield.short_run import invoke
 
 _SLOW = 10.0  # s of processor time
+_MOST_MEMORY = 2_000_000  # kB
 
 
 def generated_cases(folder: Path, chosen: int, number: int, until: float) -> list[str]:
@@ -53,7 +55,14 @@ def generated_cases(folder: Path, chosen: int, number: int, until: float) -> lis
             wrong.setdefault(fault[-100:], f"{kept}: {fault}")
 
     check()
-    print(f"generated cases, seed {chosen}: exit codes {done}, slowest {slowest:.1f} s; {len(wrong)} wrong", flush=True)
+    peak = max(resource.getrusage(of).ru_maxrss for of in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    if peak > _MOST_MEMORY:
+        wrong["memory"] = f"generated cases, seed {chosen}: {peak / 1e6:.2f} GB of memory"
+    print(
+        f"generated cases, seed {chosen}: exit codes {done}, slowest {slowest:.1f} s, at most {peak / 1e6:.2f} GB; "
+        f"{len(wrong)} wrong",
+        flush=True,
+    )
     return list(wrong.values())
 
 

@@ -25,6 +25,7 @@ SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 PLAN = ("burst", "fly", "burst", "break-up", "burst", "fly", "burst", "break-up", "burst", "report")
 """Stages in which signals come, in turn; each has all three."""
 _ENDS = {signal.SIGTERM: (130,), signal.SIGINT: (130,), signal.SIGKILL: (-9, 137)}
+_LATE, _TRIES = "too late", 4
 _CRASHES = ("Traceback", "Segmentation", "signal 11", "signal 6", "Fatal Python error")
 
 
@@ -39,6 +40,8 @@ class Reference:
         How long its stages took (s).
     stepping : float
         How long its burst took from its first output on (s).
+    pace : dict of str to float
+        Share of these times within which a signal is sent; less where signals came too late.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -50,6 +53,7 @@ class Reference:
             code, words = run(verb, self.case if verb in ("burst", "run") else out, "--out", out, "--quiet")
             assert code in (0, 3), words
         self.bursts = {1: self.whole}
+        self.pace = dict.fromkeys(STAGES, 1.1)
         self.stepping = 0.0
         self.stepping = self._burst_on(1, folder / "timed")
         log = (self.whole / "run.log").read_text()
@@ -117,7 +121,7 @@ def signalled(
         f"{stage}: begins" not in _text(out / "run.log") or (within and not (out / "burst.h5").is_file())
     ):
         time.sleep(0.02)
-    delay = 1.1 * (made.stepping if within else made.durations[stage]) * generator.random()
+    delay = made.pace[stage] * (made.stepping if within else made.durations[stage]) * generator.random()
     time.sleep(delay)
     aim, aims = _aimed(process.pid, ranks, kind, generator)
     for one in aims:
@@ -141,7 +145,7 @@ def signalled(
     if wrong:
         return "wrong", wrong
     shutil.rmtree(out)
-    return "too late" if finished else "resumed from its checkpoint" if went_on else "resumed", wrong
+    return _LATE if finished else "resumed from its checkpoint" if went_on else "resumed", wrong
 
 
 def _resumed(verb: str, case: Path, out: Path, ranks: int, options: dict[str, Any]) -> tuple[int, str]:
@@ -161,14 +165,21 @@ def _text(path: Path) -> str:
 def attack(
     folder: Path, seed: int, trials: int, until: float, made: Reference, ranks: int = 1, plan: Sequence[str] = PLAN
 ) -> list[str]:
-    """Signals until the trials are done or the time (of the monotonic clock) is over; what went wrong."""
+    """Signals until the trials are done or the time (of the monotonic clock) is over; what went wrong.
+
+    One that came too late, which shows little, is sent once more, earlier; at most so often.
+    """
     generator, ends, wrong, done = random.Random(seed), Counter[Any](), [], 0
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(trials):
         if time.monotonic() > until:
             break
         stage = plan[number // len(SIGNALS) % len(plan)]
-        how, found = signalled(folder, number, generator, made, ranks, stage)
+        for _ in range(_TRIES):
+            how, found = signalled(folder, number, generator, made, ranks, stage)
+            made.pace[stage] = 0.8 * made.pace[stage] if how == _LATE else min(1.1, 1.1 * made.pace[stage])
+            if how != _LATE:
+                break
         ends[f"{SIGNALS[number % 3].name} in {stage}: {how}"] += 1
         wrong += found
         done += 1

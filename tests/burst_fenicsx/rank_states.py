@@ -16,7 +16,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx import simulation
-from burst_fenicsx.problem import Contact, Leakage, ShockInitiation
+from burst_fenicsx.problem import ContactSettings, Leakage, ShockInitiation
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -38,7 +38,7 @@ def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -
         leakage=Leakage(radius_ratio=1.1),
         quadrature="full" if "full" in options else "one_point",
         products="jwl" if "jwl" in options else "landau_cj",
-        contact=Contact(charge_casing="shared", surfaces=False) if "shared" in options else Contact(),
+        contact=ContactSettings(charge_casing="shared", surfaces=False) if "shared" in options else ContactSettings(),
     )
     rounds = [tube(name="left"), tube(name="right", position=(0.155 + GAP, 0.01, 0.0))]
     if "symmetry" in options:

@@ -17,7 +17,7 @@ from burst_fenicsx import simulation
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.charge import _inverse_cube_root
 from burst_fenicsx.meshing.placement import place, to_local
-from burst_fenicsx.problem import Contact, Leakage
+from burst_fenicsx.problem import ContactSettings, Leakage
 from burst_fenicsx.run_burst import simulate
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -43,7 +43,7 @@ def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature, interf
     Where charge and casing come apart and meet, each time within a step, the energy is known to a part of a spring's.
     """
     settings = replace(SETTINGS, products=products, quadrature=quadrature, end_time=40e-6, leakage=Leakage(True, 1.1))
-    settings = replace(settings, contact=Contact(charge_casing=interface))
+    settings = replace(settings, contact=ContactSettings(charge_casing=interface))
     going, _, _ = run(tmp_path, settings=settings)
     entries = going.ledger.entries
     given = np.array([entry.products_work for entry in entries])

@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.meshing import cell_volumes, merge
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import Contact, Hourglass, RigidPlane
+from burst_fenicsx.problem import ContactSettings, Hourglass, RigidPlane
 from tests.burst_fenicsx.bodies import BAR, QUIET, ball, bodies, energy, mean_velocity, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, grid
 from tests.burst_fenicsx.test_sliding import layered
@@ -27,7 +27,7 @@ def bars(lengths, counts, settings=BARE, speeds=(5.0, 0.0)):
     """Two square bars along x, lengths in cells, a hair apart, with sections of `counts` cells and speeds in m/s."""
     first = moved(box((lengths[0], *counts[0]), (lengths[0] * CELL, 0.02, 0.02)), (-lengths[0] * CELL, 0.0, 0.0))
     second = moved(box((lengths[1], *counts[1]), (lengths[1] * CELL, 0.02, 0.02)), (1e-6, 0.0, 0.0), 1)
-    changed = replace(settings, cell_size=CELL, contact=Contact(surface_friction_angle=0.0))
+    changed = replace(settings, cell_size=CELL, contact=ContactSettings(surface_friction_angle=0.0))
     return bodies([first, second], [(speed, 0.0, 0.0) for speed in speeds], changed, casing=BAR)
 
 
@@ -91,7 +91,7 @@ FRICTION = np.tan(np.radians(20.0))
 def test_a_block_slides_on_a_plane_until_friction_stops_it():
     """Distance v^2 / (2 tan(phi) g), heat m v^2 / 2; it starts with its weight on the springs."""
     ground = RigidPlane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-    settings = replace(QUIET, cell_size=0.01, planes=(ground,), contact=Contact(surfaces=False))
+    settings = replace(QUIET, cell_size=0.01, planes=(ground,), contact=ContactSettings(surfaces=False))
     block = box((4, 4, 2), (0.04, 0.04, 0.02))
     solver = sliding(settings, [block], [(5.0, 0, 0)], GRAVITY)
     solver.step()
@@ -136,7 +136,7 @@ def test_a_block_rests_where_friction_holds_it():
     turn = np.array([[np.cos(slope), 0, np.sin(slope)], [0, 1, 0], [-np.sin(slope), 0, np.cos(slope)]])
     block = box((3, 3, 2), (0.03, 0.03, 0.02))
     block = replace(block, nodes=block.nodes @ turn)
-    settings = replace(QUIET, cell_size=0.01, planes=(plane,), damping=2e4, contact=Contact(surfaces=False))
+    settings = replace(QUIET, cell_size=0.01, planes=(plane,), damping=2e4, contact=ContactSettings(surfaces=False))
     for angle, holds in ((20.0, True), (10.0, False)):
         changed = replace(settings, planes=(replace(plane, friction_angle=angle),))
         solver = sliding(changed, [block], [(0, 0, 0)], GRAVITY)

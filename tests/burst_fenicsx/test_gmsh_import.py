@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import resource
+
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Segment, load_profile
@@ -278,3 +282,73 @@ def test_cells_that_are_there_twice_are_refused(tmp_path, tube):
     path = write(tmp_path / "tube.msh", tube.nodes, twice)
     with pytest.raises(InputError, match=rf"tube.msh: {len(tube.cells)} hexahedra are there more than once"):
         read_gmsh(path)
+
+
+@pytest.mark.parametrize(
+    ("section", "old", "new"),
+    [
+        ("$Nodes", "{nodes}", "1000000000"),
+        ("$Nodes", "{nodes}", "99999999999999999999"),
+        ("$Elements", "{cells}", "-5"),
+        ("$PhysicalNames", "3", "1000000000"),
+    ],
+)
+def test_numbers_that_a_file_cannot_hold_are_refused_before_memory_is_taken(tmp_path, tube, section, old, new):
+    path = write_mesh(tmp_path / "tube.msh", tube)
+    old = old.format(nodes=len(tube.nodes), cells=len(tube.cells))
+    text = path.read_text()
+    assert f"{section}\n{old}\n" in text
+    path.write_text(text.replace(f"{section}\n{old}\n", f"{section}\n{new}\n"))
+    with pytest.raises(InputError, match=r"tube\.msh: (not a readable gmsh mesh \(.+\)|no hexahedra)"):
+        read_gmsh(path)
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 1 << 20, "kB"
+
+
+def test_a_node_number_of_billions_is_refused_before_memory_is_taken(tmp_path, tube):
+    """The reader makes a table as long as the largest number."""
+    path = write_mesh(tmp_path / "tube.msh", tube)
+    lines = path.read_text().splitlines()
+    last = lines.index("$Nodes") + 1 + len(tube.nodes)
+    lines[last] = " ".join(["2000000000", *lines[last].split()[1:]])
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"not a readable gmsh mesh \(it declares more than a file of its size can h"):
+        read_gmsh(path)
+
+
+@pytest.mark.slow
+def test_a_file_that_is_counted_for_days_is_refused_in_seconds(tmp_path, tube):
+    path = write_mesh(tmp_path / "tube.msh", tube)
+    with path.open("a") as file:
+        file.write('$NodeData\n1\n"x"\n999999999999999\n')
+    with pytest.raises(InputError, match=r"\(it takes longer to read than a file of its size may\)"):
+        read_gmsh(path)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(
+    changes=st.lists(
+        st.tuples(
+            st.floats(0.0, 1.0, exclude_max=True),
+            st.integers(0, 8),
+            st.sampled_from(["nan", "inf", "-2", "0", "1e300", "", "x", "99999999999999999999", "$Nodes", "5", "é"]),
+        ),
+        min_size=1,
+        max_size=3,
+    ),
+    head=st.booleans(),
+)
+def test_a_mesh_from_elsewhere_is_finite_or_refused(tmp_path_factory, tube, changes, head):
+    path = write_mesh(tmp_path_factory.mktemp("mesh") / "tube.msh", tube)
+    lines = path.read_text().splitlines()
+    for place, word, new in changes:
+        number = int(place * (14 if head else len(lines)))
+        words = lines[number].split() or [""]
+        words[word % len(words)] = new
+        lines[number] = " ".join(words)
+    path.write_text("\n".join(lines), encoding="utf-8")
+    said = ""
+    try:
+        assert np.isfinite(read_gmsh(path).nodes).all()
+    except InputError as error:
+        said = str(error)
+    assert said == "" or said.startswith(f"{path}: ")

@@ -73,19 +73,19 @@ def _signal_within(monkeypatch, owner, method, number, kind):
     monkeypatch.setattr(owner, method, call)
 
 
-@pytest.mark.parametrize("kind", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("kind", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
 def test_a_signal_in_the_middle_of_a_step_is_resumed_bitwise(whole, tmp_path, monkeypatch, kind, share):
     """Forces are added within a step, when positions and stresses belong to different times."""
     folder, steps = whole
-    usual = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    usual = signal.signal(kind, signal.default_int_handler)
     try:
         with monkeypatch.context() as patch:
             _signal_within(patch, BurstSolver, "check_cells", max(1, round(share * steps)), kind)
             with pytest.raises(KeyboardInterrupt):
                 _run(tmp_path)
     finally:
-        signal.signal(signal.SIGTERM, usual)
+        signal.signal(kind, usual)
     with h5py.File(tmp_path / "checkpoint.h5") as file:
         assert file.attrs["steps"] == max(1, round(share * steps))
     _run(tmp_path, resume=True)

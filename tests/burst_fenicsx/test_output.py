@@ -245,3 +245,25 @@ def test_quadrilaterals_of_a_meridian_are_read_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(grid.cell_connectivity.reshape(-1, 4), cells)
     np.testing.assert_allclose(grid.point_data["velocity"], 3.0 * points)
     assert grid.compute_cell_sizes()["Area"] == pytest.approx([4.0, 4.0])
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "quad"])
+def test_meshio_reads_the_series(tmp_path: Path, kind: str) -> None:
+    """Every output with its time, cells and fields, through meshio's reader of time series."""
+    meshio = pytest.importorskip("meshio")
+    points = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    cells = np.arange(8)[None, :] if kind == "hexahedron" else np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
+    part = np.arange(len(cells))
+    with TimeSeries(tmp_path / "burst", cells) as series:
+        series.write(0.0, points, {"velocity": points}, {"part": part})
+        series.write(2e-6, points, {"velocity": 3.0 * points}, {"part": part})
+    with meshio.xdmf.TimeSeriesReader(str(tmp_path / "burst.xdmf")) as reader:
+        found, blocks = reader.read_points_cells()
+        assert reader.num_steps == 2
+        time, at_points, at_cells = reader.read_data(1)
+    np.testing.assert_allclose(found, points)
+    assert [block.type for block in blocks] == [kind]
+    np.testing.assert_array_equal(blocks[0].data, cells)
+    assert time == 2e-6
+    np.testing.assert_allclose(at_points["velocity"], 3.0 * points)
+    np.testing.assert_array_equal(at_cells["part"][0], part)

@@ -18,7 +18,7 @@ from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.problem import Contact, Part, RigidPlane, Round
+from burst_fenicsx.problem import ContactSettings, Part, RigidPlane, Round
 from burst_fenicsx.records.passage import LARGEST_SHARE, Passage
 from burst_fenicsx.simulation import Simulation
 from fragfield.errors import exit_code_of
@@ -139,7 +139,7 @@ def test_the_mass_within_another_round_is_that_of_its_nodes(turn):
     # And the block's nodes within the bar: at y and z of 3 cells, at x of 0 (half a cell's mass), 1 and 2 cells.
     assert found.in_rounds[1] == pytest.approx(2.5 * CELL**3 * DENSITY)
     assert found.together == pytest.approx(found.in_rounds)
-    _, apart = passage_of(meshes, replace(settings, contact=Contact(surfaces=False)))
+    _, apart = passage_of(meshes, replace(settings, contact=ContactSettings(surfaces=False)))
     assert not apart.needed
 
 
@@ -150,7 +150,7 @@ def test_metal_that_has_gone_through_a_wall_into_the_charge_is_found():
     centre = block.nodes[block.cells].mean(axis=1)
     charge = centre[:, 0] > CELL
     block = replace(block, part=np.where(charge, Part.CHARGE, Part.CASING).astype(np.int32))
-    mesh_settings = replace(QUIET, cell_size=CELL, contact=Contact(charge_casing="shared"))
+    mesh_settings = replace(QUIET, cell_size=CELL, contact=ContactSettings(charge_casing="shared"))
     _, passage = passage_of([bar, block], mesh_settings)
     assert passage.look(0.0).in_rounds[0] == pytest.approx(4 * CELL**3 * DENSITY)
 

@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.mechanics.solver import Hold
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import Contact, Part
+from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.convert import burst_rounds, burst_settings
@@ -98,7 +98,7 @@ def load_at_break(solver, traction, rise):
 @pytest.mark.parametrize("strength", [5e6, 20e6])
 def test_the_bond_breaks_at_its_tensile_strength(strength):
     """Slow pull across the face: every spring carries the traction, so the first breaks at T (Eq. 15)."""
-    bond = Contact(tensile_strength=strength, cohesion=1e12)
+    bond = ContactSettings(tensile_strength=strength, cohesion=1e12)
     solver = pulled((0, 0, 1), 2.0 * strength, 8e-4, bond, lateral=True)
     assert load_at_break(solver, 2.0 * strength, 8e-4) == pytest.approx(strength, rel=0.02)
     assert np.isinf(load_at_break(pulled((0, 0, 1), 0.9 * strength, 8e-4, bond, lateral=True), 0.9 * strength, 8e-4))
@@ -106,7 +106,7 @@ def test_the_bond_breaks_at_its_tensile_strength(strength):
 
 def test_a_broken_bond_opens_without_force():
     """Torn off, the charge leaves for good: no force, no energy in the springs, and the energies balance."""
-    solver = pulled((0, 0, 1), 20e6, 1e-4, Contact(tensile_strength=5e6), damping=0.0)
+    solver = pulled((0, 0, 1), 20e6, 1e-4, ContactSettings(tensile_strength=5e6), damping=0.0)
     run_until(solver, 2e-4)
     charge, solid = (solver.fields.nodes.position[nodes, 2] for nodes in ends(solver))
     assert (charge - solid).min() > 1e-4
@@ -129,7 +129,7 @@ def test_pressed_and_sheared_it_slides_at_the_friction_limit():
     pressure, cohesion = 40e6, 5e6
     limit = cohesion + pressure * np.tan(np.radians(20.0))
     for factor, slides in ((0.7, False), (1.5, True)):
-        offset, broken = offset_under(pressure, factor * limit, Contact(cohesion=cohesion))
+        offset, broken = offset_under(pressure, factor * limit, ContactSettings(cohesion=cohesion))
         assert (offset > 1e-4) == slides
         assert broken == slides
 
@@ -137,13 +137,13 @@ def test_pressed_and_sheared_it_slides_at_the_friction_limit():
 def test_friction_holds_no_more_than_the_explosive_bears():
     """Where c + p tan(phi) exceeds the shear strength of the explosive (50 MPa), that strength is the limit."""
     for factor, slides in ((0.8, False), (1.3, True)):
-        offset, _ = offset_under(40e6, factor * TNT.shear_strength, Contact(cohesion=1e9))
+        offset, _ = offset_under(40e6, factor * TNT.shear_strength, ContactSettings(cohesion=1e9))
         assert (offset > 2e-4) == slides
 
 
 def test_an_unreacted_charge_that_is_dragged_slides_without_sinking_in():
     """Over several cells, from face to face and over the rim, it stays on top of the casing."""
-    solver = pulled((0.9, 0.0, -0.43589), 300e6, 5e-5, Contact(cohesion=0.0, tensile_strength=0.0), damping=0.0)
+    solver = pulled((0.9, 0.0, -0.43589), 300e6, 5e-5, ContactSettings(cohesion=0.0, tensile_strength=0.0), damping=0.0)
     deepest, farthest = 0.0, 0.0
     while solver.time < 1.9e-4:
         solver.step()
@@ -218,7 +218,7 @@ def test_gas_expands_along_a_rigid_wall_as_without_one():
 
     The gas slides over the wall by several cells. (Courant and Friedrichs 1948, section 40.)
     """
-    solver, in_gas = gas_column(1, 2, Contact(), held=True)
+    solver, in_gas = gas_column(1, 2, ContactSettings(), held=True)
     run_until(solver, 25e-6)
     sound = TNT.detonation_velocity * np.sqrt(3.0 * 27.0 / 256.0)
     fields = solver.fields
@@ -244,7 +244,7 @@ def test_gas_gives_a_strengthless_wall_no_tangential_momentum(layers):
     liquid = replace(ELASTIC, shear_strength=1e3, tensile_strength=1e3)
     bend = {}
     for kind in ("bonded", "shared"):
-        solver, _ = gas_column(layers, 4, Contact(charge_casing=kind), held=False, casing=liquid)
+        solver, _ = gas_column(layers, 4, ContactSettings(charge_casing=kind), held=False, casing=liquid)
         run_until(solver, 20e-6)
         mesh, nodes = solver.fields.mesh, solver.fields.nodes
         centre = solver.fields.start[mesh.dofmap].mean(axis=1)
@@ -273,7 +273,7 @@ def test_products_leave_the_wall_of_a_closed_round_nowhere(tmp_path):
 def test_a_tube_with_open_ends_is_a_little_slower_than_with_shared_nodes(tmp_path):
     """A tube to 60 us: up to 3 % below the speed with shared nodes, since gas slides out of the open ends."""
     found = {}
-    for name, contact in (("shared", Contact(charge_casing="shared")), ("sliding", Contact())):
+    for name, contact in (("shared", ContactSettings(charge_casing="shared")), ("sliding", ContactSettings())):
         folder = tmp_path / name
         folder.mkdir()
         settings = replace(SETTINGS, cell_size=6e-3, end_time=60e-6, contact=contact)
@@ -291,7 +291,7 @@ def test_a_tube_with_open_ends_is_a_little_slower_than_with_shared_nodes(tmp_pat
 
 def test_a_bond_that_breaks_turns_its_stored_slip_into_heat():
     """Sheared and pulled at once: what a tangential spring held at the break is the heat of that step."""
-    solver = pulled((0.6, 0.0, 0.8), 60e6, 2e-4, Contact(tensile_strength=10e6, cohesion=1e12), damping=0.0)
+    solver = pulled((0.6, 0.0, 0.8), 60e6, 2e-4, ContactSettings(tensile_strength=10e6, cohesion=1e12), damping=0.0)
     contacts = solver.contact.interface.contacts
     own, found = contacts.contact, 0
     while solver.time < 2e-4:
@@ -309,4 +309,4 @@ def test_the_bond_gives_way_by_the_law_of_mohr_and_coulomb(factor, broken):
     """A little below c + p tan(phi) it holds, a little above it does not; friction is three quarters of the limit."""
     pressure, cohesion = 40e6, 5e6
     limit = cohesion + pressure * np.tan(np.radians(20.0))
-    assert offset_under(pressure, factor * limit, Contact(cohesion=cohesion))[1] == broken
+    assert offset_under(pressure, factor * limit, ContactSettings(cohesion=cohesion))[1] == broken

@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.problem import Contact, Leakage, RigidPlane
+from burst_fenicsx.problem import ContactSettings, Leakage, RigidPlane
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -94,7 +94,7 @@ def test_a_neighbour_that_is_in_the_way_lessens_the_venting(pair, tmp_path):
 
 def test_without_contact_of_surfaces_rounds_do_not_feel_each_other(pair, tmp_path, caplog):
     _, rounds, _ = pair
-    apart = replace(SHORT, contact=Contact(surfaces=False))
+    apart = replace(SHORT, contact=ContactSettings(surfaces=False))
     _, free, _ = burst(tmp_path, [left(), right()], apart)
     assert "as if each stood alone" in caplog.text
     assert free["left"]["mean_initial_speed"] > 1.01 * rounds["left"]["mean_initial_speed"]

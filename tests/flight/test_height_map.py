@@ -249,6 +249,10 @@ def test_geotiff_messages(tmp_path, monkeypatch) -> None:
         (ASCII.replace("nrows", "rows"), "line 2: unknown key 'rows'; did you mean 'nrows'"),
         (ASCII.replace("8", "eight"), "the heights are not all numbers"),
         (ASCII.replace("1000", "far"), "line 3: xllcorner is 'far', needed: a number"),
+        (ASCII.replace("nrows 3", "nrows nan"), "nrows is nan, needed: a finite number"),
+        (ASCII.replace("nrows 3", "nrows inf"), "nrows is inf, needed: a finite number"),
+        (ASCII.replace("nrows 3", "nrows -2"), "nrows is -2, needed: a whole number from 2 to 200000000"),
+        (ASCII.replace("cellsize 10", "cellsize inf"), "cellsize is inf, needed: a finite number"),
     ],
 )
 def test_ascii_messages(tmp_path, text: str, message: str) -> None:
@@ -256,6 +260,27 @@ def test_ascii_messages(tmp_path, text: str, message: str) -> None:
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         HeightMap.read(path)
+
+
+def test_a_geotiff_that_is_cut_or_flipped_is_finite_or_refused(tmp_path) -> None:
+    path = tmp_path / "hill.tif"
+    write_geotiff(path, np.arange(1.0, 13.0, dtype=np.float32).reshape(3, 4), *PROJECTED, *AREA)
+    whole, draw, refused = path.read_bytes(), np.random.default_rng(18), 0
+    for trial in range(600):
+        data = bytearray(whole)
+        for place in draw.integers(len(data), size=draw.integers(1, 4)):
+            data[place] = draw.integers(256)
+        path.write_bytes(data[: draw.integers(len(data))] if trial % 5 == 0 else data)
+        said = f"{path}: "
+        try:
+            grid = HeightMap.read(path)
+            assert np.isfinite(grid.heights).all()
+            assert np.isfinite([*grid.corner, *grid.step]).all()
+        except InputError as error:
+            said = str(error)
+            refused += 1
+        assert said.startswith(f"{path}: ")
+    assert 200 < refused < 500
 
 
 def test_more_messages(tmp_path) -> None:

@@ -49,7 +49,6 @@ fracture_energy = "147000.0 J/m^2"
 sampler = "quantile"
 
 [flight]
-wind = ["0.0 m/s", "0.0 m/s", "0.0 m/s"]
 drag = "shell_fragment_tp12"
 
 [flight.air]
@@ -75,10 +74,15 @@ name = "TNT"
 density = "1630.0 kg/m^3"
 detonation_velocity = "6940.0 m/s"
 heat_of_detonation = "4520000.0 J/kg"
+sound_speed = "2570.0 m/s"
 
 [round.casing]
 name = "shell steel"
 density = "7850.0 kg/m^3"
+elastic_modulus = "200000000000.0 Pa"
+poisson_ratio = 0.3
+shear_strength = "224000000.0 Pa"
+tensile_strength = "448000000.0 Pa"
 
 """
 

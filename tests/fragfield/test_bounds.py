@@ -146,3 +146,32 @@ def test_what_is_unusual_is_said_by_check(tmp_path):
     said = " ".join(done.stdout.split())
     assert "break_up.prefactor = 100: unusual; usual: 1 to 20" in said
     assert "hazard.energy = 1e+06 J: unusual; usual: 1 to 100000 J" in said
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("title = ", 'title = "a\\u001b]0;x\\u0007"\n#', "title: found the control character U+001B; allowed: text"),
+        ('name = "tube"', 'name = "a\\u202eb"', "round[1].name: found the control character U+202E; allowed: text"),
+        ("seed = 1", '"se\\u009bed" = 1', "se\\x9bed: found the control character U+009B; allowed: text"),
+        ("seed = 1", f"{'.'.join('a' * 5000)} = 1", "a: found tables nested deeper; allowed: 30 levels"),
+    ],
+)
+def test_texts_that_command_a_terminal_and_keys_without_end_are_refused(old, new, words, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(SHORT.replace(old, new, 1))
+    done = invoke("check", path)
+    assert done.exit_code == 2, done.stderr
+    assert f"{path}: {words}" in done.stderr
+
+
+def test_a_setting_nested_without_end_is_refused(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(SHORT)
+    for setting in (
+        f"{'.'.join('a' * 5000)}=1",
+        f"seed={{{'.'.join('a' * 5000)}=1}}",
+        f"seed={'[' * 5000}{']' * 5000}",
+    ):
+        done = invoke("check", path, "--set", setting)
+        assert done.exit_code == 2, done.stderr[-500:]

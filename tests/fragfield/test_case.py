@@ -79,7 +79,7 @@ def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
         (problem.Explosive, ExplosiveTable, set()),
         (problem.JonesWilkinsLee, JwlTable, set()),
         (problem.CasingMaterial, CasingTable, set()),
-        (problem.Contact, ContactTable, set()),
+        (problem.ContactSettings, ContactTable, set()),
         (problem.ShockInitiation, InitiationTable, set()),
         # The first two by the case as a whole; a library's caller gives the tilt, a case has one.
         (BreakUpSettings, BreakUpTable, {"shape_factor", "random_turn", "tilt"}),

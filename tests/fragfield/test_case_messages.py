@@ -20,6 +20,10 @@ from tests.fragfield.case_documents import CASE, a_round, changed, changed_burst
         (changed_burst({"products": "jvl"}), ['found "jvl" (did you mean "jwl"?)', '"landau_cj"']),
         (changed_burst({"time_step": {"cfl": 1.5}}), ["burst.time_step.cfl: found 1.5", "less than 1"]),
         (changed_burst({"time_step": {"cfl": "0.8"}}), ['found "0.8"; allowed: a number without unit']),
+        (
+            changed(break_up={"dimension": 2**63}),
+            ["break_up.dimension: found 9223372036854775808; allowed: a whole number of at most 19 digits"],
+        ),
         (changed_burst({"leakage": 3}), ["burst.leakage: found 3; allowed: a table"]),
         (changed(burst={}), ["burst.cell_size: missing", "a length"]),
         ({"round": CASE["round"]}, ["burst: missing"]),

@@ -13,7 +13,7 @@ import pytest
 
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.meshing import mesh_profile, mesh_round
-from burst_fenicsx.problem import Contact, RigidPlane, ShockInitiation
+from burst_fenicsx.problem import ContactSettings, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
 from fragfield.case.convert import burst_rounds, burst_settings
 from fragfield.case.load import case_from_document
@@ -240,10 +240,12 @@ def test_a_round_from_a_mesh_file_is_seen_too(tmp_path):
 
 
 def test_contact_reaches_the_burst_and_its_defaults_are_the_stages():
-    assert burst_settings(_case()).contact == Contact()
+    assert burst_settings(_case()).contact == ContactSettings()
     contact = {"charge_casing": "shared", "cohesion": "4 MPa", "tensile_strength": "0 Pa", "friction_angle": "25 deg",
                "surfaces": False, "surface_friction_angle": "0 deg"}  # fmt: skip
-    assert burst_settings(_case(burst={"contact": contact})).contact == Contact("shared", 4e6, 0.0, 25.0, False, 0.0)
+    assert burst_settings(_case(burst={"contact": contact})).contact == ContactSettings(
+        "shared", 4e6, 0.0, 25.0, False, 0.0
+    )
 
 
 @pytest.mark.parametrize(

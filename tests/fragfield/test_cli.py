@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import fragfield
+from fragfield.case import Case, load_case, plain
 from fragfield.cli import app
 from fragfield.errors import exit_code_of
 
@@ -220,13 +223,51 @@ def test_check_for_people_shows_the_case_and_the_numbers():
     done = _invoke("check", ROOT / "cases" / "tube.toml")
     assert done.exit_code == 0
     for part in (
-        'cell_size = "0.006 m"',
         "charge ratio C/M",
         "Gurney speed, Eq. 23",
         "smallest scaled Jacobian",
         "expected: about",
     ):
         assert part in done.stdout
+    assert "cell_size" not in done.stdout, "the case itself is shown by --resolved"
+    assert len(done.stdout.splitlines()) < 60
+    assert not re.search(r"\d{9}", done.stdout)
+
+
+def test_check_shows_the_resolved_case_where_asked():
+    """In everyday units, which a case file takes: read again it is the same case, to ten digits."""
+    done = _invoke("check", ROOT / "cases" / "m107_tnt.toml", "--resolved")
+    assert done.exit_code == 0
+    text = done.stdout.partition("\nthe case as resolved:\n")[2]
+    for part in ('cell_size = "6 mm"', 'friction_angle = "20 deg"', 'tilt = "2 deg"', 'cohesion = "5 MPa"'):
+        assert part in text
+    assert not re.search(r"\d{12}", text)
+    again = flat(plain(Case.model_validate(tomllib.loads(text))))
+    for key, value in flat(plain(load_case(ROOT / "cases" / "m107_tnt.toml"))).items():
+        assert again[key] == (pytest.approx(value, rel=1e-9) if isinstance(value, float) else value), key
+
+
+def flat(tables, key=()):
+    """Values by their dotted keys."""
+    pairs = tables.items() if isinstance(tables, dict) else enumerate(tables)
+    found = {}
+    for name, value in pairs:
+        found |= flat(value, (*key, name)) if isinstance(value, (dict, list)) else {(*key, name): value}
+    return found
+
+
+@pytest.mark.parametrize(("radius", "warned"), [("9.5 m", False), ("11 m", True), ("25 m", True), ("32 m", False)])
+def test_a_witness_ring_that_cuts_a_barricade_is_warned_of(radius, warned, tmp_path):
+    """The foot of a bank, 24 m long and from y = 9.5 to 27.5 m, lies 9.5 to 30.0 m from the ring's centre."""
+    text = (ROOT / "cases" / "tube.toml").read_text().replace('radius = "25 ft"', f'radius = "{radius}"')
+    bank = (
+        '[[obstacle]]\nname = "bank"\nkind = "barricade"\nstart = ["-12 m", "18.5 m"]\nend = ["12 m", "18.5 m"]\n'
+        'height = "4 m"\ncrest_width = "2 m"\nslope = 2.0\n'
+    )
+    path = tmp_path / "case.toml"
+    path.write_text(f"{text}\n{bank}")
+    warnings = json.loads(_invoke("check", path, "--json").stdout)["warnings"]
+    assert any('cuts barricade "bank"' in line for line in warnings) == warned, warnings
 
 
 @pytest.mark.parametrize(

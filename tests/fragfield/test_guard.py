@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+import shlex
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import typer
 
 from fragfield import errors, pipeline
+from fragfield.cli.guard import guarded
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
@@ -34,6 +37,23 @@ def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
     assert "_broken" in log.read_text()
     assert log.stat().st_mode & 0o777 == 0o600
     log.unlink()
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (IndexError("the third law"), "fragfield: rank 3: fault of the program: IndexError: the third law; "),
+        (errors.InputError("mine.toml: no such case file"), ""),  # which the first rank reports
+    ],
+)
+def test_a_fault_of_another_rank_is_reported(error, words, monkeypatch, capsys):
+    monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "3")
+    with pytest.raises(typer.Exit) as ended, guarded(json=False, quiet=True):
+        raise error
+    assert ended.value.exit_code == exit_code_of(error)
+    said = capsys.readouterr().err
+    assert said.startswith(words)
+    assert bool(said) == bool(words)
 
 
 def test_a_fault_of_a_run_is_in_its_log(tmp_path, monkeypatch):
@@ -62,24 +82,64 @@ def test_every_error_has_a_code_and_words(error, code, words):
     assert words in message_of(error)
 
 
-def test_a_full_standard_output_is_no_traceback():
-    with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            command("--version"), stdout=full, stderr=subprocess.PIPE, text=True, env=environment(), check=False
-        )
-    assert done.returncode != 0
+def _shell(line, *arguments, **variables):
+    """A command in a shell, `$FF` for the program; its exit code stands in the file `code` where it is in a pipe."""
+    known = {**environment(), "FF": shlex.join(command()), **variables}
+    return subprocess.run(
+        ["bash", "-c", line, "bash", *map(str, arguments)], capture_output=True, text=True, env=known, check=False
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "words"),
+    [
+        ("$FF --version >/dev/full", 2, "fragfield: standard output: No space left on device\n"),
+        ("$FF check $1 >/dev/full", 2, "fragfield: standard output: cannot be written: No space left on device\n"),
+        (
+            "$FF check $1 --json >/dev/full",
+            2,
+            "fragfield: standard output: cannot be written: No space left on device\n",
+        ),
+        ("$FF check none --json >/dev/full", 2, "fragfield: none: no such case file\n"),
+        ("$FF check none 2>/dev/full", 2, ""),
+        ("$FF check $1 >&-", 0, None),
+        ("$FF check $1 <&- >&- 2>&-", 0, ""),
+        ("$FF check none <&- >&- 2>&-", 2, ""),
+        ("($FF check $1; echo $? >$2) | head -1 >/dev/null; exit $(cat $2)", 2, None),
+        ("($FF --help; echo $? >$2) | true; exit $(cat $2)", 2, ""),
+        ("(ulimit -n 40; $FF check $1)", 2, "fragfield: found ulimit -n 40 (open files); allowed: at least 64\n"),
+        ("(ulimit -Sn 40; $FF check $1 --quiet)", 0, ""),
+        ("LC_ALL=C PYTHONUTF8=0 PYTHONCOERCECLOCALE=0 $FF check $1", 0, None),
+    ],
+)
+def test_standard_streams_and_limits_that_fail_are_one_message_and_no_traceback(line, code, words, tmp_path):
+    (tmp_path / "mine.toml").write_text(SHORT.replace("Steel tube", "Rohr 😀"), encoding="utf-8")
+    done = _shell(line, tmp_path / "mine.toml", tmp_path / "code")
+    assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
+    assert words is None or done.stderr == words
 
 
-def test_a_reader_that_goes_away_is_no_traceback(tmp_path):
-    (tmp_path / "mine.toml").write_text(SHORT)
-    shell = " ".join([*command("check", tmp_path / "mine.toml"), "| true"])
-    done = subprocess.run(shell, shell=True, capture_output=True, text=True, env=environment(), check=False)
-    assert "Traceback" not in done.stderr
-    assert sys.executable in shell
+def test_a_closed_standard_stream_gives_its_number_to_no_file(tmp_path):
+    """What a library prints would go into the file."""
+    script = (
+        "import os, sys\n"
+        "from fragfield.cli.streams import prepare_process\n"
+        "prepare_process()\n"
+        "file = open(sys.argv[1], 'w')\n"
+        "os.write(1, b'of a library'); os.write(2, b'of a library')\n"
+        "sys.stdout.write('x'); sys.stderr.write('y')\n"
+        "sys.exit(0 if file.fileno() > 2 else 1)\n"
+    )
+    known = {**environment(), "SCRIPT": script, "PY": sys.executable}
+    done = subprocess.run(
+        ["bash", "-c", '"$PY" -c "$SCRIPT" "$1" <&- >&- 2>&-', "bash", str(tmp_path / "file")], env=known, check=False
+    )
+    assert done.returncode == 0
+    assert (tmp_path / "file").read_text() == ""
 
 
-@pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT"])
+@pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT", "SIGHUP"])
 def test_a_signal_after_the_work_changes_nothing(kind):
     """Python takes its handlers back while it ends: then a signal would end the process with another code."""
     script = (
@@ -107,3 +167,19 @@ def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(mon
     assert exit_code_of(ImportError("initialization failed")) == 130
     assert message_of(ImportError("initialization failed")).startswith("interrupted; what was written stays")
     assert exit_code_of(errors.InputError("mine")) == 2
+
+
+def test_what_libraries_log_is_no_message_of_a_command():
+    """Python itself shows it where no handler is; tifffile reports its troubles with a broken file so."""
+    script = (
+        "import logging\n"
+        "from fragfield.logs import to_stderr\n"
+        "with to_stderr(quiet=False):\n"
+        "    logging.getLogger('tifffile').error('of a library')\n"
+        "    logging.getLogger('fragfield.some').warning('of ours')\n"
+        "logging.getLogger('tifffile').error('afterwards')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.stderr == "warning: of ours\nafterwards\n"

@@ -29,8 +29,11 @@ PROBE = """<script>
     // A wide table may scroll in its own frame; nothing else may stick out of the page.
     const out = [...document.querySelectorAll("main *")].filter(
       e => !e.closest(".scroll, pre") && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.tagName);
-    parent.document.title = JSON.stringify({seen, out, wide: root.scrollWidth - root.clientWidth, width: innerWidth,
-                                            source: images[0].currentSrc.length});
+    const cut = [...document.querySelectorAll(".scroll")].filter(e => e.scrollWidth > e.clientWidth + 1);
+    const tables = cut.map(e => e.querySelector("caption").textContent);
+    parent.document.title = JSON.stringify({
+      seen, out, tables, wide: root.scrollWidth - root.clientWidth, width: innerWidth,
+      source: images[0].currentSrc.length});
   });</script></body>"""
 
 
@@ -56,6 +59,7 @@ def test_every_figure_is_drawn_without_sideways_scrolling(run, tmp_path, width):
     assert found["seen"] == [True] * len(FIGURES)
     assert found["wide"] == 0
     assert found["out"] == []
+    assert found["tables"] == [], "tables that are cut at the edge"
     assert script_errors(done) == []
     chosen = re.search(r'srcset="([^"]+)"' if width < 620 else r'<img src="([^"]+)"', html)
     assert chosen is not None
@@ -97,6 +101,9 @@ def test_interactive_view_draws_offline(run, tmp_path, name):
         run / name, tmp_path, "--window-size=900,700", "--virtual-time-budget=8000", f"--screenshot={picture}"
     )  # fmt: skip
     assert script_errors(done) == []
+    text = (run / name).read_text(encoding="utf-8")
+    assert "/vtk-js/icon/" not in text, "icons are not asked from the network"
+    assert "Content-Security-Policy" in text.partition("<script")[0]
     scene = imread(picture)[140:520, :, :3]  # between the heading and the colour bar
     coloured = (np.ptp(scene, axis=2) > 0.1).mean()
     assert coloured > 0.02, f"{name}: only {coloured:.1%} of the view is coloured"

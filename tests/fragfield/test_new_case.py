@@ -52,6 +52,24 @@ def test_a_new_stack_has_its_rounds(stack, rounds, tmp_path):
 
 
 @pytest.mark.parametrize("stack", STACKS)
+def test_a_lying_round_lies_on_the_ground(stack, tmp_path):
+    """Its axis is horizontal, its lowest line touches z = 0, and copies lie side by side."""
+    path = _new(tmp_path, "--lying", *(["--stack", stack] if stack else []))
+    done = _invoke("check", path, "--cell-size", "12 mm", "--json")
+    assert done.exit_code == 0, done.stderr
+    found = json.loads(done.stdout)
+    rounds = found["arrangement"]["rounds"]
+    radius, length = (0.5 * found["rounds"][0]["outer_diameter"], found["rounds"][0]["length"])
+    assert all(one["axis"] == [0.0, 1.0, 0.0] for one in rounds)
+    assert min(one["position"][2] for one in rounds) == pytest.approx(radius, abs=1e-3)
+    assert min(one["position"][2] for one in rounds) >= radius
+    if stack is None:
+        assert rounds[0]["position"][1] == pytest.approx(-0.5 * length)
+    else:
+        assert found["arrangement"]["min_clearance"]["clearance"] == pytest.approx(0.0217, abs=1e-6)
+
+
+@pytest.mark.parametrize("stack", STACKS)
 def test_every_default_that_is_shown_is_the_default(stack, tmp_path):
     """With every # before a default taken away the case is the same."""
     options = ["--all", *(["--stack", stack] if stack else [])]

@@ -11,7 +11,8 @@ from types import SimpleNamespace
 import pytest
 
 from fragfield.logs import logged, to_stderr
-from fragfield.progress import ProgressReporter, duration
+from fragfield.progress import COMPILING, ProgressReporter, duration
+from fragfield.recent_rate import RecentRate
 
 BURST = SimpleNamespace(
     time=30e-6, end_time=120e-6, step=250, steps_per_second=40.0, cell_steps_per_second=1.4e6, time_step=1e-7,
@@ -43,9 +44,12 @@ def test_other_ranks_and_quiet_runs_show_nothing(monkeypatch, capsys):
 
 def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys):
     _as_terminal(monkeypatch)
+    clock = iter([0.0, 2.0, 10.0])
+    monkeypatch.setattr("fragfield.progress.perf_counter", lambda: next(clock))
     with ProgressReporter(enabled=True) as reporter:
         reporter.stage("burst")
-        reporter.burst(BURST)
+        reporter.burst(SimpleNamespace(**{**vars(BURST), "time": 29.1e-6}))
+        reporter.burst(BURST)  # 0.9 us in 2 s, 90 us left
         time.sleep(0.4)  # the line is drawn four times a second
         reporter.stage("fly")
         reporter.flight(SimpleNamespace(done=500, total=2000, wall_seconds=0.5, seconds_left=1.5))
@@ -56,6 +60,36 @@ def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys
     for part in ("30.00 of 120 us", "step 250", "1.40 M cell-steps/s", "3 min 20 s left", "500 of 2000 fragments"):
         assert part in shown.err
     assert "\x1b[?25h" in shown.err, "the cursor is shown again"
+
+
+def test_the_time_left_is_that_of_the_last_seconds():
+    """A pause longer than the window leaves no trace: 5 a second before and after 100 s in which kernels compiled."""
+    rate = RecentRate(window=20.0, minimum=1.0)
+    assert rate.add(0.0, 0.0) is None
+    assert rate.add(0.5, 2.5) is None, "too short to say"
+    assert rate.add(2.0, 10.0) == 5.0
+    assert rate.add(102.0, 10.0) is None, "not 713 h for the rest"
+    assert rate.add(104.0, 20.0) == 5.0
+
+
+def test_a_run_says_that_it_compiles(monkeypatch):
+    """Numba's own events: a kernel that is compiled is announced once, whatever it calls, and the stage goes on."""
+    import numba
+
+    found = []
+    with ProgressReporter(enabled=False, follow=found.append) as reporter:
+        reporter.stage("burst")
+        reporter.burst(BURST)
+        inner = numba.njit(lambda x: x + 1.0)
+        assert numba.njit(lambda x: 2.0 * inner(x))(1.0) == 4.0
+        reporter.burst(BURST)
+    details = [one.detail for one in found]
+    assert details.count(COMPILING) == 1
+    at = details.index(COMPILING)
+    assert found[at].seconds_left is None
+    assert found[at + 1] == found[at - 1], "what was said before stands again"
+    numba.njit(lambda x: x - 1.0)(1.0)
+    assert len(found) == len(details), "nothing is watched after the run"
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])

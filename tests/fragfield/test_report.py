@@ -29,9 +29,10 @@ FIGURES = [
     "distance_by_azimuth",
 ]  # fmt: skip
 SECTIONS = [
-    "summary", "warnings", "inputs", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "convergence",
-    "tables", "validation", "provenance", "use", "signatures",
+    "summary", "warnings", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "convergence", "tables",
+    "validation", "provenance", "use", "signatures", "inputs",
 ]  # fmt: skip
+OF_PAIR = [*SECTIONS[:2], "arrangement", *SECTIONS[2:]]
 VIEWS = [] if interactive_fault() or offscreen_fault() else ["view_burst.html", "view_fragments.html"]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}
 
@@ -100,9 +101,9 @@ def card(page: Page, label: str) -> str:
 
 def test_page_is_well_formed_and_in_order(page):
     assert page.open == []
-    assert [attributes["id"] for attributes in page.all("section")] == SECTIONS
+    assert [attributes["id"] for attributes in page.all("section")] == OF_PAIR
     links = {str(attributes["href"]) for attributes in page.all("a")}
-    assert links == {f"#{key}" for key in SECTIONS} | set(VIEWS)
+    assert links == {f"#{key}" for key in OF_PAIR} | set(VIEWS)
 
 
 @pytest.mark.skipif(not VIEWS, reason=str(interactive_fault()))
@@ -155,7 +156,7 @@ def test_numbers_are_those_of_the_summary(page, summary):
     assert card(page, "Distance of the expected density") == str(math.ceil(hazard["distance"]))
     assert card(page, "Largest throw") == str(math.ceil(hazard["largest_throw"]))
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
-    assert card(page, "Single events, 5 to 95 %") == f"{low:,.0f}\u00a0–\u00a0{high:,.0f}"
+    assert card(page, "Single events, 5 to 95 %") == f"{math.ceil(low):,}\u00a0–\u00a0{math.ceil(high):,}"
     assert card(page, "Mean initial speed") == f"{burst['mean_initial_speed']:,.0f}"
     assert card(page, "Largest initial speed") == f"{burst['max_initial_speed']:,.0f}"
     assert card(page, "Hazardous fragments") == f"{round(flight['hazardous_fragments']):,}"
@@ -269,13 +270,49 @@ def test_page_of_a_part_says_so(tmp_path):
 
 
 def test_flight_of_fragments_from_elsewhere(tmp_path):
+    """Nothing of a burst is said to be missing, and nothing is stated of one."""
     folder = write_run(tmp_path / "run")
     for name in ("burst_snapshot.h5", "burst.xdmf", "burst.h5"):
         (folder / name).unlink()
+    found = json.loads((folder / "summary.json").read_text())
+    del found["burst"], found["break_up"]
+    found["flight"]["fragments_file"] = "arena_test.csv"
+    (folder / "summary.json").write_text(json.dumps(found))
     keys, names, words = outline(folder)
-    assert keys == SECTIONS
-    assert names == FIGURES[4:]
-    assert "Not yet run: burst." in words
+    assert keys == [key for key in SECTIONS if key not in ("mesh", "ledger", "burst", "convergence")]
+    assert names == [name for name in FIGURES[4:] if name != "directions"]
+    assert "Computed for the fragments of arena_test.csv; no burst was computed." in words
+    said = words.partition("case.toml, as resolved")[0].partition("Validation cases")[0]
+    for false in ("Not yet run", "prescribed burn", "Every round is assumed", "leakage", "random break-up", "handed"):
+        assert false not in said, false
+
+
+def test_statements_are_of_the_case_at_hand(tmp_path):
+    """One round on open ground, and two beside a barricade, on the same files."""
+    folder = write_run(tmp_path / "run")
+    _, _, alone = outline(folder)
+    assert "nothing stops them: the case has no walls, barricades or buildings" in alone
+    assert "Casings of neighbouring rounds" not in alone
+    case = (folder / "case.toml").read_text()
+    bank = (
+        '[[obstacle]]\nname = "bank"\nkind = "barricade"\nstart = ["-9 m", "12 m"]\nend = ["9 m", "12 m"]\n'
+        'height = "3 m"\n[[plane]]\nname = "middle"\nkind = "symmetry"\nnormal = [1.0, 0.0, 0.0]\n'
+        'point = ["-1 m", "0 m", "0 m"]\n'
+    )
+    (folder / "case.toml").write_text(f"{case}\n{bank}", encoding="utf-8")
+    _, _, beside = outline(folder)
+    assert "only what the case has stops them: barricade “bank”" in beside
+    assert "nothing stops them" not in beside
+    assert "Casings of neighbouring rounds" in beside
+
+
+def test_results_come_before_inputs(page):
+    """The annex of inputs is the last section; the first table of numbers stands on the first page."""
+    assert page.text.index("Density by distance") < page.text.rindex("Mesh and its quality")
+    assert page.text.rindex("Signatures") < page.text.rindex("Annex: inputs as resolved")
+    assert "`" not in page.text.partition("case.toml, as resolved")[0]
+    results = page.text.partition("Files of the run")[0]  # whose checksums may look like numbers
+    assert not re.search(r"\d[eE][+-]?\d", results)
 
 
 def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):

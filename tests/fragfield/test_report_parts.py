@@ -8,11 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fragfield.case import Case
+from fragfield.case.quantities import Measured
+from fragfield.certainty import margin_metres, metres, metres_and_error, whole_metres
+from fragfield.report.document import code_words
 from fragfield.report.findings import findings
+from fragfield.report.inputs import input_tables
 from fragfield.report.landings import landings
 from fragfield.report.laws import number_above, segment_laws
 from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
-from fragfield.report.quantities import UNKNOWN, from_case, number, row, si_value
+from fragfield.report.quantities import UNKNOWN, number, of_case, row
 from fragfield.report.run_files import RunFiles
 
 UNIT_CUBE = np.array(
@@ -49,18 +54,66 @@ def test_practical_values_stand_beside_si(value, unit, shown, si):
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
-        ("0.006 m", "6 mm"), ("4520000.0 J/kg", "4.52 MJ/kg"), ("155 mm shell", "155 mm shell"), ("mott", "mott"),
-        (True, "yes"), (0.75, "0.75"), (["0.0 m", "0.1085 m"], "0 m, 108.5 mm"), ([[0, 1], [2, 3]], "(0, 1), (2, 3)"),
-        (2, "2"), ("1.225 kg/m^3", "1.225 kg/m³"),
+        (Measured(0.006, "m"), "6 mm"), (Measured(4.52e6, "J/kg"), "4.52 MJ/kg"), ("6 mm", "6 mm"), ("mott", "mott"),
+        (True, "yes"), (0.75, "0.75"), ([Measured(0.0, "m"), Measured(0.1085, "m")], "0 m, 108.5 mm"),
+        ([[0, 1], [2, 3]], "(0, 1), (2, 3)"), (2, "2"), (Measured(1.225, "kg/m^3"), "1.225 kg/m³"),
     ],
 )  # fmt: skip
-def test_values_of_the_case_are_read(value, shown):
-    assert from_case("x", value).value.replace("\u00a0", " ") == shown
+def test_values_of_the_case_have_their_units(value, shown):
+    assert of_case("x", value).value.replace("\u00a0", " ") == shown
 
 
-def test_si_value_of_a_resolved_case():
-    assert si_value("79.0 J", 1.0) == 79.0
-    assert si_value(None, 5.0) == 5.0
+def inputs(document: dict, **summary: object) -> list[str]:
+    """Names of the rows of the annex of inputs, by table."""
+    run = RunFiles(Path("x"), case=Case.model_validate(document), summary=dict(summary))
+    return [f"{table.title}: {one.name}" for table in input_tables(run) for one in table.rows]
+
+
+def test_inputs_that_take_no_part_are_not_listed():
+    """Each choice lists the keys that it reads, and not those of the other."""
+    calm, windy = inputs({}), inputs({"flight": {"wind": {"speed": "5 m/s"}}})
+    assert not any("wind" in line for line in calm)
+    assert "Flight: wind · speed" in windy
+    assert "Flight: wind · exponent" not in windy
+    assert "Flight: wind · exponent" in inputs({"flight": {"wind": {"speed": "5 m/s", "model": "power_law"}}})
+    assert "Flight: integrator · step" not in calm
+    assert "Flight: integrator · step" in inputs({"flight": {"integrator": {"method": "fixed"}}})
+    assert "Flight: ground · surface" in inputs({"flight": {"ground": {"bounce": True}}})
+    assert "Flight: ground · surface" not in calm
+    assert "Break up: graded m0" not in calm
+    assert "Break up: graded m0" in inputs({"break_up": {"sampler": "graded"}})
+    assert "Break up: fracture stress" in inputs({"break_up": {"mean_mass": "mott_1947"}})
+    assert "Break up: prefactor" not in inputs({"break_up": {"mean_mass": "14.9 g"}})
+    assert not any(line.startswith("Document") for line in calm)
+    assert "Document: number" in inputs({"document": {"number": "R-1"}})
+
+
+def test_fragments_of_a_file_list_no_burst():
+    document = {"burst": {"cell_size": "6 mm"}, "witness": [{"name": "ring", "radius": "7 m"}]}
+    assert "Burst: cell size" in inputs(document)
+    of_file = inputs(document, flight={"fragments_file": "arena.csv"})
+    assert not any(line.startswith(("Burst", "Break up", "Round")) for line in of_file)
+    assert "Witness “ring”: radius" in of_file
+
+
+def test_backticks_become_code_and_nothing_else_becomes_markup():
+    assert code_words("set `hazard.tolerance` <b>") == "set <code>hazard.tolerance</code> &lt;b&gt;"
+    assert code_words("one ` alone") == "one ` alone"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(333.2, "334"), (334.0, "334"), (334.0 + 1e-12, "334"), (1234.1, "1,235"), (None, "–")]
+)
+def test_a_distance_is_rounded_up_everywhere(value, text):
+    assert whole_metres(value) == text
+    if value is not None:
+        assert metres(value) == f"{text} m"
+        assert metres_and_error(value, 1.94) == f"{text} ± 1.9"
+
+
+@pytest.mark.parametrize(("value", "text"), [(12.9, "+12"), (-0.1, "−1"), (-12.2, "−13"), (None, "–")])
+def test_a_margin_is_rounded_down(value, text):
+    assert margin_metres(value) == text
 
 
 def test_scaled_jacobian_of_known_cells():
@@ -89,12 +142,12 @@ def test_law_of_a_mixture():
     assert number_above(law, np.array([0.028])) == pytest.approx([expected])
 
 
-def reported(part: str, log: str = "", witness: list | None = None, **values: object) -> list[tuple[str, str]]:
-    """Findings of a run of which only a part of the summary and the log are known."""
-    summary: dict = {part: values}
+def reported(part: str, witness: list | None = None, records: list | None = None, **values: object) -> list:
+    """Weight and text of the findings of a run of which only a part of the summary is known."""
+    summary: dict = {part: values, "findings": records}
     if witness is not None:
         summary["witness"] = witness
-    run = RunFiles(Path("x"), case={"burst": {"cell_size": "0.006 m"}}, summary=summary, log=log)
+    run = RunFiles(Path("x"), case=Case.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 
@@ -116,6 +169,7 @@ def hazard(**changes) -> dict:
         ("burst", {"products_balance": 1.22}, "warning", "more than the charges hold"),
         ("burst", {"products_balance": 0.97}, "good", "97 % of the charges' heat"),
         ("burst", {"lost_cells": 3, "cells": 1000}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
+        ("burst", {"lost_cells": 1, "cells": 1000}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
         ("burst", {"lost_cells": 30, "cells": 1000}, "stop", "30 of 1,000 cells were lost"),
         ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
         ("burst", {"max_penetration": 6e-4}, "warning", "overlap by up to 10.0 % of a cell"),
@@ -177,12 +231,17 @@ def test_gravest_finding_comes_first():
     assert weights[0] == "stop"
 
 
-def test_warnings_of_the_log_are_reported_once():
-    line = "2026-01-01 10:00:00,000 WARNING burst_fenicsx.meshing: the wall is thin\n"
-    flight = "2026-01-01 10:00:00,000 WARNING py.warnings: /x/y.py:12: FlightWarning: drag sphere: 3 of 9 fragments flew above Mach 5\n"  # noqa: E501
-    info = "2026-01-01 10:00:00,000 INFO    fragfield.stages: burst: begins\n"
-    texts = [text for _, text in reported("burst", log=line + line + flight + info) if "run.log" in text]
-    assert texts == ["The wall is thin (from run.log)"]
+def test_recorded_warnings_are_reported_but_for_those_judged_from_numbers():
+    wall = {"stage": "burst", "code": "other", "severity": "warning", "text": "the wall is thin"}
+    drag = {
+        "stage": "fly",
+        "code": "drag_table",
+        "severity": "warning",
+        "text": "drag sphere: 3 of 9 flew above Mach 5",
+    }
+    texts = [text for weight, text in reported("burst", records=[wall, {**wall, "stage": "fly"}, drag])]
+    assert texts.count("The wall is thin.") == 1
+    assert not any("Mach" in text for text in texts)
 
 
 def test_directions_that_follow_the_cells_are_distinguished_from_random_scatter():
@@ -218,7 +277,7 @@ def test_the_map_of_landings_has_north_of_the_site_where_y_is():
     rows["azimuth"], rows["distance"] = [0.0, 90.0, 210.0, 45.0], [100.0, 50.0, 20.0, 10.0]
     rows["status"], rows["energy"] = Status.LANDED, [100.0, 10.0, 79.0, 200.0]
     rows["status"][3] = Status.TIME_OUT
-    run = RunFiles(Path("x"), case={"hazard": {"energy": "79.0 J"}}, summary={}, landing=rows)
+    run = RunFiles(Path("x"), case=Case.model_validate({"hazard": {"energy": "79.0 J"}}), summary={}, landing=rows)
     found = landings(run)
     assert found.x == pytest.approx([100.0, 0.0, -20.0 * math.sqrt(0.75)], abs=1e-9)
     assert found.y == pytest.approx([0.0, 50.0, -10.0], abs=1e-9)

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from fragfield.case import Case
 from fragfield.report.blocks import Findings, Rows, Table
 from fragfield.report.burst_figures import speed_along_round
 from fragfield.report.drawing import drawing_style
@@ -58,12 +59,15 @@ def pallet(tmp_path_factory):
     return changed(write_run(tmp_path_factory.mktemp("stack") / "run", rounds=8), change)
 
 
+ROUND = {"profile": "tube", "explosive": "tnt", "casing": "steel_paper"}
+
+
 def plain(text):
     return text.replace("\u00a0", " ").replace("\u202f", " ").replace("\u2212", "-")
 
 
 def test_the_arrangement_names_every_place(pallet):
-    found = table(blocks(pallet)["inputs"], "Arrangement")
+    found = table(blocks(pallet)["arrangement"], "Arrangement")
     assert [line[0] for line in found.lines] == [f"round {letter}" for letter in "ABCDEFGH"]
     x = [float(plain(line[1])) for line in found.lines]
     assert x == pytest.approx([190.0 * (k - 3.5) for k in range(8)])
@@ -72,18 +76,19 @@ def test_the_arrangement_names_every_place(pallet):
 
 def test_ignition_and_initiation_are_reported_in_words():
     rounds = [
-        {"name": "a", "position": ["0.1 m", "0.0 m", "1.0 m"], "axis": [0.0, 0.0, 1.0],
+        {**ROUND, "name": "a", "position": ["0.1 m", "0.0 m", "1.0 m"],
          "ignition": [{"station": "0.1 m", "delay": "3e-06 s"}, {"station": "0.2 m", "delay": "0.0 s"}]},
-        {"name": "b", "position": ["0.1 m", "0.0 m", "1.0 m"], "axis": [0.0, 0.0, 1.0], "ignition": [],
+        {**ROUND, "name": "b", "position": ["0.1 m", "0.0 m", "1.0 m"], "ignition": [],
          "initiation": {"pressure": "5e9 Pa", "duration": "2e-07 s"}},
     ]  # fmt: skip
-    run = RunFiles(None, case={"round": rounds})
+    run = RunFiles(None, case=Case.model_validate({"round": rounds}))
     from fragfield.report.round_tables import arrangement_table
 
     (found,) = arrangement_table(run)
     assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]
     assert found.lines[0][1:5] == ("100", "0", "1,000", "0, 0, 1")
-    assert not list(arrangement_table(RunFiles(None, case={"round": rounds[:1]}))), "one round stands in its own table"
+    alone = RunFiles(None, case=Case.model_validate({"round": rounds[:1]}))
+    assert not list(arrangement_table(alone)), "one round stands in its own table"
 
 
 IGNITION = {
@@ -121,9 +126,10 @@ def test_a_round_that_was_never_initiated_is_warned_of_once_and_one_initiated_by
 def test_rounds_of_one_kind_are_written_once(pallet):
     titles = [block.title for block in input_tables(read_run(pallet))]
     assert [title for title in titles if title.startswith("Round")] == ["Rounds “round A” … “round H”, 8 alike"]
-    rounds = [{"name": "a", "explosive": "x"}, {"name": "b", "explosive": "y"}, {"name": "c", "explosive": "x"}]
-    titles = [block.title for block in input_tables(RunFiles(None, case={"round": rounds}))]
-    assert titles == ["Rounds “a”, “c”", "Round “b”"]
+    rounds = [{**ROUND, "name": name, "explosive": fill} for name, fill in (("a", "x"), ("b", "y"), ("c", "x"))]
+    case = Case.model_validate({"burst": {"cell_size": "10 mm"}, "round": rounds})
+    titles = [block.title for block in input_tables(RunFiles(None, case=case))]
+    assert [title for title in titles if title.startswith("Round")] == ["Rounds “a”, “c”", "Round “b”"]
 
 
 def test_every_round_has_its_line_with_the_products_balance(pallet):
@@ -191,8 +197,11 @@ def test_long_stacks_stay_short(pallet):
         assert len(figure.axes[0].get_legend().get_texts()) == 8, "the means alone, no pair of lines for each"
 
 
-def reported(case=None, log="", **burst):
-    run = RunFiles(None, case={"burst": {"cell_size": "0.01 m"}, **(case or {})}, summary={"burst": burst}, log=log)
+def reported(case=None, records=(), **burst):
+    tables = {"burst": {"cell_size": "0.01 m"}, **(case or {})}
+    tables["round"] = [{**ROUND, **one} for one in tables.get("round", ())]
+    summary = {"burst": burst, "findings": list(records)}
+    run = RunFiles(None, case=Case.model_validate(tables), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 
@@ -228,7 +237,7 @@ def test_findings_follow_contact(contact, weight, words):
 def test_findings_report_what_has_passed_through(passed, weight, words):
     keys = ("largest_beyond_planes", "largest_in_other_rounds", "largest_together")
     burst = {"casing_mass": 10.0, "passed_through": dict(zip(keys, passed, strict=True))}
-    for case in ({"plane": [{"name": "ground"}]}, {"round": [{"name": "a"}, {"name": "b"}]}):
+    for case in ({"plane": [{"name": "ground", "kind": "ground"}]}, {"round": [{"name": "a"}, {"name": "b"}]}):
         found = reported(case, **burst)
         assert [one for one, text in found if words in text] == [weight], found
     assert not any("passed through" in text for _, text in reported({"round": [{"name": "a"}]}, **burst))
@@ -241,11 +250,9 @@ def test_nothing_is_said_of_contact_where_nothing_touched():
 
 def test_rounds_without_contact_are_reported_once():
     case = {"round": [{"name": "a"}, {"name": "b"}], "burst": {"cell_size": "0.01 m", "contact": {"surfaces": False}}}
-    log = (
-        "2026-01-01 10:00:00,000 WARNING burst_fenicsx.simulation: 2 rounds are computed as if each stood alone: "
-        "contact of surfaces is switched off\n"
-    )
-    alone = [text for _, text in reported(case, log) if "alone" in text]
+    text = "2 rounds are computed as if each stood alone: contact of surfaces is switched off"
+    record = {"stage": "burst", "code": "rounds_alone", "severity": "warning", "text": text}
+    alone = [text for _, text in reported(case, [record]) if "alone" in text]
     assert len(alone) == 1
     assert alone[0].startswith("Contact of surfaces is switched off")
     case["burst"]["contact"]["surfaces"] = True

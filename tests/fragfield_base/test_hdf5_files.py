@@ -21,7 +21,7 @@ import pytest
 from fragfield_base.hdf5_files import JOURNAL, appending, creating, reading
 from fragfield_base.interruption import Interruption
 from fragfield_base.seal import BLOCK
-from fragfield_base.writing import DRAFT
+from fragfield_base.writing import DRAFT, append_text_file
 from tests.faults import at_every_call, failing_call, limited_file_size
 from tests.fragfield.short_run import environment
 
@@ -320,6 +320,23 @@ def test_no_file_is_written_through_a_link(tmp_path):
     with pytest.raises(RefusedError, match=r"b.h5: is a symbolic link"):
         _append(tmp_path / "b.h5", 1)
     assert target.read_text() == "keep me"
+
+
+def test_no_copy_by_hard_links_is_changed_in_place(tmp_path):
+    path, copy = tmp_path / "a.h5", tmp_path / "copy.h5"
+    _create(path)
+    copy.hardlink_to(path)
+    before = copy.read_bytes()
+    with pytest.raises(
+        RefusedError, match=r"a.h5: has 2 names \(hard links\), and all of them would change; put a copy"
+    ):
+        _append(path, 1)
+    with pytest.raises(RefusedError, match=r"a.h5: has 2 names"):
+        append_text_file(path, RefusedError, fresh=False)
+    _create(path)  # a new file takes the name alone
+    assert copy.read_bytes() == before
+    _append(path, 1)
+    assert _states(path) == 2
 
 
 def test_a_pipe_and_a_folder_are_refused_at_once(tmp_path):

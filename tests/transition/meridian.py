@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
+from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION
 from tests.transition.synthetic import COLUMNS, STEEL, TNT
 from transition.meridian import ring_volumes
-from transition.snapshot import FORMAT_NAME, FORMAT_VERSION, Snapshot
+from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -65,7 +66,7 @@ class Meridian:
         speed = np.linalg.norm(velocity[cells].mean(axis=1), axis=1)
         with h5py.File(path, "w") as file:
             file.attrs.update(
-                {"format": FORMAT_NAME, "format_version": FORMAT_VERSION, "time": 1.2e-4, "geometry": "axisymmetric"}
+                {"format": FORMAT, "format_version": FORMAT_VERSION, "time": 1.2e-4, "geometry": "axisymmetric"}
                 | attributes
             )
             file["nodes/reference"] = flat @ plane + self.position

@@ -9,9 +9,10 @@ import numpy as np
 from burst_fenicsx.meshing import cell_volumes, mesh_profile
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, layer_stations
 from burst_fenicsx.problem import Part
+from fragfield_base.burst_snapshot import SegmentRecord
 from tests.transition.synthetic import STEEL, TNT
 from transition.meridian import ring_volumes
-from transition.snapshot import RoundData, SegmentData, Snapshot
+from transition.snapshot import RoundData, Snapshot
 
 if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
@@ -89,7 +90,7 @@ def _snapshot(profile, reference, position, speed, cells, part, segment, mass, g
         charge = (part == Part.CHARGE) & (station >= item.start) & (station < item.end)
         section = profile.section(np.linspace(item.start, item.end, 41))
         segments.append(
-            SegmentData(
+            SegmentRecord(
                 item.name, item.kind, item.start, item.end, float(section.outer_radius.mean()),
                 float(section.wall.mean()), float(section.charge_radius.mean()), float(mass[own].sum()),
                 float(mass[charge].sum()), float(mass[own] @ cell_speed[own] / mass[own].sum()), np.nan, np.nan,

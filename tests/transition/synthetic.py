@@ -8,25 +8,14 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from transition.snapshot import FORMAT_NAME, FORMAT_VERSION, Snapshot
+from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION, SEGMENTS
+from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
 STEEL, TNT = 7850.0, 1630.0
-COLUMNS = (
-    "start",
-    "end",
-    "outer_radius",
-    "wall_thickness",
-    "charge_radius",
-    "casing_mass",
-    "charge_mass",
-    "speed",
-    "rupture_radius",
-    "rupture_wall",
-)
 
 
 def radial(places: np.ndarray) -> np.ndarray:
@@ -77,7 +66,7 @@ class Tube:
         position = reference * [self.stretch, self.stretch, 1.0] @ self.rotation.T
         velocity = self.velocity(position @ self.rotation) @ self.rotation.T
         with h5py.File(path, "w") as file:
-            file.attrs.update({"format": FORMAT_NAME, "format_version": FORMAT_VERSION, "time": 1.2e-4, **attributes})
+            file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "time": 1.2e-4, **attributes})
             for name, data in (("reference", reference), ("position", position), ("velocity", velocity)):
                 file[f"nodes/{name}"] = data
             file["cells/nodes"] = cells
@@ -123,8 +112,7 @@ class Tube:
         return nodes, np.column_stack([number(i + a, j + b, k + c) for a, b, c in corners])
 
     def _segments(self, group, mine, part, segment, station, mass, speed) -> None:
-        text = h5py.string_dtype()
-        table = np.empty(len(self.kinds), dtype=[("name", text), ("kind", text), *((c, "f8") for c in COLUMNS)])
+        table = np.empty(len(self.kinds), dtype=SEGMENTS)
         edges = [0.0, *self.ends, self.length]
         for index, kind in enumerate(self.kinds):
             steel = mine & (part == 0) & (segment == index)

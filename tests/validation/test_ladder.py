@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
@@ -106,11 +107,26 @@ def test_the_tables_of_the_readmes_are_written(monkeypatch, tmp_path, capsys):
     full.write_text("<!-- begin one -->\n<!-- end one -->\n", encoding="utf-8")
     monkeypatch.setattr(ladder, "LADDER", full)
     monkeypatch.setattr(ladder, "read_record", dict)
-    insert = ladder.insert_tables
-    monkeypatch.setattr(ladder, "insert_tables", lambda tables, path=front: insert(tables, path))
+    monkeypatch.setattr(ladder, "README", front)
     rows = [_row(True), within("one", "n", 3.0, 0.0, 2.0, "own")]
     _run(monkeypatch, tmp_path, ["--readme"], {"one": lambda *_: rows})
     capsys.readouterr()
     assert "| `one` | 2 | 1 | n +1 |" in front.read_text(encoding="utf-8")
     assert "| speed | 101 m/s | 100 m/s | +1.0 % | 2 % | passed | book |" in full.read_text(encoding="utf-8")
-    assert "| n | 3 | 2 | +1 | in range | MISSED | own |" in rows_table(rows)
+    assert "| n | 3 | 2 | +1 | 0 to 2 | MISSED | own |" in rows_table(rows)
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "cells"),
+    [
+        (1.5, 0.0, 2.0, "1.5 | - | - | 0 to 2 | passed"),
+        (0.0, 0.0, 0.0, "0 | - | - | 0 | passed"),
+        (9.0, 5.0, math.inf, "9 | - | - | 5 or more | passed"),
+        (-1.0, -math.inf, 2.0, "-1 | - | - | 2 or less | passed"),
+        (2.5, 0.0, 2.0, "2.5 | 2 | +0.5 | 0 to 2 | MISSED"),
+    ],
+)
+def test_a_value_is_never_its_own_reference(value, low, high, cells):
+    row = within("one", "n", value, low, high, "own")
+    assert f"| n | {cells} | own |" in rows_table([row])
+    assert json.dumps(row.as_dict(), allow_nan=False)

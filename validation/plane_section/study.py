@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.gurney import gurney_constant, gurney_speed
+from transition.mean_mass import gurney_speed
 from validation.plane_section.check import (
     NAME,
     REFERENCE,
@@ -127,4 +127,4 @@ def _gurney(folder: Path) -> float:
 
     explosive = burst_rounds(load_case(folder / "case.toml"))[0].explosive
     burst = _burst(folder)
-    return gurney_speed(gurney_constant(explosive), burst["charge_mass"] / burst["casing_mass"])
+    return gurney_speed(explosive.detonation_velocity, burst["charge_mass"] / burst["casing_mass"])

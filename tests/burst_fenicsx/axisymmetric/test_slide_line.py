@@ -14,7 +14,7 @@ from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.sliding import SlideLaw
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import Contact, Part
+from burst_fenicsx.problem import ContactSettings, Part
 from tests.burst_fenicsx.axisymmetric.meridians import HeldSolver, meridian, named, ring_burst, whole_steps
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import STEEL as TUBE
@@ -142,7 +142,7 @@ def gas_tube(held, density=7850.0):
         station=mesh.station[keep],
     )  # fmt: skip
     mesh = split_charges(named(mesh, part))
-    settings = whole_steps(QUIET, cell_size=cell, contact=Contact())
+    settings = whole_steps(QUIET, cell_size=cell, contact=ContactSettings())
     casing = replace(TUBE, density=density)
     solver = ring_burst(mesh, settings, casing=casing, solver=HeldSolver)
     fields, start = solver.fields, solver.fields.start

@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
 from burst_fenicsx.plane_section.passage import SectionPassage
 from burst_fenicsx.plane_section.surfaces import section_surfaces
-from burst_fenicsx.problem import Contact, RigidPlane, Round
+from burst_fenicsx.problem import ContactSettings, RigidPlane, Round
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
 from tests.burst_fenicsx.plane_section.sections import blocks, section_burst
 from tests.burst_fenicsx.plane_section.test_plane_mesh import tube_section
@@ -20,7 +20,7 @@ from tests.burst_fenicsx.plane_section.test_plane_mesh import tube_section
 pytestmark = pytest.mark.dolfinx
 
 SIZE = 2e-3
-TOUCHING = replace(BARE, cell_size=SIZE, contact=Contact(surfaces=True, surface_friction_angle=0.0))
+TOUCHING = replace(BARE, cell_size=SIZE, contact=ContactSettings(surfaces=True, surface_friction_angle=0.0))
 
 
 def two_blocks(gap, offset=0.37, settings=TOUCHING, **options):
@@ -92,7 +92,7 @@ def test_a_node_in_an_edge_is_pushed_by_the_lever_rule():
 @pytest.mark.parametrize("friction", [0.0, 20.0])
 def test_two_blocks_collide_and_part_with_momentum_and_energy_kept(friction):
     """At 200 m/s against each other, askew: momentum to 1e-12, the ledger to 1 %, and they part again."""
-    settings = replace(TOUCHING, contact=Contact(surfaces=True, surface_friction_angle=friction))
+    settings = replace(TOUCHING, contact=ContactSettings(surfaces=True, surface_friction_angle=friction))
     solver = two_blocks(0.05 * SIZE, settings=settings)
     fields = solver.fields
     of_node = np.zeros(len(fields.mass), dtype=int)

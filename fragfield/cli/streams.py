@@ -1,0 +1,77 @@
+"""What a command stands on before it begins: open standard streams that take any text, and room for open files."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+import typer
+
+from fragfield.errors import EXIT_INPUT, InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["prepare_process", "silence", "to_stdout"]
+
+_FEWEST_FILES, _MANY_FILES = 64, 1024
+
+
+def prepare_process() -> None:
+    """Open what is closed, let no letter fail, and take as many open files as are allowed.
+
+    Raises
+    ------
+    InputError
+        Fewer files may be open than MPI needs, which would end the process by itself.
+    """
+    # A file that is opened while a standard stream is closed would get its number, and what libraries write there.
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+    sys.stdout = sys.stdout or os.fdopen(os.dup(1), "w", encoding="utf-8")
+    sys.stderr = sys.stderr or os.fdopen(os.dup(2), "w", encoding="utf-8")
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # names of a case in a terminal that knows ASCII alone
+    _take_files()
+
+
+def _take_files() -> None:
+    try:
+        import resource
+    except ModuleNotFoundError:  # not a system of this kind
+        return
+    soft, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft == resource.RLIM_INFINITY or soft >= _MANY_FILES:
+        return
+    wanted = _MANY_FILES if most == resource.RLIM_INFINITY else min(_MANY_FILES, most)
+    with suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, most))
+        soft = wanted
+    if soft < _FEWEST_FILES:
+        raise InputError(f"found ulimit -n {soft} (open files); allowed: at least {_FEWEST_FILES}")
+
+
+def silence() -> None:
+    """Let what is still to be written to standard output go nowhere: whoever read it has gone, or its disk is full."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def to_stdout() -> Iterator[None]:
+    """Write a result; raises InputError where it cannot be written, and ends without a word where nobody reads it."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        silence()
+        raise typer.Exit(EXIT_INPUT) from None
+    except OSError as error:
+        silence()
+        raise InputError(f"standard output: cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,357 @@
+"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and two beside each other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.certainty import metres
+from fragfield.errors import InputError, NotDeterminedError, nearest
+from fragfield.interface.case import Case
+from fragfield.interface.results import Run
+from fragfield.interface.results import open as open_run
+from fragfield.interface.tables import Table
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["Comparison", "Sweep", "Uncertainty", "compare_runs", "run_sweep", "run_uncertainty"]
+
+
+@dataclass(frozen=True, repr=False)
+class Sweep:
+    """The runs of a sweep.
+
+    Attributes
+    ----------
+    path : Path
+        Holds a run directory for each run, sweep.csv and sweep.json.
+    found : dict
+        As `fragfield sweep --json` prints it: `keys`, `exit_code`, and `runs` with `name`, `directory`, `values`,
+        `state`, `message` and `results` each.
+    """
+
+    path: Path
+    found: dict[str, Any]
+
+    @property
+    def runs(self) -> list[Run]:
+        """The runs that are done, in the order of the values."""
+        return [open_run(one["directory"]) for one in self.found["runs"] if one["state"] in ("done", "kept")]
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """By the name of each run that failed: why."""
+        return {one["name"]: str(one["message"]) for one in self.found["runs"] if one["state"] == "failed"}
+
+    @property
+    def table(self) -> Table:
+        """A row a run: its name, the values of the keys, its state, and its results in SI (NaN where there is none)."""
+        return _table("sweep", [_row(one) for one in self.found["runs"]])
+
+    def __repr__(self) -> str:
+        return f"<fragfield.Sweep {str(self.path)!r}: {len(self.found['runs'])} runs, {len(self.failures)} failed>"
+
+    def __str__(self) -> str:
+        keys = ", ".join(self.found["keys"])
+        lines = [f"{len(self.found['runs'])} runs over {keys}, in {self.path}"]
+        lines += [f"  {name} failed: {message}" for name, message in self.failures.items()]
+        return "\n".join(lines)
+
+
+def run_sweep(
+    case: Case | str | os.PathLike[str],
+    values: Mapping[str, Sequence[Any]] | Sequence[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    stage: str = "run",
+    threads: int | None = None,
+    jobs: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    progress: bool = True,
+) -> Sweep:
+    """Compute a case for every combination of values, side by side.
+
+    Parameters
+    ----------
+    case : Case or path
+        A case file, or a case, which is written beside `out` first.
+    values : mapping from key to sequence, or sequence of str
+        `{"burst.cell_size": ["8 mm", "6 mm"]}`, or texts as the command line takes them.
+    out : path, optional
+        Folder of the runs; left out: runs/NAME_sweep. A case made in Python needs one.
+    stage : "run" or "burst"
+        Burst, break-up and flight, or the burst alone.
+    threads, jobs : int, optional
+        Threads of a run (default 1), and runs at one time (default: all cores).
+    resume, overwrite : bool
+        Keep finished runs and go on with begun ones; replace runs of another case.
+    scheduler : str, optional
+        Address of a dask scheduler, whose workers make the runs.
+    progress : bool
+        Lines on stderr while runs end.
+
+    Returns
+    -------
+    Sweep
+        A run that fails is recorded in it and raises nothing.
+
+    Raises
+    ------
+    InputError
+        A key or a value is not allowed, or the folder holds runs of another case.
+    """
+    from fragfield import sweep
+
+    folder, file = _folder(case, out, "sweep")
+    options = sweep.SweepOptions(folder, stage, threads, resume, overwrite, not progress, jobs, scheduler)
+    settings = values if not hasattr(values, "items") else [_setting(key, each) for key, each in values.items()]
+    found = sweep.run_sweep(sweep.plan_sweep(_written(case, file), list(settings)), options)
+    return Sweep(folder, found)
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """One run divided by another.
+
+    Attributes
+    ----------
+    found : dict
+        As `fragfield compare --json` prints it: `casing`, `distances`, `witness`, `by_distance`, `by_zone`, `places`,
+        `differences`, `notes`.
+    """
+
+    found: dict[str, Any]
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables that there are rows for."""
+        return tuple(name for name, rows in self._rows().items() if rows)
+
+    def table(self, name: str) -> Table:
+        """One table, ratios with their standard errors; raises InputError for a name that there is not."""
+        rows = self._rows()
+        if name not in rows or not rows[name]:
+            raise InputError(
+                f"comparison: found no table {name!r}{nearest(name, self.tables)}; allowed: {', '.join(self.tables)}"
+            )
+        return _table(name, rows[name])
+
+    def write(self, folder: str | os.PathLike[str]) -> Path:
+        """Write comparison.json, the tables as CSV files and comparison.png into a folder."""
+        from fragfield.compare import write_comparison
+
+        write_comparison(self.found, Path(folder))
+        return Path(folder)
+
+    def _rows(self) -> dict[str, list[dict[str, Any]]]:
+        from fragfield.compare.files import azimuth_rows, flat_row
+
+        rows = {name: self.found[name] for name in ("casing", "distances", "by_distance", "by_zone", "places")}
+        rows["by_azimuth"] = list(azimuth_rows(self.found["witness"]))
+        return {name: [flat_row(row) for row in each] for name, each in rows.items()}
+
+    def __repr__(self) -> str:
+        one, other = (self.found[key]["directory"] for key in ("run", "reference"))
+        return f"<fragfield.Comparison {one!r} over {other!r}>"
+
+    def __str__(self) -> str:
+        lines = [f"{self.found['run']['directory']} over {self.found['reference']['directory']}"]
+        lines += [
+            f"  {row.get('quantity') or row.get('label')}: {row['ratio']:.3g}"
+            for row in [*self.found["casing"], *self.found["distances"]]
+            if row["ratio"] is not None
+        ]
+        return "\n".join(lines)
+
+
+def compare_runs(
+    run: Run | str | os.PathLike[str],
+    reference: Run | str | os.PathLike[str],
+    *,
+    sector: float | None = None,
+    all_round: bool = False,
+) -> Comparison:
+    """Divide what a run gave by what a reference run gave, a pair by its single round.
+
+    Parameters
+    ----------
+    run, reference : Run or path
+        Runs with the same witness surfaces.
+    sector : float, optional
+        Width of the azimuth sectors (degrees); left out: 15, or as the runs have them.
+    all_round : bool
+        Divide hits by the reference's mean over all azimuths.
+
+    Raises
+    ------
+    InputError
+        A directory is no run, the witness surfaces differ, or the sector is not possible.
+    """
+    from fragfield import compare
+
+    folders = [one.path if isinstance(one, Run) else Path(one) for one in (run, reference)]
+    return Comparison(compare.compare_runs(*folders, sector=sector, all_round=all_round))
+
+
+@dataclass(frozen=True, repr=False)
+class Uncertainty:
+    """What uncertain inputs do to the hazard distance.
+
+    Attributes
+    ----------
+    path : Path
+        Holds uncertainty.html, uncertainty.json, samples.csv and the nominal run.
+    found : dict
+        As `fragfield uncertainty --json` prints it: `design`, `states`, `inputs`, `distance`, `budget`, `exposed`.
+    """
+
+    path: Path
+    found: dict[str, Any]
+
+    @property
+    def signed(self) -> float:
+        """Distance to be signed (m): median and all contributions; raises NotDeterminedError where there is none."""
+        if not self.found["distance"]:
+            reason = self.found["states"].get("reason", "no sample gave a distance")
+            raise NotDeterminedError(f"the distance over the inputs is not determined: {reason}")
+        return float(self.found["budget"]["signed"])
+
+    @property
+    def spread(self) -> tuple[float, float, float]:
+        """Distance (m) at 5, 50 and 95 % of the inputs' distribution; NaN where there is none."""
+        found = (self.found["distance"] or {}).get("spread") or {}
+        low, median, high = (float(found.get(key, math.nan)) for key in ("low", "median", "high"))
+        return low, median, high
+
+    @property
+    def effects(self) -> Table:
+        """A row an input: its share of the distance's variance in total and alone, with standard errors."""
+        return _table("effects", (self.found["distance"] or {}).get("indices") or [])
+
+    def __repr__(self) -> str:
+        return f"<fragfield.Uncertainty {str(self.path)!r}: {self.found['design']['samples']} samples>"
+
+    def __str__(self) -> str:
+        if not self.found["distance"]:
+            return f"no distance over the inputs, see {self.path}"
+        low, median, high = (metres(value) for value in self.spread)
+        return (
+            f"distance to be signed: {metres(self.signed)}\n"
+            f"  over the inputs: 5 % {low}, median {median}, 95 % {high}, {self.found['design']['samples']} samples"
+        )
+
+
+def run_uncertainty(
+    case: Case | str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    samples: int | None = None,
+    method: str | None = None,
+    seed: int | None = None,
+    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
+    cell_size: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: bool = True,
+) -> Uncertainty:
+    """Sample the uncertain inputs of a case.
+
+    Parameters
+    ----------
+    case : Case or path
+        A case file, a run directory, which then is the nominal run, or a case, which is written beside `out` first.
+    out : path, optional
+        Folder of the study; left out: runs/NAME_uncertainty. A case made in Python needs one.
+    samples, method, seed : optional
+        In place of those of `[uncertainty]`: number, "latin_hypercube" or "sobol", seed of points and samples.
+    set, cell_size
+        Values that replace those of the case, see `Case.from_toml`.
+    workers : int, optional
+        Samples at one time; left out: all cores.
+    scheduler : str, optional
+        Address of a dask scheduler, whose workers make the samples.
+    resume, overwrite : bool
+        Go on with the study in the folder, or replace it.
+    progress : bool
+        Lines on stderr while samples are made.
+
+    Returns
+    -------
+    Uncertainty
+        Samples that fail are counted in it and raise nothing.
+
+    Raises
+    ------
+    InputError, NumericalStop
+        The case or the folder is at fault, or the nominal run stopped.
+    """
+    from fragfield.interface.running import request_of
+    from fragfield.uncertainty import StudyOptions, run_study
+
+    folder, file = _folder(case, out, "uncertainty")
+    options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, not progress)
+    if hasattr(set, "items") and not isinstance(case, Case):
+        case = Case.from_toml(case, set=set, cell_size=cell_size)
+        set, cell_size = (), None  # noqa: A001
+    request = request_of(_written(case, file), cell_size=cell_size, set=set, progress=progress)
+    return Uncertainty(folder, run_study(request, options))
+
+
+def _folder(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None, what: str) -> tuple[Path, Path]:
+    """The folder of the results, and where a case made in Python is written."""
+    if out is None:
+        path = case.path if isinstance(case, Case) else Path(case)
+        if path is None:
+            raise InputError(f'out: missing; a case made in Python needs a folder, such as out="runs/first_{what}"')
+        out = Path("runs") / f"{path.resolve().stem}_{what}"
+    folder = Path(out)
+    return folder, folder.with_name(f"{folder.name}.toml")
+
+
+def _written(case: Case | str | os.PathLike[str], file: Path) -> Path:
+    """The file of a case; one made in Python is written."""
+    if not isinstance(case, Case):
+        return Path(case)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    case.write(file)
+    return file
+
+
+def _setting(key: str, values: Sequence[Any]) -> str:
+    """Values of a key as the command line takes them."""
+    from fragfield.case.write import toml_value
+
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise InputError(f"{key}: found {values!r}; needed: a list of its values, such as [{values!r}]")
+    return f"{key}={','.join(toml_value(value) for value in values)}"
+
+
+def _row(run: Mapping[str, Any]) -> dict[str, Any]:
+    results = {key: value for key, value in (run["results"] or {}).items() if not isinstance(value, (dict, list))}
+    return {"name": run["name"], **run["values"], "state": run["state"], **results}
+
+
+def _table(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Rows of texts and numbers as columns; numbers that are not there are NaN."""
+    import numpy as np
+
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    columns = {}
+    for key in keys:
+        values = [row.get(key) for row in rows]
+        known = [value for value in values if value is not None]
+        numbers = bool(known) and all(isinstance(value, (int, float)) for value in known)
+        columns[key] = np.array(
+            [math.nan if value is None else value for value in values]
+            if numbers
+            else ["" if value is None else str(value) for value in values]
+        )
+    return Table(name, columns)

@@ -1,0 +1,113 @@
+"""Sweeps, comparisons and studies of uncertainty from Python: the same as the commands, which stand on them."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import fragfield
+import fragfield.uncertainty as package
+from fragfield.stamped import stamped_toml
+from tests.fragfield.synthetic_run import write_run
+from tests.fragfield.test_sweep import TUBE, _invoke, calls
+
+__all__ = ["calls"]  # the fixture, for pytest
+
+FOUND = {
+    "design": {"samples": 8},
+    "states": {"failed": 0},
+    "distance": {
+        "spread": {"low": 90.2, "median": 110.0, "high": 133.4},
+        "indices": [{"name": "prefactor", "total": 0.7, "total_standard_error": 0.1}],
+    },
+    "budget": {"signed": 141.2},
+    "exit_code": 0,
+}
+
+
+def test_a_sweep_gives_its_runs_and_one_table(calls, tmp_path):
+    made, codes = calls
+    codes += [0, 3]
+    found = fragfield.run_sweep(
+        TUBE, {"burst.cell_size": ["12 mm", "15 mm"], "seed": [7]}, out=tmp_path / "out", jobs=1, progress=False
+    )
+    assert len(made) == 2
+    table = found.table
+    assert list(table["burst.cell_size"]) == ["12 mm", "15 mm"]
+    assert list(table["seed"]) == [7, 7]
+    assert list(table["state"]) == ["done", "failed"]
+    assert table["mean_initial_speed"][0] == 1000.0
+    assert math.isnan(table["mean_initial_speed"][1])
+    assert [run.path.name for run in found.runs] == [found.found["runs"][0]["name"]]
+    assert list(found.failures.values()) == ["cell 7 is lost"]
+    assert "2 runs over burst.cell_size, seed" in str(found)
+    assert repr(found).endswith("2 runs, 1 failed>")
+
+
+def test_a_sweep_is_that_of_the_command(calls, tmp_path):
+    arguments = ["burst.cell_size=12 mm,15 mm", "round.0.explosive=tnt,comp_b"]
+    done = _invoke("sweep", TUBE, *arguments, "--out", tmp_path / "one", "--json")
+    assert done.exit_code == 0, done.stderr
+    found = fragfield.run_sweep(TUBE, arguments, out=tmp_path / "two", progress=False).found
+    named = [{key: run[key] for key in ("name", "values", "state", "results")} for run in found["runs"]]
+    assert named == [
+        {key: run[key] for key in ("name", "values", "state", "results")} for run in json.loads(done.stdout)["runs"]
+    ]
+
+
+def test_a_case_made_in_python_is_swept_from_its_file(calls, tmp_path):
+    case = fragfield.Case.from_toml(TUBE, set={"seed": 11})
+    with pytest.raises(fragfield.InputError, match=r"burst\.cell_size: found '12 mm'; needed: a list of its values"):
+        fragfield.run_sweep(case, {"burst.cell_size": "12 mm"}, out=tmp_path / "out")
+    found = fragfield.run_sweep(case, {"burst.cell_size": ["12 mm"]}, out=tmp_path / "out", progress=False)
+    assert fragfield.Case.from_toml(tmp_path / "out.toml") == case
+    assert found.runs[0].case.values.seed == 11
+    made = fragfield.Case(title="made", burst={"cell_size": "9 mm"}, round=[
+        {"name": "a", "profile": "tube", "explosive": "tnt", "casing": "steel_paper", "position": ["0 m", "0 m", "1 m"]}
+    ])  # fmt: skip
+    with pytest.raises(fragfield.InputError, match=r"out: missing; a case made in Python needs a folder"):
+        fragfield.run_sweep(made, {"seed": [1]})
+
+
+def test_a_comparison_has_tables_and_writes_them(tmp_path):
+    one, other = write_run(tmp_path / "one"), write_run(tmp_path / "other", title="Other")
+    for folder in (one, other):
+        (folder / "case.toml").write_text(stamped_toml((folder / "case.toml").read_text()))
+    found = fragfield.compare_runs(fragfield.open(one), other)
+    assert {"casing", "distances", "by_azimuth"} <= set(found.tables)
+    ratios = found.table("casing")["ratio"]
+    np.testing.assert_allclose(ratios, 1.0)
+    assert len(found.table("by_azimuth")) == len(found.found["witness"][0]["by_azimuth"])
+    with pytest.raises(fragfield.InputError, match=r"no table 'by_azimut' \(did you mean \"by_azimuth\"\?\)"):
+        found.table("by_azimut")
+    assert str(found).startswith(f"{one} over {other}")
+    assert (found.write(tmp_path / "out") / "comparison.json").is_file()
+    done = _invoke("compare", one, other, "--json")
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout) == json.loads(json.dumps({k: v for k, v in found.found.items() if k != "files"}))
+
+
+def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(package, "run_study", lambda request, options: asked.append((request, options)) or dict(FOUND))
+    found = fragfield.run_uncertainty(TUBE, out=tmp_path / "study", samples=8, seed=3, workers=2, progress=False)
+    request, options = asked[0]
+    assert request.target == TUBE
+    assert (options.folder, options.samples, options.seed, options.workers) == (tmp_path / "study", 8, 3, 2)
+    assert options.quiet
+    assert found.signed == 141.2
+    assert found.spread == (90.2, 110.0, 133.4)
+    assert found.effects["total"][0] == 0.7
+    assert str(found).splitlines()[0] == "distance to be signed: 142 m"
+    done = _invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout) == FOUND
+    monkeypatch.setattr(
+        package, "run_study", lambda *_: {**FOUND, "distance": None, "states": {"reason": "none landed"}}
+    )
+    empty = fragfield.run_uncertainty(TUBE, out=tmp_path / "study", progress=False)
+    with pytest.raises(fragfield.NotDeterminedError, match="none landed"):
+        _ = empty.signed
