@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION
-from tests.transition.synthetic import COLUMNS, STEEL, TNT
+from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION, SEGMENTS
+from tests.transition.synthetic import STEEL, TNT
 from transition.meridian import ring_volumes
 from transition.snapshot import Snapshot
 
@@ -91,8 +91,7 @@ class Meridian:
         return Snapshot.read(self.write(path))
 
     def _segments(self, group, part, segment, station, mass, speed) -> None:
-        text = h5py.string_dtype()
-        table = np.empty(len(self.kinds), dtype=[("name", text), ("kind", text), *((c, "f8") for c in COLUMNS)])
+        table = np.empty(len(self.kinds), dtype=SEGMENTS)
         edges = [0.0, *self.ends, self.length]
         for index, kind in enumerate(self.kinds):
             steel = (part == 0) & (segment == index)

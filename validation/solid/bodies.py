@@ -17,7 +17,7 @@ from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.meshing.disc import section_grid
 from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.problem import BurstSettings, CasingMaterial, Contact, Leakage, Part, Round
+from burst_fenicsx.problem import BurstSettings, CasingMaterial, ContactSettings, Leakage, Part, Round
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["SETTINGS", "elastic", "energy", "grid", "record", "rod", "solver_on", "wave_speed"]
 
 SETTINGS = BurstSettings(
-    cell_size=1e-3, leakage=Leakage(enabled=False), contact=Contact(charge_casing="shared", surfaces=False)
+    cell_size=1e-3, leakage=Leakage(enabled=False), contact=ContactSettings(charge_casing="shared", surfaces=False)
 )
 """As a burst has them, with artificial viscosity and hourglass control."""
 
