@@ -10,7 +10,8 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.stamped import read_stamped_json, stored_case_text
-from fragfield_base.burst_snapshot import NODE_ARRAYS
+from fragfield_base.arrays import numbers
+from fragfield_base.burst_snapshot import FUZE, GEOMETRIES, NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
@@ -210,8 +211,7 @@ def _read_snapshot(run: RunFiles) -> None:
             _note_provenance(run, file.attrs)
             run.burst_time = float(file.attrs["time"])
             run.geometry = str(_plain(file.attrs.get("geometry", "3d")))
-            run.nodes = {name: file["nodes"][name][()] for name in NODE_ARRAYS}
-            run.cells = {name: data[()] for name, data in file["cells"].items()}
+            run.nodes, run.cells = _mesh(file, str(path), GEOMETRIES.get(run.geometry, 4))
             run.history = {name: data[()] for name, data in file.get("history", {}).items()}
             for name in sorted(file["rounds"], key=int):
                 group = file["rounds"][name]
@@ -220,6 +220,31 @@ def _read_snapshot(run: RunFiles) -> None:
             run.planes = [_plane(group) for group in file.get("planes", {}).values()]
         except (KeyError, OSError) as error:
             raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
+
+
+def _mesh(file: h5py.File, where: str, corners: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Arrays of nodes and of cells: one length each, and no cell that names a node, part or round that is not there."""
+    first = numbers(file, f"nodes/{NODE_ARRAYS[0]}", InputError, where, shape=(None, 3), finite=True)
+    nodes = {NODE_ARRAYS[0]: first}
+    for name in NODE_ARRAYS[1:]:
+        nodes[name] = numbers(file, f"nodes/{name}", InputError, where, shape=first.shape, finite=True)
+    most = {"nodes": len(first) - 1, "part": FUZE, "round": len(file["rounds"]) - 1}
+    shape = (None, corners)
+    found = numbers(
+        file, "cells/nodes", InputError, where, kind="whole numbers", shape=shape, minimum=0, maximum=most["nodes"]
+    )
+    cells = {"nodes": found}
+    for name, data in file["cells"].items():
+        if name in ("part", "round"):
+            cells[name] = numbers(
+                file, f"cells/{name}", InputError, where, kind="whole numbers", shape=(len(found),), minimum=0,
+                maximum=most[name],
+            )  # fmt: skip
+        elif name != "nodes":
+            if getattr(data, "shape", ())[:1] != (len(found),):
+                raise InputError(f"{where}: /cells/{name} has not one value for each of {len(found)} cells")
+            cells[name] = data[()]
+    return nodes, cells
 
 
 def _plane(group: h5py.Group) -> SymmetryPlane:
@@ -238,10 +263,14 @@ def _read_fragments(run: RunFiles) -> None:
     with _open(path) as file:
         try:
             _note_provenance(run, file.attrs)
-            group = file["fragments"]
+            number = len(numbers(file, "fragments/mass", InputError, str(path), shape=(None,), finite=True))
             run.fragments = {
-                name: group[name][()] for name in ("mass", "position", "velocity", "shape_factor", "round", "segment")
-            }
+                name: numbers(file, f"fragments/{name}", InputError, str(path), shape=(number, *more), finite=True)
+                for name, more in (
+                    ("mass", ()), ("position", (3,)), ("velocity", (3,)), ("shape_factor", ()), ("round", ()),
+                    ("segment", ()),
+                )
+            }  # fmt: skip
         except (KeyError, OSError) as error:
             raise InputError(
                 f"{path}: not a complete fragment file: {error}; run `fragfield break-up` again"

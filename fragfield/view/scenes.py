@@ -68,7 +68,10 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
     if "velocity" not in grid.point_data or "part" not in grid.cell_data:
         raise InputError(f"{run.folder / 'burst.xdmf'}: velocity or part is missing at {time:g} s")
     speed = np.linalg.norm(grid.point_data["velocity"], axis=1)
-    cells = grid.cell_connectivity.reshape(-1, run.cells["nodes"].shape[1])
+    cells, corners = grid.cell_connectivity, run.cells["nodes"].shape[1]
+    if len(cells) % corners or cells.min() < 0 or cells.max() >= grid.n_points:
+        raise InputError(f"{run.folder / 'burst.h5'}: cells name nodes that are not there; run `fragfield burst` again")
+    cells = cells.reshape(-1, corners)
     return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])
 
 
