@@ -133,6 +133,7 @@ AREAS = (
             *(
                 (f"flight/{name}.py", [*_FLIGHT, *_HAZARD])
                 for name in (
+                    "constants",
                     "scene/air",
                     "drag",
                     "shape",
