@@ -51,7 +51,7 @@ AREAS = (
             ("*/kernels/[fi]*.py", [*_TOUCH, *_CELLS]),
             ("*", [*_CELLS, f"{_BURST}/test_transposition.py"]),
         ),
-        left_out=("*/__init__.py", "*/lanes.py", "*/transposition.py", "*/axisymmetric/*", "*/state.py"),
+        left_out=("*/__init__.py", "*/lanes.py", "*/transposition*.py", "*/axisymmetric/*", "*/state.py"),
     ),
     Area(
         "axisymmetric burst",
@@ -133,6 +133,7 @@ AREAS = (
             *(
                 (f"flight/{name}.py", [*_FLIGHT, *_HAZARD])
                 for name in (
+                    "constants",
                     "scene/air",
                     "drag",
                     "shape",
