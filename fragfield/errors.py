@@ -6,7 +6,9 @@ every stage are; a distance that is not determined is a `NotDeterminedError` onc
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
@@ -26,6 +28,7 @@ __all__ = [
     "NotDeterminedError",
     "exit_code_of",
     "interrupt",
+    "interrupt_again",
     "message_of",
     "nearest",
     "nearest_name",
@@ -37,6 +40,7 @@ EXIT_NUMERICAL = 3  # a numerical stop, or a result that is not determined
 EXIT_FAULT = 4  # a fault of the program itself
 EXIT_INTERRUPTED = 130
 
+_AGAIN = 0.05  # s after which an interruption that was dropped comes again
 _interrupts: list[int] = []  # signals that came, see `interrupt`
 
 
@@ -76,6 +80,19 @@ def interrupt(number: int, frame: FrameType | None) -> None:
     del frame
     _interrupts.append(number)
     raise KeyboardInterrupt
+
+
+def interrupt_again(unraisable: sys.UnraisableHookArgs) -> None:
+    """As `sys.unraisablehook`: Python drops what is raised in a call-back of a C library, the compiler's for one.
+
+    An interruption that was dropped there comes again a moment later, outside of the call-back.
+    """
+    if not isinstance(unraisable.exc_value, KeyboardInterrupt) or not _interrupts:
+        sys.__unraisablehook__(unraisable)
+        return
+    later = threading.Timer(_AGAIN, os.kill, (os.getpid(), _interrupts[-1]))
+    later.daemon = True
+    later.start()
 
 
 def message_of(error: BaseException) -> str:

@@ -14,7 +14,7 @@ from contextlib import suppress
 from fragfield.cli import computing, looking, studies
 from fragfield.cli.application import app
 from fragfield.cli.streams import prepare_process, silence
-from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt
+from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 
 __all__ = ["app", "computing", "looking", "main", "studies"]
@@ -28,6 +28,7 @@ def main() -> None:
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as in the background, or by nohup
             signal.signal(number, interrupt)
+    sys.unraisablehook = interrupt_again
     # PETSc would take SIGHUP for itself, and end the process at once.
     os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
     try:

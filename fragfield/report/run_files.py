@@ -224,6 +224,9 @@ def _read_snapshot(run: RunFiles) -> None:
 
 def _mesh(file: h5py.File, where: str, corners: int) -> tuple[dict[str, Any], dict[str, Any]]:
     """Arrays of nodes and of cells: one length each, and no cell that names a node, part or round that is not there."""
+    for name in (*(f"nodes/{name}" for name in NODE_ARRAYS), "cells/nodes", "rounds"):
+        if name not in file:
+            raise KeyError(f"{name} is missing")
     first = numbers(file, f"nodes/{NODE_ARRAYS[0]}", InputError, where, shape=(None, 3), finite=True)
     nodes = {NODE_ARRAYS[0]: first}
     for name in NODE_ARRAYS[1:]:

@@ -183,3 +183,28 @@ def test_what_libraries_log_is_no_message_of_a_command():
         [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
     )
     assert done.stderr == "warning: of ours\nafterwards\n"
+
+
+@pytest.mark.parametrize("kind", ["SIGTERM", "SIGINT", "SIGHUP"])
+def test_a_signal_within_a_call_back_of_a_library_is_not_lost(kind):
+    """Python drops what is raised there, with a traceback: a command that compiled went on after SIGTERM."""
+    script = (
+        "import ctypes, os, signal, sys, time\n"
+        "import fragfield.cli.computing as computing\n"
+        "from fragfield.cli import main\n"
+        "import fragfield\n"
+        "def work(*arguments, **options):\n"
+        "    call = ctypes.CFUNCTYPE(None)(lambda: os.kill(os.getpid(), signal." + kind + "))\n"
+        "    call()\n"
+        "    for _ in range(200):\n"
+        "        time.sleep(0.05)\n"
+        "fragfield.check = work\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "sys.argv = ['fragfield', 'check', 'none.toml']\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.returncode == 130, done.stderr
+    assert done.stderr == "fragfield: interrupted; what was written stays, --resume goes on from there\n"
