@@ -88,8 +88,8 @@ class IntegratorTable(Table):
 
     method: Literal["adaptive", "fixed"] = "adaptive"
     """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
-    tolerance: float = Field(default=1e-6, ge=1e-14, le=1e-2)
-    """Relative error of a step, for method = "adaptive"; 1e-6 keeps a range within 4e-5 of itself, 3e-8 within 1e-6."""
+    tolerance: float = Field(default=3e-8, ge=1e-14, le=1e-2)
+    """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
     step: Time = 1e-4
     """For method = "fixed" (the paper: 0.1 ms)."""
 

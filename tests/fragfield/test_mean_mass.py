@@ -21,7 +21,7 @@ PART = {"law": "mott", "factor": 1.6, "factor_source": "validation/mean_mass", "
 
 
 def stated(**changes) -> list[tuple[str, str]]:
-    run = RunFiles(Path("x"), case={}, summary={"break_up": {"mean_mass": {**PART, **changes}}})
+    run = RunFiles(Path("x"), summary={"break_up": {"mean_mass": {**PART, **changes}}})
     return [(item.weight, item.text) for item in findings(run) if "mean" in item.text]
 
 
@@ -98,5 +98,5 @@ def test_report_states_the_factor_and_what_is_outside(changes, weight, words):
 
 
 def test_runs_of_earlier_versions_state_nothing():
-    run = RunFiles(Path("x"), case={}, summary={"break_up": {"mass_error": 0.0}})
+    run = RunFiles(Path("x"), summary={"break_up": {"mass_error": 0.0}})
     assert not any("mean" in item.text for item in findings(run))
