@@ -47,7 +47,6 @@ _KINDS = {
 }
 _SHARE = 0.5  # of the time that the run has taken: what other sizes may take
 _FEWEST = 12  # realisations at another size, where the run has so many
-_TOGETHER = 4  # a multiple of which they are, see `transition.attitude`
 _ROOT = math.sqrt(2.0)
 _SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
 _LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
@@ -192,12 +191,14 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
 
 def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words: list[str]) -> Iterator[_Result]:
     """Results with other cells, the coarsest in any case; `words` says what was left out and why."""
+    from transition.attitude import TOGETHER
+
     began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
     bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
     affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
     number = own.realisations
     if affordable < number:
-        number = min(number, max(_FEWEST, int(affordable) // _TOGETHER * _TOGETHER))
+        number = min(number, max(_FEWEST, int(affordable) // TOGETHER * TOGETHER))
     for factor in (2.0, _ROOT, 1.0 / _ROOT):
         size = factor * own.size
         estimate = start + per_burst / factor**3 + number * per_flight
