@@ -6,8 +6,9 @@ a drawing gives.
 
 The size of the tilt decides more of a realisation's distance than its random break-up does. So realisations are tilted
 in fours: their tilts lie in the four quarters of the distribution, in random order, and a quarter of a turn apart.
-Each of them is distributed as a tilt drawn alone; the mean of four varies a quarter as much (stratified and antithetic
-sampling, Owen 2013, chapters 8 and 10). The fours are independent of each other, the realisations of one are not.
+Each of them is distributed as a tilt drawn alone, and the standard error of a single M107's distance is half as large
+(stratified and antithetic sampling, Owen 2013, chapters 8 and 10). The fours are independent of each other, the
+realisations of one are not.
 """
 
 from __future__ import annotations
