@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
+from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, plane_force, push_from_plane
+from burst_fenicsx.kernels.rows import hold_rows, sum_columns
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
 
 BUDGET, STEP, FRICTION = 4e12, 1e-7, 0.36
@@ -93,3 +94,30 @@ def test_a_plane_rubs_alike_whichever_way_it_faces():
         assert other == pytest.approx(turn @ force, rel=1e-9, abs=1e-9 * np.linalg.norm(force))
         assert also == pytest.approx(stored, rel=1e-9)
         np.testing.assert_allclose(warmth, heat, rtol=1e-9, atol=1e-15)
+
+
+def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
+    """Four nodes, one of them clear of an oblique plane, with friction."""
+    normal = np.array([0.6, 0.0, 0.8])
+    position = np.outer([-1e-5, -3e-5, 2e-5, -2e-5], normal)
+    state = PlaneState(np.arange(4, dtype=np.int32), np.zeros((4, 3)), np.zeros(4), np.zeros(4), np.zeros((4, 3)))
+    force, velocity = (
+        np.zeros((4, 3)),
+        np.array([[3.0, 2.0, -1.0], [0.0, 40.0, 0.0], [1.0, 1.0, 1.0], [-5.0, 0.0, 2.0]]),
+    )
+    law = PlaneLaw(normal, 0.0, BUDGET, STEP, FRICTION)
+    push_from_plane(law, state, np.array([0.3, 0.1, 0.2, 0.4]), position, velocity, force)
+    assert (force[2] == 0.0).all()
+    assert np.abs(force[[0, 1, 3]]).max() > 0.0
+    assert plane_force(normal, state) == pytest.approx(force.sum(axis=0), rel=1e-12)
+    assert sum_columns(state.energies) == pytest.approx(state.energies.sum(axis=0), rel=1e-12)
+
+
+def test_held_rows_lose_what_lies_along_the_direction_and_no_more():
+    values = np.arange(12.0).reshape(4, 3) - 3.0
+    before, direction = values.copy(), np.array([0.6, 0.0, 0.8])
+    hold_rows(values, np.array([0, 2]), direction)
+    assert values[[1, 3]].tolist() == before[[1, 3]].tolist()
+    assert values[[0, 2]] @ direction == pytest.approx(0.0, abs=1e-12)
+    across = np.array([[0.0, 1.0, 0.0], [0.8, 0.0, -0.6]])
+    assert values[[0, 2]] @ across.T == pytest.approx(before[[0, 2]] @ across.T, rel=1e-12)
