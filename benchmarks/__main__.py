@@ -11,6 +11,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.history import compare, remember
 from benchmarks.options import read_options
 from benchmarks.table import print_figures
 from fragfield.errors import EXIT_DONE, EXIT_INPUT, EXIT_NUMERICAL, exit_code_of, nearest
@@ -34,9 +35,11 @@ BENCHMARKS = {
     "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, growth, contact"),
     "compile": ("resources.compilation", "the first run with empty caches"),
     "ranks": ("ranks.ranks", "one rank against two, and an estimate for 64 and 1024"),
+    "first_run": ("first_run.first_run", "the first commands with empty caches, and again"),
+    "whole": ("whole.whole", "whole bursts, single and pair, over the plain step; their parts"),
     "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),
 }
-BY_NAME = ("compile", "ranks", "case")
+BY_NAME = ("compile", "ranks", "first_run", "whole", "case")
 
 _DISTURBED = 0.1  # cores that others may keep busy before it is said
 
@@ -53,13 +56,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.lulesh is not None and not options.lulesh.is_file():
         print(f"benchmarks: there is no file {options.lulesh}; --lulesh names LULESH's binary", file=sys.stderr)
         return EXIT_INPUT
+    if options.compare is not None:
+        return _compared(options)
     names = options.names or tuple(name for name in BENCHMARKS if options.readme or name not in BY_NAME)
     found = _measured(names, options)
     if options.json:
         print(json.dumps(found, indent=1))
     else:
         print_figures(found)
+    if options.history:
+        for words in remember(found):
+            print(f"benchmarks: moved: {words}", file=sys.stderr)
     return EXIT_DONE if all(name in found for name in names) else EXIT_NUMERICAL
+
+
+def _compared(options: Options) -> int:
+    """Print the figures of a revision beside those of the working tree."""
+    if not options.names:
+        print("benchmarks: --compare wants the names of benchmarks, such as: step whole", file=sys.stderr)
+        return EXIT_INPUT
+    sizes = ("--cell-size", f"{1e3 * options.cell_size:g}", "--fine-cell-size", f"{1e3 * options.fine_cell_size:g}")
+    try:
+        found = {"compared": compare(str(options.compare), options.names, sizes)}
+    except ValueError as error:
+        print(f"benchmarks: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    if options.json:
+        print(json.dumps(found, indent=1))
+    else:
+        print_figures(found)
+    return EXIT_DONE
 
 
 def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any]]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.records.profile import Profile
 from burst_fenicsx.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ def simulate(
     on_progress: Callable[[BurstProgress], None] | None = None,
     resume: bool = False,
     series: bool = True,
+    profile: bool = False,
 ) -> BurstResult:
     """Compute the burst and write burst.xdmf, burst.h5, burst_snapshot.h5 and, while it runs, checkpoint.h5.
 
@@ -42,6 +45,7 @@ def simulate(
     on_progress : called on rank 0 about five times a second.
     resume : go on from checkpoint.h5 in `out_dir` where there is one.
     series : write burst.xdmf and what else is for visualisation alone; the snapshot is written in any case.
+    profile : time the parts of the stepping; the summary then has an entry `profile`, see `records.profile`.
 
     Raises
     ------
@@ -54,7 +58,8 @@ def simulate(
     comm = comm or MPI.COMM_WORLD
     given = dict(provenance or {})
     if settings.geometry == "3d":
-        return _driven(Simulation(rounds, settings, out_dir, comm, given, on_progress), resume=resume, series=series)
+        simulation = Simulation(rounds, settings, out_dir, comm, given, on_progress)
+        return _driven(simulation, resume=resume, series=series, profile=profile)
     from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
     from burst_fenicsx.plane_section.simulation import SectionSimulation
 
@@ -65,16 +70,19 @@ def simulate(
     with one_thread():
         kind_of_run = SectionSimulation if plane else AxisymmetricSimulation
         simulation = kind_of_run(rounds, settings, out_dir, given, on_progress)
-        return _driven(simulation, resume=resume, series=series)
+        return _driven(simulation, resume=resume, series=series, profile=profile)
 
 
-def _driven(simulation: Simulation, *, resume: bool, series: bool) -> BurstResult:
+def _driven(simulation: Simulation, *, resume: bool, series: bool, profile: bool) -> BurstResult:
     """Run a burst from its checkpoint or from the start to its snapshot."""
     simulation.writes_series = series
     if resume and simulation.checkpoint_path.exists():
         simulation.resume()
+    times = Profile(simulation) if profile else None
     simulation.run()
     result = simulation.finish()
+    if times is not None:
+        result = replace(result, summary={**result.summary, "profile": times.table()})
     if simulation.comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
         simulation.checkpoint_path.unlink(missing_ok=True)
     return result

@@ -47,6 +47,8 @@ class Job:
         Go on from a burst's checkpoint where there is one.
     lean : bool
         Numbers alone: no files for visualisation, no other cell sizes.
+    profile : bool
+        Time the parts of the burst.
     thorough : bool
         Other cell sizes whatever time they take, each with all realisations.
     figures : FigureQueue, optional
@@ -65,6 +67,7 @@ class Job:
     resume: bool = False
     lean: bool = False
     thorough: bool = False
+    profile: bool = False
     figures: FigureQueue | None = None
     began: float = field(default_factory=time.perf_counter)
 

@@ -59,6 +59,8 @@ class Request:
         KEY=VALUE that replace values of the case.
     lean : bool
         Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
+    profile : bool
+        Time the parts of the burst.
     thorough : bool
         Other cell sizes whatever time they take, for a study of uncertainty: the same numbers on every machine.
     made : Case, optional
@@ -78,6 +80,7 @@ class Request:
     settings: tuple[str, ...] = ()
     lean: bool = False
     thorough: bool = False
+    profile: bool = False
     made: Case | None = None
     follow: Callable[[Progress], object] | None = None
 
@@ -138,7 +141,7 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
         _warn_of_values(case, team)
         job = Job(
             case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean,
-            figures=figures,
+            profile=request.profile, figures=figures,
         )  # fmt: skip
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
@@ -188,7 +191,7 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
             _warn_of_values(case, team)
         job = Job(
             case, source, directory, team, reporter, request.threads, request.fragments, request.resume, request.lean,
-            request.thorough,
+            request.thorough, request.profile,
         )  # fmt: skip
         with _together(team):
             perform(job, stage)

@@ -103,8 +103,21 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for entry in summary.get("exposed") or []:
         margin = "" if entry["margin"] is None else f", margin {margin_metres(entry['margin'])} m"
         console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
+    _print_profile(console, (summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
+
+
+def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:
+    """The parts of the stepping, where they were timed."""
+    if not profile:
+        return
+    table = Table(title="time of the stepping", title_justify="left", box=None, pad_edge=False)
+    for head in ("part", "s", "%", "calls"):
+        table.add_column(head, justify="left" if head == "part" else "right")
+    for part in profile:
+        table.add_row(part["part"], f"{part['seconds']:.2f}", f"{100.0 * part['share']:.1f}", str(part["calls"]))
+    console.print(table)
 
 
 def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:

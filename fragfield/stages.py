@@ -59,6 +59,7 @@ def burst(job: Job, stage: Stage) -> None:
             on_progress=job.reporter.burst,
             resume=job.resume,
             series=not job.lean,
+            profile=job.profile,
         )
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})

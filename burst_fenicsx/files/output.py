@@ -231,12 +231,12 @@ class TimeSeries:
                 f"{self.xdmf_path.name}: {centre} field {name!r} has shape {data.shape} and type {data.dtype}; "
                 f"expected numbers in ({rows},), ({rows}, 3), ({rows}, 6), ({rows}, 9) or ({rows}, 3, 3)"
             )
-        data = data.reshape(rows, -1)
-        if data.shape[1] == 6:
-            data = data[:, _TO_MATRIX]
         # Copied, since the caller goes on stepping in place while equal arrays are still being compared.
         kind = self._real if data.dtype.kind == "f" else np.dtype(np.int32)
-        return np.array(data[:, 0] if data.shape[1] == 1 else data, dtype=kind, order="C")
+        data = data.reshape(rows, -1).astype(kind, order="C")
+        if data.shape[1] == 6:
+            data = np.take(data, _TO_MATRIX, axis=1)
+        return data[:, 0] if data.shape[1] == 1 else data
 
     def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray[Any]]]) -> str:
         kind = _TOPOLOGY[self._cells.shape[1]]

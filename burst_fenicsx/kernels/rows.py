@@ -15,6 +15,7 @@ __all__ = [
     "largest_speed",
     "place_rows",
     "sum_columns",
+    "take_means",
 ]
 
 
@@ -48,6 +49,22 @@ def place_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None
     for k in numba.prange(rows.size):
         for i in range(source.shape[1]):
             target[rows[k], i] = source[k, i]
+
+
+@parallel_kernel
+def take_means(
+    rows: np.ndarray, position: np.ndarray, step: float, last: np.ndarray, own: np.ndarray, velocity: np.ndarray
+) -> None:
+    """Put mean velocities over a step (s), in which the `rows` moved from `last` (k, 3), in place of `velocity` (n, 3).
+
+    The rows' velocities are kept in `own` (k, 3), and `last` becomes their present `position` (n, 3).
+    """
+    for k in numba.prange(rows.size):
+        row = rows[k]
+        for i in range(3):
+            own[k, i] = velocity[row, i]
+            velocity[row, i] = (position[row, i] - last[k, i]) / step
+            last[k, i] = position[row, i]
 
 
 @kernel

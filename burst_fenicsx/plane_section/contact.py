@@ -140,7 +140,8 @@ class SectionContact(MeridianContact):
         self._met = np.zeros(0, dtype=np.int32)
         self._pushed = self._always
         self._share = 1.0
-        self._faster, self._last_position = np.zeros(0, dtype=np.int32), np.zeros((0, 3))
+        self._faster = np.zeros(0, dtype=np.int32)
+        self._last_position = self._own_velocity = np.zeros((0, 3))
 
     @property
     def touched(self) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.records.measures import RoundMeasures
+from burst_fenicsx.symmetry.part import reflected
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -128,7 +129,7 @@ class Completion:
         if name in _POINTS:
             return self._part.place(own, copy.mirrors)
         if name in _VECTORS:
-            return own @ self._part.matrix(copy.mirrors).T
+            return reflected(own, self._part.matrix(copy.mirrors))
         raise KeyError(f"no rule for the reflection of '{name}'")
 
     def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
@@ -193,6 +194,10 @@ def _subsets(bits: Sequence[int]) -> list[int]:
 
 def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
     """Stresses (cells, 6) in the order xx, yy, zz, xy, yz, zx after the transformation `matrix`."""
+    signs = np.diag(matrix)
+    if np.array_equal(matrix, np.diag(signs)):
+        x, y, z = signs
+        return stress if (signs > 0.0).all() else stress * np.array([1.0, 1.0, 1.0, x * y, y * z, z * x])
     xx, yy, zz, xy, yz, zx = stress.T
     full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)
     full = matrix @ full @ matrix.T

@@ -21,9 +21,17 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-__all__ = ["Cut", "SymmetricPart", "smallest_part"]
+__all__ = ["Cut", "SymmetricPart", "reflected", "smallest_part"]
 
 _LENGTH = 1e-9  # m
+
+
+def reflected(vectors: Vector, matrix: Vector) -> Vector:
+    """Vectors (..., 3) after the transformation `matrix` (3, 3); where that only turns signs, by signs alone."""
+    signs = np.diag(matrix)
+    if np.array_equal(matrix, np.diag(signs)):
+        return np.asarray(vectors * signs)
+    return np.asarray(vectors @ matrix.T)
 
 
 @dataclass(frozen=True)
@@ -85,7 +93,7 @@ class SymmetricPart:
         """Points (..., 3) in m after reflection at a set of planes."""
         if not mirrors:
             return np.asarray(points)
-        moved: Vector = self.point + (points - self.point) @ self.matrix(mirrors).T
+        moved: Vector = self.point + reflected(points - self.point, self.matrix(mirrors))
         return moved
 
     def planes(self) -> tuple[RigidPlane, ...]:

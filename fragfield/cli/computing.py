@@ -16,6 +16,7 @@ from fragfield.cli.options import (
     Json,
     Out,
     Overwrite,
+    Profile,
     Quiet,
     Resolved,
     Resume,
@@ -79,6 +80,7 @@ def burst(
     threads: Threads = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
+    profile: Profile = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -86,7 +88,7 @@ def burst(
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
             case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
-            overwrite=overwrite, progress=not quiet, only="burst",
+            overwrite=overwrite, profile=profile, progress=not quiet, only="burst",
         )  # fmt: skip
         _give_summary(done, json=json, quiet=quiet, flown=False)
 

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 __all__ = [
-    "CaseOrRun", "CellSize", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Quiet", "Resume", "Scheduler",
-    "Settings", "Threads", "Window",
+    "CaseOrRun", "CellSize", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet", "Resume",
+    "Scheduler", "Settings", "Threads", "Window",
 ]  # fmt: skip
 
 CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
@@ -28,6 +28,9 @@ Resume = Annotated[bool, typer.Option("--resume", help="Go on with what is missi
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, nothing else there.")]
+Profile = Annotated[
+    bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")
+]
 Resolved = Annotated[
     bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
 ]

@@ -31,6 +31,7 @@ def run(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    profile: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Run:
     """Compute a case: burst, break-up, flight and report, or one of them.
@@ -54,6 +55,8 @@ def run(
         Keep what is done of the same case and go on.
     overwrite : bool
         Replace the run in the directory.
+    profile : bool
+        Time the parts of the burst, for summary.json (`burst.profile`) and the report's annex.
     progress : bool or callable
         True: a line on stderr where that is a terminal. A callable is given a `fragfield.Progress` now and then.
 
@@ -84,7 +87,7 @@ def run(
         raise InputError('fragments: found without only="fly"; allowed: with it, since nothing else takes them')
     request = request_of(
         case, out=out, set=set, cell_size=cell_size, fragments=fragments, threads=threads, resume=resume,
-        overwrite=overwrite, progress=progress, burst=only in (None, "burst"),
+        overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),
     )  # fmt: skip
     from fragfield.interface.results import Run
     from fragfield.pipeline import run_chain, run_stage
@@ -106,6 +109,7 @@ def request_of(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    profile: bool = False,
     progress: bool | Callable[[Progress], object] = True,
     burst: bool = True,
 ) -> Request:
@@ -126,7 +130,7 @@ def request_of(
         case = out
     return Request(
         Path(case), None if out is None else Path(out), cell_size, threads, resume, overwrite, progress is False,
-        None if fragments is None else Path(fragments), tuple(set), made=made,
+        None if fragments is None else Path(fragments), tuple(set), profile=profile, made=made,
         follow=progress if callable(progress) else None,
     )  # fmt: skip
 

@@ -27,6 +27,7 @@ from fragfield.report.ignition_table import ignition_table
 from fragfield.report.inputs import input_tables
 from fragfield.report.landings import landings
 from fragfield.report.obstacle_tables import obstacle_tables
+from fragfield.report.profile_table import profile_section
 from fragfield.report.quantities import SPACE, number
 from fragfield.report.round_tables import (
     arrangement_table,
@@ -96,6 +97,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         _use(),
         _signatures(run),
         _inputs(run),
+        *profile_section(run),
     ]
 
 
