@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
-__all__ = ["ContactForces", "Penetrations", "stable_budget"]
+__all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "stable_budget"]
 
 _SAFETY = 0.9  # share taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
 _PLANE_SHARE = 0.4  # of the budget, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
+PLANE_REACH = 4.0
+"""Of the cell size: how far nodes may approach a plane before one looks again which are near."""
 
 
 @dataclass
@@ -118,12 +120,13 @@ class ContactForces:
                 rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
                 rows = rows[np.argsort(interior[free][rows], kind="stable")]
                 outer = int(np.count_nonzero(~interior[free][rows]))
-                self.planes.append(PlaneContact(plane, fields, local[rows], rows, outer))
+                reach = PLANE_REACH * settings.cell_size
+                self.planes.append(PlaneContact(plane, fields, local[rows], rows, outer, reach))
             self._at_planes = nodes
         self._nodes = np.flatnonzero(self.touched).astype(np.int32)
         self._always = self._always_pushed()
-        self._met = np.zeros(0, dtype=np.int32)  # nodes that surfaces may push till the next search
-        self._pushed = self._always  # these and those of bonds and planes
+        self._met: list[np.ndarray] = []  # nodes that planes and surfaces may push till one looks again
+        self._pushed = self._always  # these and those of bonds
         self._share = 1.0  # contact's step over the longest one
         # Nodes that take several steps in one of contact, where they were at the last one of that (m), and room for
         # their velocities (m/s) while the means stand in their place.
@@ -143,10 +146,18 @@ class ContactForces:
         return touched
 
     def _always_pushed(self) -> np.ndarray:
-        """Nodes of the interface and those that planes may push (k,) int32."""
+        """Nodes of the interface (k,) int32, which bonds may pull at any time."""
         interface = self._fields.mesh.local_node(self._at_interface)
-        nodes = [interface[interface >= 0], *(plane.state.node for plane in self.planes)]
-        return np.unique(np.concatenate(nodes)).astype(np.int32)
+        return np.unique(interface[interface >= 0]).astype(np.int32)
+
+    def _find_pushed(self) -> None:
+        """Find the nodes that may have a force of contact, where those near a plane or another surface have changed."""
+        near = [plane.pushed for plane in self.planes]
+        if self.collisions is not None:
+            near.append(self.collisions.pushed)
+        if len(near) != len(self._met) or any(now is not before for now, before in zip(near, self._met, strict=True)):
+            self._met = near
+            self._pushed = self._any_of(self._always, *near)
 
     def _any_of(self, *parts: np.ndarray) -> np.ndarray:
         """Nodes (k,) int32 that are in any of the parts, each once, in order; quicker than to sort them."""
@@ -201,6 +212,7 @@ class ContactForces:
             self._join(budget, step, velocity, front_near=front_near)
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
+        self._find_pushed()
         for part in self._parts:
             _, friction, work = part.energies
             self.friction += friction
@@ -224,9 +236,6 @@ class ContactForces:
             return
         if self.collisions.search_is_due(step):
             self.collisions.search()
-        if self.collisions.pushed is not self._met:
-            self._met = self.collisions.pushed
-            self._pushed = self._any_of(self._always, self._met)
         share = 1.0 - _PLANE_SHARE if self.planes else 1.0
         self.collisions.add_forces(budget * share, step, velocity, self.force)
         deepest = self.penetrations

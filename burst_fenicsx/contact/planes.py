@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.accounting import NodeContact
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, plane_force, push_from_plane
+from burst_fenicsx.kernels.planes import (
+    PlaneLaw,
+    PlaneState,
+    near_plane,
+    plane_energies,
+    plane_force,
+    push_from_plane,
+)
+from burst_fenicsx.kernels.rows import largest_speed
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -20,6 +28,10 @@ if TYPE_CHECKING:
 __all__ = ["PlaneContact", "held_in_plane", "nodes_at_planes"]
 
 _IN_PLANE = 1e-9  # m
+# No node is taken to be faster than this (m/s), nor than twice the fastest that was seen when one last looked which
+# nodes are near: products that expand freely reach the detonation velocity.
+_FASTEST = 1e4
+_GROWTH = 2.0
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -61,21 +73,25 @@ class PlaneContact(NodeContact):
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it. rows : their numbers among all that may.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
+    reach : distance (m) from the plane within which nodes are looked after; beyond it, none can meet it before one
+        looks again.
 
     Attributes
     ----------
+    near : (k,) int32, the nodes of the state that are looked after. pushed : (k,) int32, their local numbers.
     steady : whether a loaded spring gets no stiffer.
     """
 
     steady = False
 
     def __init__(
-        self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int
+        self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int, reach: float
     ) -> None:
         self.plane = plane
         self.rows = rows
         self._on_surface = on_surface
         self._fields = fields
+        self._reach = reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
@@ -88,6 +104,24 @@ class PlaneContact(NodeContact):
             stiffness=np.zeros(count),
             energies=np.zeros((count, 3)),
         )
+        self.look_again()
+
+    def look_again(self) -> None:
+        """Have the near nodes found again at the next step."""
+        self.near, self.pushed = np.zeros((2, 0), dtype=np.int32)
+        self._fastest, self._travel = 0.0, np.inf
+
+    def _find_near(self, step: float) -> None:
+        """Find the near nodes again where others may have come within reach in this step (s)."""
+        self._travel += step * self._fastest
+        if self._travel <= self._reach:
+            return
+        nodes = self._fields.nodes
+        found, count = near_plane(self._normal, self._level, self._reach, self.state, nodes.position)
+        self.near = found[:count]
+        self.pushed = self.state.node[self.near]
+        self._fastest = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, self.state.node))
+        self._travel = 0.0
 
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the plane's forces to `force` (nodes, 3) in N.
@@ -95,21 +129,29 @@ class PlaneContact(NodeContact):
         `budget` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here and `velocity` (nodes, 3)
         the mean one over it (m/s).
         """
+        self._find_near(step)
         law = PlaneLaw(self._normal, self._level, budget, step, self._friction, self.steady)
-        push_from_plane(law, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
+        push_from_plane(law, self.near, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
 
     @property
     def given(self) -> np.ndarray:
         """Force (3,) in N that the plane gives now to this rank's nodes."""
-        total: np.ndarray = plane_force(self._normal, self.state)
+        total: np.ndarray = plane_force(self._normal, self.near, self.state)
         return total
 
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.penetration.max(initial=0.0))
+        return float(self.state.penetration[self.near].max(initial=0.0))
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes."""
-        return float(self.state.penetration[self._on_surface :].max(initial=0.0))
+        interior = self.near[np.searchsorted(self.near, self._on_surface) :]
+        return float(self.state.penetration[interior].max(initial=0.0))
+
+    @property
+    def energies(self) -> np.ndarray:
+        """As of all nodal contact; of the near nodes, since the others have none."""
+        total: np.ndarray = plane_energies(self.near, self.state)
+        return total

@@ -80,6 +80,7 @@ def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) ->
     for number, plane in enumerate(contact.planes):
         for name in ("slip", "penetration", "stiffness"):
             getattr(plane.state, name)[:] = arrays[f"planes/{number}/{name}"][plane.rows]
+        plane.look_again()
 
 
 def _of_collisions(collisions: CollidingSurfaces) -> dict[str, np.ndarray]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["PlaneLaw", "PlaneState", "plane_force", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "near_plane", "plane_energies", "plane_force", "push_from_plane"]
 
-_RUN = 256  # nodes that one call looks after: most are nowhere near the plane
+_RUN = 256  # nodes that one call looks after
 
 
 class PlaneLaw(NamedTuple):
@@ -35,16 +35,41 @@ class PlaneState(NamedTuple):
     energies: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
 
 
+@kernel
+def near_plane(
+    normal: np.ndarray, level: float, reach: float, state: PlaneState, position: np.ndarray
+) -> tuple[np.ndarray, int]:
+    """Nodes of the state (k,) int32, in its order, that lie less than `reach` (m) before the plane or are pushed.
+
+    They are the first of the array; their number goes with it.
+    """
+    found, count = np.empty(state.node.size, dtype=np.int32), 0
+    for k in range(state.node.size):
+        node = state.node[k]
+        depth = level - position[node, 0] * normal[0] - position[node, 1] * normal[1] - position[node, 2] * normal[2]
+        if depth > -reach or state.stiffness[k] > 0.0:
+            found[count] = k
+            count += 1
+    return found, count
+
+
 @parallel_kernel
 def push_from_plane(
-    law: PlaneLaw, state: PlaneState, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, force: np.ndarray
+    law: PlaneLaw,
+    near: np.ndarray,
+    state: PlaneState,
+    mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    force: np.ndarray,
 ) -> None:
-    """Add the plane's forces (N) to `force` (nodes, 3)."""
+    """Add the plane's forces (N) on the state's nodes `near` (k,) it to `force` (nodes, 3)."""
     nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    parts = nodes.size // _RUN + 1
+    parts = near.size // _RUN + 1
     for part in numba.prange(parts):
-        for k in range(part * nodes.size // parts, (part + 1) * nodes.size // parts):
+        for place in range(part * near.size // parts, (part + 1) * near.size // parts):
+            k = near[place]
             node = nodes[k]
             depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
             if depth > 0.0:
@@ -54,10 +79,21 @@ def push_from_plane(
 
 
 @kernel
-def plane_force(normal: np.ndarray, state: PlaneState) -> np.ndarray:
-    """Sum (3,) of the forces (N) that the plane gives now, node by node."""
+def plane_energies(near: np.ndarray, state: PlaneState) -> np.ndarray:
+    """Sum (3,) of the energies (J) of the nodes `near` (k,) the plane; the others have none."""
+    stored, friction, work = 0.0, 0.0, 0.0
+    for k in near:
+        stored += state.energies[k, 0]
+        friction += state.energies[k, 1]
+        work += state.energies[k, 2]
+    return np.array([stored, friction, work])
+
+
+@kernel
+def plane_force(normal: np.ndarray, near: np.ndarray, state: PlaneState) -> np.ndarray:
+    """Sum (3,) of the forces (N) that the plane gives now to the nodes `near` (k,) it, node by node."""
     x, y, z = 0.0, 0.0, 0.0
-    for k in range(state.node.size):
+    for k in near:
         stiffness, depth = state.stiffness[k], state.penetration[k]
         if stiffness > 0.0:
             x += stiffness * (depth * normal[0] - state.slip[k, 0])

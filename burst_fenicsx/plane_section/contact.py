@@ -8,7 +8,7 @@ import numpy as np
 
 from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.forces import ContactForces, stable_budget
+from burst_fenicsx.contact.forces import PLANE_REACH, ContactForces, stable_budget
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.kernels.rows import add_rows, clear_rows
 from burst_fenicsx.plane_section.surfaces import nodes_at_planes, section_surfaces
@@ -130,14 +130,15 @@ class SectionContact(MeridianContact):
             rows = np.argsort(interior, kind="stable")
             local = fields.mesh.local_node(at_planes[rows])
             outer = int(np.count_nonzero(~interior))
-            self._section_planes = [SectionPlane(plane, fields, local, rows, outer) for plane in planes]
+            reach = PLANE_REACH * settings.cell_size
+            self._section_planes = [SectionPlane(plane, fields, local, rows, outer, reach) for plane in planes]
             self.planes = list(self._section_planes)
         self._of_bodies = np.zeros(len(self.force), dtype=bool)
         for nodes in (casing, at_planes):
             self._of_bodies[fields.mesh.local_node(nodes)] = True
         self._nodes = np.flatnonzero(self._of_bodies).astype(np.int32)
-        self._always = np.sort(fields.mesh.local_node(at_planes)).astype(np.int32)
-        self._met = np.zeros(0, dtype=np.int32)
+        self._always = np.zeros(0, dtype=np.int32)
+        self._met = []
         self._pushed = self._always
         self._share = 1.0
         self._faster = np.zeros(0, dtype=np.int32)
@@ -178,6 +179,7 @@ class SectionContact(MeridianContact):
         with self._mean_velocities(step) as velocity:
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
+        self._find_pushed()
         for part in (self.collisions, *self.planes):
             if part is not None:
                 _, friction, work = part.energies

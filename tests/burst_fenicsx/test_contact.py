@@ -169,6 +169,28 @@ def test_a_ball_bounces_as_hertz_says():
     assert energy(solver) == pytest.approx(0.5 * mass * speed**2, rel=0.02)
 
 
+def test_looking_after_near_nodes_alone_changes_nothing():
+    """A ball that comes from afar and bounces: the nodes near the plane are found in time, to the last bit."""
+    runs = []
+    for reach in (None, 1e3):
+        settings = replace(QUIET, cell_size=2e-3, planes=(MIRROR,))
+        solver = bodies([moved(ball(8, 0.01), (0.03, 0.0, 0.0))], [(-900.0, 0, 0)], settings, casing=SOFT)
+        plane, numbers = solver.contact.planes[0], []
+        if reach is not None:
+            plane._reach = reach
+        while solver.time < 5e-5:
+            solver.step()
+            numbers.append(len(plane.near))
+        assert solver.contact.penetrations.plane > 0.0
+        runs.append((numbers, solver.fields.nodes.position.copy(), solver.contact.plane_impulse.copy()))
+    (few, position, impulse), (all_nodes, expected, expected_impulse) = runs
+    assert few[0] == 0
+    assert any(0 < number < len(expected) for number in few)
+    assert all_nodes[0] == len(expected)
+    np.testing.assert_array_equal(position, expected)
+    np.testing.assert_array_equal(impulse, expected_impulse)
+
+
 def test_a_ball_bounces_from_its_twin_as_from_a_mirror():
     """The plane of symmetry stands for the mirrored body: the same velocity to 1 %, and the twin's to round-off."""
     one = moved(ball(8, 0.03), (0.03001, 0.0, 0.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, plane_force, push_from_plane
+from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_energies, plane_force, push_from_plane
 from burst_fenicsx.kernels.rows import hold_rows, sum_columns
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
 
@@ -69,10 +69,10 @@ def pushed(normal, velocity, steps=30):
     state = PlaneState(np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 3)))
     law = PlaneLaw(np.asarray(normal, dtype=float), 0.0, BUDGET, STEP, FRICTION)
     position, mass, heat = -DEPTH * np.asarray(normal, dtype=float)[None], np.array([0.4]), []
-    force = np.zeros((1, 3))
+    force, near = np.zeros((1, 3)), np.zeros(1, dtype=np.int32)
     for _ in range(steps):
         force[:] = 0.0
-        push_from_plane(law, state, mass, position, np.asarray(velocity, dtype=float)[None], force)
+        push_from_plane(law, near, state, mass, position, np.asarray(velocity, dtype=float)[None], force)
         heat.append(state.energies[0, 1])
     return force[0], state.energies[0, 0], np.array(heat)
 
@@ -106,11 +106,24 @@ def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
         np.array([[3.0, 2.0, -1.0], [0.0, 40.0, 0.0], [1.0, 1.0, 1.0], [-5.0, 0.0, 2.0]]),
     )
     law = PlaneLaw(normal, 0.0, BUDGET, STEP, FRICTION)
-    push_from_plane(law, state, np.array([0.3, 0.1, 0.2, 0.4]), position, velocity, force)
+    near = np.arange(4, dtype=np.int32)
+    push_from_plane(law, near, state, np.array([0.3, 0.1, 0.2, 0.4]), position, velocity, force)
     assert (force[2] == 0.0).all()
     assert np.abs(force[[0, 1, 3]]).max() > 0.0
-    assert plane_force(normal, state) == pytest.approx(force.sum(axis=0), rel=1e-12)
+    assert plane_force(normal, near, state) == pytest.approx(force.sum(axis=0), rel=1e-12)
     assert sum_columns(state.energies) == pytest.approx(state.energies.sum(axis=0), rel=1e-12)
+    assert plane_energies(near, state) == pytest.approx(state.energies.sum(axis=0), rel=1e-12)
+
+
+def test_nodes_near_a_plane_are_those_within_reach_and_those_it_pushes():
+    normal = np.array([0.0, 0.6, 0.8])
+    position = np.outer([-1e-3, 0.9e-3, 1.1e-3, 5e-3, 5e-3], normal) + 0.02 * normal
+    state = PlaneState(
+        np.array([4, 2, 1, 0, 3], dtype=np.int32), np.zeros((5, 3)), np.zeros(5), np.zeros(5), np.zeros((5, 3))
+    )
+    state.stiffness[0] = 1e6  # of node 4, which has just left the plane and is to be released
+    found, count = near_plane(normal, 0.02, 1e-3, state, position)
+    assert state.node[found[:count]].tolist() == [4, 1, 0]
 
 
 def test_held_rows_lose_what_lies_along_the_direction_and_no_more():
