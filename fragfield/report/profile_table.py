@@ -21,7 +21,8 @@ def profile_section(run: RunFiles) -> Iterator[Section]:
     burst = run.part("burst")
     if not burst.get("profile"):
         return
-    cell_steps = burst["cell_steps"]
+    # Those since the burst was begun or resumed, as the times are.
+    cell_steps = burst["stepping_seconds"] / burst["seconds_per_cell_step"]
     lines = tuple(
         (
             str(part["part"]),
@@ -34,7 +35,7 @@ def profile_section(run: RunFiles) -> Iterator[Section]:
     )
     note = (
         f"Stepping took {burst['stepping_seconds']:.1f} s for {cell_steps:.3g} steps of cells, "
-        f"{1e9 * burst['seconds_per_cell_step']:.0f} ns each, on {burst['ranks']} ranks of {burst['threads']} threads. "
+        f"{1e9 * burst['seconds_per_cell_step']:.0f} ns each; ranks: {burst['ranks']}, threads of each: {burst['threads']}. "
         "A part's seconds are without those of the parts that it calls; means over the ranks."
     )
     yield Section("profile", "Annex: time of the burst by part", [Table("Parts of the stepping", _HEAD, lines, note)])

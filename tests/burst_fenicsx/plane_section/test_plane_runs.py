@@ -103,8 +103,8 @@ def test_a_single_round_moves_as_the_same_disc_does_in_its_meridian(tmp_path):
 def test_a_mirrored_round_is_half_of_a_pair(tmp_path):
     """One round at a plane of symmetry and two rounds without friction: mean speed within 0.3 %, focus within 6 %.
 
-    Metal that folds amplifies rounding errors, which are a processor's own: the focus of one run scatters by 4 %, so
-    that of four cell sizes is taken together.
+    The focus of one run scatters by 4 % over neighbouring cell sizes, and is not the same on all processors: that of
+    four cell sizes is taken together.
     """
     ratios = []
     for number, size in enumerate((3.9e-3, 4.0e-3, 4.1e-3, 4.2e-3)):
