@@ -113,11 +113,21 @@ def advance(chosen: Whole, spheres: Spheres, around: Surroundings, until: float)
 
 
 @njit(error_model="numpy", _nrt=False)
+def _boxes_overlap(boxes: Array, i: int, j: int) -> bool:
+    """Whether the boxes about the paths of two fragments overlap. One test without branches for all six faces."""
+    return (
+        (boxes[i, 0] <= boxes[j, 3])
+        & (boxes[j, 0] <= boxes[i, 3])
+        & (boxes[i, 1] <= boxes[j, 4])
+        & (boxes[j, 1] <= boxes[i, 4])
+        & (boxes[i, 2] <= boxes[j, 5])
+        & (boxes[j, 2] <= boxes[i, 5])
+    )
+
+
+@njit(error_model="numpy", _nrt=False)
 def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch: Array, roots: Array) -> float:
-    """Time at which two fragments meet; infinite where they do not, or only below the ground."""
-    a, b = spheres.boxes[i], spheres.boxes[j]
-    if a[0] > b[3] or b[0] > a[3] or a[1] > b[4] or b[1] > a[4] or a[2] > b[5] or b[2] > a[5]:
-        return math.inf
+    """Time at which two fragments whose boxes overlap meet; infinite where they do not, or only below the ground."""
     reach = spheres.radius[i] + spheres.radius[j]
     return first_collision(
         spheres.path[i], spheres.since[i], spheres.path[j], spheres.since[j], until, reach, touch.min_speed,
@@ -180,7 +190,7 @@ def _search(
                     continue
                 j = member[other]
                 compared += 1
-                if not home(spheres.cells[i], spheres.cells[j], x, y, z):
+                if not _boxes_overlap(spheres.boxes, i, j) or not home(spheres.cells[i], spheres.cells[j], x, y, z):
                     continue
                 time = _pair(min(i, j), max(i, j), spheres, until, touch, scratch, roots)
                 if time < math.inf:
@@ -295,7 +305,9 @@ def strike_in_turn(
                                 other, following, at_x, at_y, at_z = links[link]
                                 here = at_x == x and at_y == y and at_z == z
                                 link = following
-                            if not here or other == k or not home(spheres.cells[k], spheres.cells[other], x, y, z):
+                            if not here or other == k or not _boxes_overlap(spheres.boxes, k, other):
+                                continue
+                            if not home(spheres.cells[k], spheres.cells[other], x, y, z):
                                 continue
                             low, high = min(k, other), max(k, other)
                             impact_time = _pair(low, high, spheres, until, touch, scratch, roots)
