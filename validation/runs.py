@@ -116,7 +116,7 @@ class Runs:
 def _finished(out: Path, case: Path, size: str, stage: str) -> bool:
     """Whether a directory holds this very case, computed to the end."""
     from fragfield.case import differences, load_case
-    from fragfield.run_directory import STAGES, RunDirectory
+    from fragfield.files.run_directory import STAGES, RunDirectory
 
     directory = RunDirectory(out)
     if not directory.exists or differences(directory.stored_case(), load_case(case, cell_size=size)):

@@ -27,8 +27,8 @@ import numpy as np
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.hazard.criteria import Criteria
-from flight.hazard.tally import Tally, tally
-from flight.hazard.witness_hazard import by_azimuth, density_on
+from flight.hazard.density.tally import Tally, tally
+from flight.hazard.density.witness_hazard import by_azimuth, density_on
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -23,15 +23,15 @@ from flight.arguments import require_number
 from flight.errors import InputError
 from flight.hazard.assessment import Hazard, distances_through, hazard_of, hit_probability
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.tally import Tally
 from flight.hazard.distances import DISTANCES, FEWEST
-from flight.hazard.tally import Tally
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from flight.hazard.expected import DensityGroups, ExpectedDistance
+    from flight.hazard.density.expected import DensityGroups, ExpectedDistance
 
 __all__ = ["Band", "Curve", "EnsembleHazard", "assess_ensemble", "band_of"]
 
@@ -346,7 +346,7 @@ def assess_ensemble(
     Parameters
     ----------
     counts : Tally or sequence of Tally
-        `flight.hazard.tally.tally` of every realisation, with the same sectors and distance cells.
+        `flight.hazard.density.tally.tally` of every realisation, with the same sectors and distance cells.
     criteria : Criteria, optional
         Those that were counted with.
     tolerance : float

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 from flight.arguments import require_number
 from flight.errors import InputError, nearest
-from flight.hazard.expected import expected_distance
+from flight.hazard.density.expected import expected_distance
 
 if TYPE_CHECKING:
+    from flight.hazard.density.expected import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.expected import ExpectedDistance
 
 __all__ = ["COVERS", "effective_number", "stack_rule"]
 

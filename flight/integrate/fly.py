@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fragments import Fragments
-    from flight.hazard.near_ground import NearGround
+    from flight.hazard.density.near_ground import NearGround
     from flight.integrate.integrator import Integrator
     from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Obstacle

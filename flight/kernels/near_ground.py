@@ -32,7 +32,7 @@ MOST_PIECES = 1_000_000
 
 
 class NearGround(NamedTuple):
-    """What is counted, and in which cells; see flight.hazard.polar_grid. Units: m, J, rad."""
+    """What is counted, and in which cells; see flight.hazard.density.polar_grid. Units: m, J, rad."""
 
     height: float  # of a person above the ground
     energy: float  # from which a fragment is hazardous at the place that it passes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
-from fragfield.visible_text import visible
+from fragfield.terminal.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

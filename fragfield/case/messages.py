@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
 
-from fragfield.case.quantities import NumberOrWord, Quantity, Vector, show
+from fragfield.case.units.quantities import NumberOrWord, Quantity, Vector, show
 from fragfield.errors import nearest, nearest_name
 
 if TYPE_CHECKING:

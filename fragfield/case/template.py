@@ -9,8 +9,8 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.quantities import NumberOrWord, Quantity, Vector
 from fragfield.case.schema import Case
+from fragfield.case.units.quantities import NumberOrWord, Quantity, Vector
 from fragfield.case.write import toml_value
 
 if TYPE_CHECKING:

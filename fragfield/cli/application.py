@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import fragfield
-from fragfield.parallel import launched_rank
+from fragfield.pipeline.parallel import launched_rank
 
 __all__ = ["app"]
 

@@ -39,8 +39,8 @@ def info(
 ) -> None:
     """Say what a run directory or an HDF5 file holds and where it comes from."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.info import describe
-        from fragfield.show import print_info
+        from fragfield.files.info import describe
+        from fragfield.terminal.show import print_info
 
         give(describe(path), json=json, quiet=quiet, show=print_info)
 
@@ -65,7 +65,7 @@ def new(
 ) -> None:
     """Write a commented case file to start from."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.new_case import write_new_case
+        from fragfield.case.new_case import write_new_case
 
         written = write_new_case(name, round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key)
         give({"case": [str(written)]}, json=json, quiet=quiet, show=print_paths)
@@ -90,7 +90,7 @@ def compare(
 ) -> None:
     """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.compare import print_comparison
+        from fragfield.studies.compare import print_comparison
 
         done = fragfield.compare_runs(run, reference, sector=sector, all_round=all_round)
         if out is not None:

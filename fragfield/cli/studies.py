@@ -46,7 +46,7 @@ def sweep(
     if a key or a value is not allowed: then nothing runs.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.sweep import print_sweep
+        from fragfield.studies.sweep import print_sweep
 
         found = fragfield.run_sweep(
             case, values, out=out, stage=stage, threads=threads, jobs=jobs, resume=resume, overwrite=overwrite,
@@ -93,7 +93,7 @@ def uncertainty(
     Exit code 3 where a sample failed or has no distance; they are counted and left out.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.uncertainty.show import print_study
+        from fragfield.studies.uncertainty.show import print_study
 
         found = fragfield.run_uncertainty(
             case, out=out, samples=samples, method=method, seed=seed, set=settings or (), cell_size=cell_size,

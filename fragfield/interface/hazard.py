@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.certainty import basis_words, is_determined, metres
 from fragfield.errors import InputError, NotDeterminedError
+from fragfield.hazard.certainty import basis_words, is_determined, metres
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

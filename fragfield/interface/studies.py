@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.certainty import metres
 from fragfield.errors import InputError, NotDeterminedError, nearest
+from fragfield.hazard.certainty import metres
 from fragfield.interface.case import Case
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
@@ -106,7 +106,7 @@ def run_sweep(
     InputError
         A key or a value is not allowed, or the folder holds runs of another case.
     """
-    from fragfield import sweep
+    from fragfield.studies import sweep
 
     folder, file = _folder(case, out, "sweep")
     options = sweep.SweepOptions(folder, stage, threads, resume, overwrite, not progress, jobs, scheduler)
@@ -144,13 +144,13 @@ class Comparison:
 
     def write(self, folder: str | os.PathLike[str]) -> Path:
         """Write comparison.json, the tables as CSV files and comparison.png into a folder."""
-        from fragfield.compare import write_comparison
+        from fragfield.studies.compare import write_comparison
 
         write_comparison(self.found, Path(folder))
         return Path(folder)
 
     def _rows(self) -> dict[str, list[dict[str, Any]]]:
-        from fragfield.compare.files import azimuth_rows, flat_row
+        from fragfield.studies.compare.files import azimuth_rows, flat_row
 
         rows = {name: self.found[name] for name in ("casing", "distances", "by_distance", "by_zone", "places")}
         rows["by_azimuth"] = list(azimuth_rows(self.found["witness"]))
@@ -193,7 +193,7 @@ def compare_runs(
     InputError
         A directory is no run, the witness surfaces differ, or the sector is not possible.
     """
-    from fragfield import compare
+    from fragfield.studies import compare
 
     folders = [one.path if isinstance(one, Run) else Path(one) for one in (run, reference)]
     return Comparison(compare.compare_runs(*folders, sector=sector, all_round=all_round))
@@ -294,7 +294,7 @@ def run_uncertainty(
         The case or the folder is at fault, or the nominal run stopped.
     """
     from fragfield.interface.running import request_of
-    from fragfield.uncertainty import StudyOptions, run_study
+    from fragfield.studies.uncertainty import StudyOptions, run_study
 
     folder, file = _folder(case, out, "uncertainty")
     options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, not progress)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fragfield.report.assemble import write_report
-    from fragfield.report.run_files import RunFiles, read_run
+    from fragfield.report.reading.run_files import RunFiles, read_run
 
 __all__ = ["RunFiles", "read_run", "write_report"]
 

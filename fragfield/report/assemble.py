@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.document import code_words, css_text, identity_line
+from fragfield.report.figures.side_by_side import FigureQueue
 from fragfield.report.map_page import write_map
-from fragfield.report.run_files import read_run
+from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import sections
-from fragfield.report.side_by_side import FigureQueue
 from fragfield.version import __version__
 from fragfield_base.writing import write_files, write_text
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fragfield.report.blocks import Block, Section
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
     from fragfield.report.sections import Draw
 
 __all__ = ["write_page", "write_report"]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield.case.quantities import Measured
+from fragfield.case.units.quantities import Measured
 
 if TYPE_CHECKING:
     from collections.abc import Callable

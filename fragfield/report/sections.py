@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.certainty import WHICH_NUMBER, basis_words, whole_metres
-from fragfield.report import burst_figures, fragment_figures, hazard_figures, site_figure, statements, zone_blocks
+from fragfield.hazard.certainty import WHICH_NUMBER, basis_words, whole_metres
 from fragfield.report.blocks import (
     Beside,
     Block,
@@ -18,27 +17,31 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
-from fragfield.report.convergence_tables import convergence_figure, convergence_tables
-from fragfield.report.distance_tables import density_table, distance_table, sector_table, stack_rule_table
-from fragfield.report.exposed_tables import exposed_tables, verdict_table
-from fragfield.report.exposure_table import exposure_table
-from fragfield.report.findings import findings
-from fragfield.report.ignition_table import ignition_table
-from fragfield.report.inputs import input_tables
-from fragfield.report.landings import landings
-from fragfield.report.obstacle_tables import obstacle_tables
-from fragfield.report.profile_table import profile_section
+from fragfield.report.figures import burst_figures, fragment_figures, hazard_figures, site_figure
+from fragfield.report.findings import statements
+from fragfield.report.findings.findings import findings
+from fragfield.report.findings.validation_status import read_record, validation_blocks
 from fragfield.report.quantities import SPACE, number
-from fragfield.report.round_tables import (
+from fragfield.report.reading.landings import landings
+from fragfield.report.tables import zone_blocks
+from fragfield.report.tables.convergence_tables import convergence_figure, convergence_tables
+from fragfield.report.tables.distance_tables import density_table, distance_table, sector_table, stack_rule_table
+from fragfield.report.tables.exposed_tables import exposed_tables, verdict_table
+from fragfield.report.tables.exposure_table import exposure_table
+from fragfield.report.tables.ignition_table import ignition_table
+from fragfield.report.tables.inputs import input_tables
+from fragfield.report.tables.obstacle_tables import obstacle_tables
+from fragfield.report.tables.profile_table import profile_section
+from fragfield.report.tables.round_tables import (
     arrangement_table,
     broken_rounds_table,
     contact_rows,
     round_table,
     segment_table,
 )
-from fragfield.report.rule_tables import rule_tables
-from fragfield.report.section_tables import CAUTION, section_blocks
-from fragfield.report.tables import (
+from fragfield.report.tables.rule_tables import rule_tables
+from fragfield.report.tables.section_tables import CAUTION, section_blocks
+from fragfield.report.tables.tables import (
     azimuth_tables,
     break_up_rows,
     burst_rows,
@@ -48,18 +51,17 @@ from fragfield.report.tables import (
     mesh_rows,
     provenance_rows,
 )
-from fragfield.report.uncertainty_tables import signed_card, uncertainty_section
-from fragfield.report.validation_status import read_record, validation_blocks
-from fragfield.report.zone_blocks import zone_table
+from fragfield.report.tables.uncertainty_tables import signed_card, uncertainty_section
+from fragfield.report.tables.zone_blocks import zone_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from matplotlib.figure import Figure
 
-    from fragfield.case.document_table import DocumentTable
+    from fragfield.case.tables.document_table import DocumentTable
     from fragfield.report.blocks import Finding, Illustration
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
     Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
     Picture = Callable[[str, str, str], list[Block]]

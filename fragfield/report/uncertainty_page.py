@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.report.assemble import write_page
 from fragfield.report.blocks import Section
-from fragfield.report.run_files import read_run
-from fragfield.report.uncertainty_tables import uncertainty_blocks
+from fragfield.report.reading.run_files import read_run
+from fragfield.report.tables.uncertainty_tables import uncertainty_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
     from fragfield.report.blocks import Block
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["write_uncertainty_page"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.report.drawing import GREY, INK, RULE, SPEED_MAP
+from fragfield.report.figures.drawing import GREY, INK, RULE, SPEED_MAP
 from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
 from fragfield.view.scenes import burst_at, burst_times, final_burst, section
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pyvista
     from numpy.typing import NDArray
 
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["FILM_OF_BURST", "FILM_OF_FLIGHT", "Paths", "film_fault", "film_of_burst", "film_of_flight", "read_paths"]
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.drawing import SPEED_MAP, drawing_style, to_bytes
-from fragfield.report.run_files import RunFiles, read_run
+from fragfield.report.figures.drawing import SPEED_MAP, drawing_style, to_bytes
+from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
 from fragfield.view.scenes import burst_states, cut, fragment_points, section
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import pyvista
     from numpy.typing import NDArray
 
-    from fragfield.report.run_files import RunFiles
-    from transition.mirroring import Image
+    from fragfield.report.reading.run_files import RunFiles
+    from transition.placement.mirroring import Image
 
 __all__ = [
     "burst_at",
@@ -102,7 +102,7 @@ def _whole(
     """The cells that were computed, or their revolution, and the images of both, with speed and part."""
     import pyvista
 
-    from transition.mirroring import images
+    from transition.placement.mirroring import images
 
     mirrors = images(run.planes, str(run.folder))
     part = np.asarray(part).astype(np.int32)

@@ -6,8 +6,8 @@ import logging
 from pathlib import Path
 
 from fragfield.errors import InputError
-from fragfield.report.drawing import SPEED_MAP
-from fragfield.report.run_files import RunFiles, read_run
+from fragfield.report.figures.drawing import SPEED_MAP
+from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.film import film_fault, film_of_burst, film_of_flight
 from fragfield.view.interactive import write_interactive_views
 from fragfield.view.offscreen import display_available

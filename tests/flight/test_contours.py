@@ -12,10 +12,10 @@ import pytest
 
 from flight import InputError
 from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.hazard.density.expected import Directions, expected_distance
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import tally
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
-from flight.hazard.expected import Directions, expected_distance
-from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import tally
 from flight.result import LANDING, Status
 from tests.flight.fields import distance_of_landings, groups_of_landings
 

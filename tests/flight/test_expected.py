@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, drawn_distances, expected_distance
-from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.density.expected import (
+    DensityGroups,
+    Directions,
+    ExpectedDistance,
+    drawn_distances,
+    expected_distance,
+)
+from flight.hazard.density.polar_grid import PolarGrid
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees

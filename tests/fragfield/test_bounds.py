@@ -8,10 +8,10 @@ import pytest
 from pydantic import BaseModel
 
 from fragfield.case import load_case
-from fragfield.case.bounds import COUNTS, KEYS, UNITS, outside_hard, outside_soft
+from fragfield.case.checks.bounds import COUNTS, KEYS, UNITS, outside_hard, outside_soft
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.quantities import _NAMES, Quantity, Vector
 from fragfield.case.schema import Case
+from fragfield.case.units.quantities import _NAMES, Quantity, Vector
 from tests.attack.cases import BASE, to_text
 from tests.fragfield.short_run import ROOT, SHORT, invoke
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight.hazard.witness_hazard import SECTOR_HITS
+from flight.hazard.density.witness_hazard import SECTOR_HITS
 from fragfield.cli import app
-from fragfield.compare import compare_runs
-from fragfield.compare.estimates import Estimates, estimate
-from fragfield.compare.witness import compare_hits, sectors_together
 from fragfield.errors import InputError
+from fragfield.studies.compare import compare_runs
+from fragfield.studies.compare.estimates import Estimates, estimate
+from fragfield.studies.compare.witness import compare_hits, sectors_together
 from tests.fragfield.synthetic_run import write_run
 
 

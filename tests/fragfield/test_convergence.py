@@ -13,16 +13,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fragfield import convergence as module
 from fragfield.case import load_case
-from fragfield.convergence import convergence_of, convergence_words, with_cells
 from fragfield.errors import InputError
-from fragfield.job import Job
-from fragfield.parallel import Team
-from fragfield.progress import ProgressReporter
-from fragfield.report.convergence_tables import convergence_tables
-from fragfield.report.findings import _grid_convergence
-from fragfield.run_directory import SCRATCH, STAGES, RunDirectory
+from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
+from fragfield.pipeline import convergence as module
+from fragfield.pipeline.convergence import convergence_of, convergence_words, with_cells
+from fragfield.pipeline.job import Job
+from fragfield.pipeline.parallel import Team
+from fragfield.report.findings.findings import _grid_convergence
+from fragfield.report.tables.convergence_tables import convergence_tables
+from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,

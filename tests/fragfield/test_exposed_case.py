@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.exposed_places import places_of, site_of
+from fragfield.case.conversion.exposed_places import places_of, site_of
 from fragfield.errors import InputError
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'

@@ -7,7 +7,7 @@ import pytest
 
 import flight
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from fragfield.exposed import share_bound, sum_bound
+from fragfield.hazard.exposed import share_bound, sum_bound
 
 REALISATIONS, BLOCK, NUMBER = 10_000, 100, 60
 

@@ -15,9 +15,9 @@ import fragfield
 from burst_fenicsx.errors import NumericalStop as BurstStop
 from flight.files.text_tables import read_columns
 from fragfield.errors import exit_code_of
+from fragfield.files.run_directory import RunDirectory
+from fragfield.files.stamped import stamped_json
 from fragfield.interface import running
-from fragfield.run_directory import RunDirectory
-from fragfield.stamped import stamped_json
 from tests.fragfield.short_run import RINGS, ROOT, environment, invoke
 
 TUBE = {"name": "tube", "profile": "tube", "explosive": "tnt", "casing": "steel_paper"}

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.break_up_table import BreakUpTable
-from fragfield.case.convert import break_up_settings
-from fragfield.checking import check_report
+from fragfield.case.conversion.convert import break_up_settings
+from fragfield.case.tables.break_up_table import BreakUpTable
+from fragfield.checking.checking import check_report
 from fragfield.errors import InputError
-from fragfield.report.findings import findings
-from fragfield.report.run_files import RunFiles
+from fragfield.report.findings.findings import findings
+from fragfield.report.reading.run_files import RunFiles
 from transition import BreakUpSettings
 
 CASES = Path(__file__).parents[2] / "cases"

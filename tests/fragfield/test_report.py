@@ -16,8 +16,8 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.report.burst_figures import speed_along_round
-from fragfield.report.drawing import drawing_style, to_bytes
+from fragfield.report.figures.burst_figures import speed_along_round
+from fragfield.report.figures.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
@@ -222,7 +222,7 @@ def test_inputs_and_their_units_are_shown(page):
 
 def test_densities_agree_with_the_flight(run):
     """The curve's distances are those that the flight's own assessment put into the summary."""
-    from fragfield.report.landings import ensemble
+    from fragfield.report.reading.landings import ensemble
 
     files = read_run(run)
     found = ensemble(files)
@@ -360,7 +360,7 @@ def test_report_in_grey_keeps_lines_distinguishable():
     """Neighbouring styles differ in lightness or in dashes, so that a grey copy can be read."""
     from matplotlib.colors import to_rgb
 
-    from fragfield.report.drawing import LINES
+    from fragfield.report.figures.drawing import LINES
 
     grey = [float(np.dot(to_rgb(style["color"]), (0.299, 0.587, 0.114))) for style in LINES]
     dashes = [str(style["linestyle"]) for style in LINES]

@@ -8,10 +8,10 @@ import shutil
 import pytest
 
 from fragfield.errors import InputError
-from fragfield.report import burst_figures, early, hazard_figures, side_by_side
-from fragfield.report.early import draw_early, early_figures
-from fragfield.report.run_files import read_run
-from fragfield.report.side_by_side import FigureQueue
+from fragfield.report.figures import burst_figures, early, hazard_figures, side_by_side
+from fragfield.report.figures.early import draw_early, early_figures
+from fragfield.report.figures.side_by_side import FigureQueue
+from fragfield.report.reading.run_files import read_run
 from tests.fragfield.synthetic_run import write_run
 
 pytestmark = pytest.mark.cores

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from flight.files.ensemble import read_ensemble
 from flight.hazard.stack_rules import stack_rule
 from fragfield.cli import app
+from fragfield.hazard.stack_rule import stack_counts
 from fragfield.report import read_run
-from fragfield.report.distance_tables import stack_rule_table
-from fragfield.stack_rule import stack_counts
+from fragfield.report.tables.distance_tables import stack_rule_table
 
 
 def grid(*numbers: int, step: float = 0.17) -> np.ndarray:

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 
 from flight import Barricade, Bounce, Building, Fragments, HeightMap, Wall
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.convert import flight_arguments
+from fragfield.case.conversion.convert import flight_arguments
 from fragfield.cli import app
-from fragfield.ensemble import above_ground
 from fragfield.errors import InputError
+from fragfield.pipeline.ensemble import above_ground
 
 GROUND = """
 [flight.ground]

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
+from fragfield.files.stamped import stamped_json
 from fragfield.report import write_report
-from fragfield.report.run_files import read_run
+from fragfield.report.reading.run_files import read_run
+from fragfield.report.tables.uncertainty_tables import signed_card
 from fragfield.report.uncertainty_page import write_uncertainty_page
-from fragfield.report.uncertainty_tables import signed_card
-from fragfield.stamped import stamped_json
-from fragfield.uncertainty.plan import plan_study
-from fragfield.uncertainty.results import assess
+from fragfield.studies.uncertainty.plan import plan_study
+from fragfield.studies.uncertainty.results import assess
 from tests.fragfield.synthetic_run import write_run
 
 M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import fragfield.uncertainty.study as study_module
+import fragfield.studies.uncertainty.study as study_module
 from fragfield.cli import app
 from fragfield.errors import InputError
-from fragfield.pipeline import Request
-from fragfield.run_directory import RunDirectory
-from fragfield.stamped import read_stamped_json
-from fragfield.uncertainty.journal import Journal
-from fragfield.uncertainty.results import read_results
+from fragfield.files.run_directory import RunDirectory
+from fragfield.files.stamped import read_stamped_json
+from fragfield.pipeline.pipeline import Request
+from fragfield.studies.uncertainty.journal import Journal
+from fragfield.studies.uncertainty.results import read_results
 from tests.fragfield.short_run import SHORT, command, environment
 from tests.fragfield.synthetic_run import write_run
 

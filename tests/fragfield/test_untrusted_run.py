@@ -5,7 +5,7 @@ from __future__ import annotations
 import h5py
 import pytest
 
-from fragfield.run_directory import RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from fragfield_base.seal import read_seal
 from tests.fragfield.short_run import invoke
 

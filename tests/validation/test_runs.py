@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case
-from fragfield.run_directory import RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from tests.validation.rings import ring
 from validation.__main__ import main
 from validation.paper_3_2 import scaling, sensitivities

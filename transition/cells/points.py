@@ -1,0 +1,63 @@
+"""Material points: the form in which a casing's state is handed to the break-up.
+
+Points are made by a source: hexahedral cells (`transition.cells.cell_points`) are one, the rings of an axisymmetric
+burst (`transition.cells.ring_points`) another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = ["MaterialPoints", "PointSource"]
+
+
+@dataclass(frozen=True, eq=False)
+class MaterialPoints:
+    """Points of a casing, each with its share of the mass. SI units.
+
+    Attributes
+    ----------
+    position, velocity : (p, 3) float64
+        Where they are (m) and how they move (m/s).
+    mass : (p,) float64
+        Their masses (kg), above zero.
+    round, segment : (p,) int32
+        The round and the segment within it that they belong to.
+    cell : (p,) int64
+        The casing cell or ring they lie in, as an index of `Snapshot.casing`; -1 where the source has no cells.
+    local : (p, 3) float64
+        Coordinates 0 to 1 in that cell (of a ring: in its quadrilateral, and the turn about the axis); without rows
+        where they were not asked for, or the source has no cells.
+    """
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    mass: NDArray[np.float64]
+    round: NDArray[np.int32]
+    segment: NDArray[np.int32]
+    cell: NDArray[np.int64]
+    local: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return int(self.mass.size)
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[MaterialPoints]) -> MaterialPoints:
+        """The points of several parts, one after the other."""
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
+
+
+class PointSource(Protocol):
+    """Draws the material points of one segment; the same mass and momentum each time, at other places."""
+
+    def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
+        """Points of one realisation; with their coordinates in the cells on demand."""
+        ...
