@@ -15,8 +15,8 @@ from transition.casing import casing_of
 from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
 from transition.cells.points import MaterialPoints
 from transition.errors import InputError
-from transition.law.laws import outside_of, segment_law
 from transition.law.samplers import Graded, Quantile, Sampler
+from transition.law.segment_law import outside_of, segment_law
 from transition.law.segments import CasingSegment, casing_segments
 from transition.ledger import CasingSums, ledger
 from transition.placement.attitude import Attitude, draw_attitude

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from flight.fragments import Fragments
     from transition.cells.points import MaterialPoints
-    from transition.law.laws import SegmentLaw
     from transition.law.samplers import Draw
+    from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.ledger import BreakUpLedger
     from transition.placement.attitude import Attitude

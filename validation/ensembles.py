@@ -149,7 +149,7 @@ def ring_ensemble_of_run(
         The run has not the number of `rounds` that it should, those behind planes of symmetry included.
     """
     from fragfield.case import read_resolved
-    from fragfield.case.conversion.convert import break_up_settings, flight_arguments
+    from fragfield.case.conversion.stages import break_up_settings, flight_arguments
 
     snapshot = Snapshot.read(folder / "burst_snapshot.h5")
     found = len(snapshot.rounds) * (len(images(snapshot.planes)) + 1)

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from fragfield.case.checks.checks import check_case, check_charges
+from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.conversion.exposed_places import places_of, resolved_exposed
 from fragfield.case.conversion.geometry import check_geometry
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
-from fragfield.case.tables.flight_table import StackRuleTable
-from fragfield.case.tables.plane_table import resolved_plane
-from fragfield.case.tables.round_table import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
+from fragfield.case.tables.flight import StackRuleTable
+from fragfield.case.tables.plane import resolved_plane
+from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
 from fragfield.errors import InputError
 from fragfield.files.file_sizes import MOST_CASE
 from fragfield.terminal.visible_text import hidden_in, visible
@@ -109,7 +109,7 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
 def _check_flight(case: Case, source: str) -> None:
     """What only the flight can judge: drag tables, maps, surfaces, obstacles, the integrator's bounds."""
     from flight.errors import InputError as FlightInputError
-    from fragfield.case.conversion.convert import flight_arguments
+    from fragfield.case.conversion.stages import flight_arguments
     from fragfield.case.conversion.surroundings import check_surroundings
 
     try:
@@ -225,7 +225,7 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.conversion.convert_burst import burst_round
+    from fragfield.case.conversion.burst import burst_round
 
     mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

@@ -77,10 +77,10 @@ def _chosen(
     """The keys that are set, with the schema's own examples as values."""
     from burst_fenicsx.geometry.files import profile_names
     from burst_fenicsx.materials.library import casing_names, explosive_names
-    from fragfield.case.tables.burst_table import BurstTable
-    from fragfield.case.tables.flight_table import HazardTable
-    from fragfield.case.tables.round_table import RoundTable
-    from fragfield.case.tables.stack_table import StackTable
+    from fragfield.case.tables.burst import BurstTable
+    from fragfield.case.tables.flight import HazardTable
+    from fragfield.case.tables.round import RoundTable
+    from fragfield.case.tables.stack import StackTable
 
     _require("--round", profile, profile_names())
     _require("--explosive", explosive, explosive_names())

@@ -43,7 +43,7 @@ def check(
 ) -> None:
     """Read a case, print its masses, speeds, mesh and cost, and warn of what may be wrong."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.checking.show_check import print_check
+        from fragfield.checking.show import print_check
 
         done = fragfield.check(case, cell_size=cell_size, set=settings or ())
         shown = done.case.values if resolved else None

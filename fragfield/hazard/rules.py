@@ -189,8 +189,8 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
 
     Rounds from mesh files take their masses from the burst's part of summary.json.
     """
-    from fragfield.case.conversion.convert import burst_round
-    from fragfield.hazard.places import with_images
+    from fragfield.case.conversion.stages import burst_round
+    from fragfield.hazard.arrangement import with_images
 
     if not case.round:
         return None

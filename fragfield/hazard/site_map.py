@@ -13,7 +13,7 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_places import outline_of
 from fragfield.case.conversion.surroundings import ground_of
-from fragfield.hazard.places import with_images
+from fragfield.hazard.arrangement import with_images
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.hazard.places import with_images
+from fragfield.hazard.arrangement import with_images
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -34,7 +34,7 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
     """
     from flight.files.ensemble import read_ensemble
     from flight.hazard.stack_rules import effective_number, stack_rule
-    from fragfield.case.conversion.convert import hazard_criteria
+    from fragfield.case.conversion.stages import hazard_criteria
 
     rule = case.hazard.stack_rule
     assert rule is not None  # the caller's choice

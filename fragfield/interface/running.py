@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from fragfield.interface.results import Run
-    from fragfield.pipeline.pipeline import Request
+    from fragfield.pipeline.chain import Request
     from fragfield.terminal.progress import Progress
 
 __all__ = ["limit_threads", "request_of", "run"]
@@ -90,7 +90,7 @@ def run(
         overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),
     )  # fmt: skip
     from fragfield.interface.results import Run
-    from fragfield.pipeline.pipeline import run_chain, run_stage
+    from fragfield.pipeline.chain import run_chain, run_stage
 
     if only is None:
         run_chain(request)
@@ -116,9 +116,9 @@ def request_of(
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
     if threads is not None:
         limit_threads(threads)
-    from fragfield.case.checks.checks import check_case
+    from fragfield.case.checks.consistency import check_case
     from fragfield.case.messages import join_faults
-    from fragfield.pipeline.pipeline import Request
+    from fragfield.pipeline.chain import Request
 
     made = None
     if isinstance(case, Case) or not _is_settings(set):

@@ -61,8 +61,8 @@ def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
 
 def arena_basis(case: Case) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance of an arena table, and mirror planes, as `hazard_directions`."""
-    from fragfield.case.conversion.convert import hazard_directions
     from fragfield.case.conversion.directions import even_surroundings
+    from fragfield.case.conversion.stages import hazard_directions
 
     if case.round:
         return hazard_directions(case)

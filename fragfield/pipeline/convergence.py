@@ -216,7 +216,7 @@ def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Re
     """The quantities with cells of another size; None where they cannot be computed."""
     import transition
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.convert import break_up_settings, burst_rounds, burst_settings
+    from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
     from fragfield.pipeline.ensemble import fly_all
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter

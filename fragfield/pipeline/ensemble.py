@@ -81,7 +81,7 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     The first realisation with its ledgers, and the fragments of the others; None on ranks other than 0.
     """
     import transition
-    from fragfield.case.conversion.convert import break_up_settings
+    from fragfield.case.conversion.stages import break_up_settings
 
     team, seed = job.team, job.case.seed
     snapshot = team.broadcast(transition.Snapshot.read(snapshot_file) if team.first else None)
@@ -137,8 +137,8 @@ class _Found:
     def __init__(self, job: Job, source: Realisations) -> None:
         from flight.hazard.balance import Balance
         from flight.hazard.density.expected import DensityGroups, Directions
-        from fragfield.case.conversion.convert import hazard_criteria, hazard_directions, kernel_degrees
         from fragfield.case.conversion.exposed_places import places_of
+        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
 
@@ -220,7 +220,7 @@ class _Flights:
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.density.near_ground import NearGround
-        from fragfield.case.conversion.convert import flight_arguments, hazard_criteria
+        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)
@@ -307,7 +307,7 @@ class _Flights:
 def hazard_grid(case: Case) -> PolarGrid:
     """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
     from flight.hazard.density.polar_grid import PolarGrid
-    from fragfield.case.conversion.convert import kernel_degrees
+    from fragfield.case.conversion.stages import kernel_degrees
 
     hazard = case.hazard
     return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)

@@ -42,8 +42,8 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> None:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.convert import burst_rounds, burst_settings
     from fragfield.case.conversion.geometry import burst_geometry
+    from fragfield.case.conversion.stages import burst_rounds, burst_settings
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
@@ -89,7 +89,7 @@ def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
-    from fragfield.case.conversion.convert import hazard_criteria
+    from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.stack_rule import stack_rule_of

@@ -7,7 +7,7 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.site_map import KINDS, extent_of
-from fragfield.report.figures.site_figure import north_of, site_shapes
+from fragfield.report.figures.site import north_of, site_shapes
 from fragfield.version import __version__
 
 if TYPE_CHECKING:

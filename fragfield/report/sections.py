@@ -17,31 +17,34 @@ from fragfield.report.blocks import (
     Signatures,
     Text,
 )
-from fragfield.report.figures import burst_figures, fragment_figures, hazard_figures, site_figure
+from fragfield.report.figures import burst as burst_figures
+from fragfield.report.figures import fragments as fragment_figures
+from fragfield.report.figures import hazard as hazard_figures
+from fragfield.report.figures import site as site_figure
 from fragfield.report.findings import statements
 from fragfield.report.findings.findings import findings
 from fragfield.report.findings.validation_status import read_record, validation_blocks
 from fragfield.report.quantities import SPACE, number
 from fragfield.report.reading.landings import landings
-from fragfield.report.tables import zone_blocks
-from fragfield.report.tables.convergence_tables import convergence_figure, convergence_tables
-from fragfield.report.tables.distance_tables import density_table, distance_table, sector_table, stack_rule_table
-from fragfield.report.tables.exposed_tables import exposed_tables, verdict_table
-from fragfield.report.tables.exposure_table import exposure_table
-from fragfield.report.tables.ignition_table import ignition_table
+from fragfield.report.tables import zones as zone_blocks
+from fragfield.report.tables.convergence import convergence_figure, convergence_tables
+from fragfield.report.tables.distances import density_table, distance_table, sector_table, stack_rule_table
+from fragfield.report.tables.exposed_sites import exposed_tables, verdict_table
+from fragfield.report.tables.ignition import ignition_table
 from fragfield.report.tables.inputs import input_tables
-from fragfield.report.tables.obstacle_tables import obstacle_tables
-from fragfield.report.tables.profile_table import profile_section
-from fragfield.report.tables.round_tables import (
+from fragfield.report.tables.obstacles import obstacle_tables
+from fragfield.report.tables.plane_section import CAUTION, section_blocks
+from fragfield.report.tables.profile import profile_section
+from fragfield.report.tables.rounds import (
     arrangement_table,
     broken_rounds_table,
     contact_rows,
     round_table,
     segment_table,
 )
-from fragfield.report.tables.rule_tables import rule_tables
-from fragfield.report.tables.section_tables import CAUTION, section_blocks
-from fragfield.report.tables.tables import (
+from fragfield.report.tables.rules import rule_tables
+from fragfield.report.tables.shock_exposure import exposure_table
+from fragfield.report.tables.stages import (
     azimuth_tables,
     break_up_rows,
     burst_rows,
@@ -51,15 +54,15 @@ from fragfield.report.tables.tables import (
     mesh_rows,
     provenance_rows,
 )
-from fragfield.report.tables.uncertainty_tables import signed_card, uncertainty_section
-from fragfield.report.tables.zone_blocks import zone_table
+from fragfield.report.tables.uncertainty import signed_card, uncertainty_section
+from fragfield.report.tables.zones import zone_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from matplotlib.figure import Figure
 
-    from fragfield.case.tables.document_table import DocumentTable
+    from fragfield.case.tables.document import DocumentTable
     from fragfield.report.blocks import Finding, Illustration
     from fragfield.report.reading.run_files import RunFiles
 

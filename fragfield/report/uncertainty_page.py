@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.report.assemble import write_page
 from fragfield.report.blocks import Section
 from fragfield.report.reading.run_files import read_run
-from fragfield.report.tables.uncertainty_tables import uncertainty_blocks
+from fragfield.report.tables.uncertainty import uncertainty_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, single_words
-from fragfield.hazard.exposure_words import exposed_rounds, exposure_words
+from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.pipeline.convergence import convergence_words
 from fragfield.terminal.progress import duration
 

@@ -20,8 +20,8 @@ from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.files.height_map import read_grid
 from flight.files.text_tables import read_columns, write_columns
+from fragfield.case.units.grammar import grammar_fault
 from fragfield.case.units.quantities import Quantity
-from fragfield.case.units.unit_grammar import grammar_fault
 from tests.attack import disk, exits, files, signals
 from tests.attack.__main__ import generated_cases
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fragfield.case.load import case_from_document, load_case
-from fragfield.checking.checking import check_report
-from fragfield.checking.show_check import print_check
-from fragfield.hazard.places import with_images
+from fragfield.checking.check import check_report
+from fragfield.checking.show import print_check
+from fragfield.hazard.arrangement import with_images
 from tests.fragfield.short_run import ROOT, invoke
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}

@@ -179,9 +179,9 @@ def test_exit_codes_of_errors():
 )
 def test_stops_and_interruptions_have_their_codes(raised, code, reported, tmp_path):
     done = _python(
-        "import sys, burst_fenicsx.errors, fragfield.pipeline.pipeline\n"
+        "import sys, burst_fenicsx.errors, fragfield.pipeline.chain\n"
         f"def stop(*_, **__): raise {raised}\n"
-        "fragfield.pipeline.pipeline.perform = stop\n"
+        "fragfield.pipeline.chain.perform = stop\n"
         f"sys.argv = ['fragfield', 'run', {str(ROOT / 'cases' / 'tube.toml')!r}, '--out', {str(tmp_path / 'run')!r}]\n"
         "from fragfield.cli import main\nmain()"
     )

@@ -21,7 +21,7 @@ from fragfield.pipeline.convergence import convergence_of, convergence_words, wi
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.findings import _grid_convergence
-from fragfield.report.tables.convergence_tables import convergence_tables
+from fragfield.report.tables.convergence import convergence_tables
 from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
 

@@ -15,7 +15,7 @@ import typer
 from fragfield import errors
 from fragfield.cli.guard import guarded
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
-from fragfield.pipeline import pipeline
+from fragfield.pipeline import chain as pipeline
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
 
@@ -26,7 +26,7 @@ def _broken(*arguments, **options):
 
 def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
     (tmp_path / "mine.toml").write_text(SHORT)
-    monkeypatch.setattr("fragfield.checking.checking.check_report", _broken)
+    monkeypatch.setattr("fragfield.checking.check.check_report", _broken)
     done = invoke("check", tmp_path / "mine.toml")
     assert done.exit_code == EXIT_FAULT == 4
     assert len(done.stderr.splitlines()) == 1

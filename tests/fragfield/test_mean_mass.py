@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.conversion.convert import break_up_settings
-from fragfield.case.tables.break_up_table import BreakUpTable
-from fragfield.checking.checking import check_report
+from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.tables.break_up import BreakUpTable
+from fragfield.checking.check import check_report
 from fragfield.errors import InputError
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles

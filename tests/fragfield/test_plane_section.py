@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield.case.conversion.convert import burst_settings
 from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document
-from fragfield.checking.checking import check_report
-from fragfield.checking.show_check import print_check
+from fragfield.checking.check import check_report
+from fragfield.checking.show import print_check
 from fragfield.errors import InputError, exit_code_of
 from fragfield.terminal.show import summary_text
 from tests.fragfield.short_run import invoke

@@ -16,7 +16,7 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.report.figures.burst_figures import speed_along_round
+from fragfield.report.figures.burst import speed_along_round
 from fragfield.report.figures.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault

@@ -9,12 +9,12 @@ import pytest
 
 from fragfield.case import Case
 from fragfield.report.blocks import Findings, Rows, Table
-from fragfield.report.figures.burst_figures import speed_along_round
+from fragfield.report.figures.burst import speed_along_round
 from fragfield.report.figures.drawing import drawing_style
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
-from fragfield.report.tables.ignition_table import ignition_table
+from fragfield.report.tables.ignition import ignition_table
 from fragfield.report.tables.inputs import input_tables
 from fragfield.terminal.show import print_summary
 from tests.fragfield.synthetic_run import write_run
@@ -82,7 +82,7 @@ def test_ignition_and_initiation_are_reported_in_words():
          "initiation": {"pressure": "5e9 Pa", "duration": "2e-07 s"}},
     ]  # fmt: skip
     run = RunFiles(None, case=Case.model_validate({"round": rounds}))
-    from fragfield.report.tables.round_tables import arrangement_table
+    from fragfield.report.tables.rounds import arrangement_table
 
     (found,) = arrangement_table(run)
     assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]

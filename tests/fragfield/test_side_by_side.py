@@ -8,7 +8,9 @@ import shutil
 import pytest
 
 from fragfield.errors import InputError
-from fragfield.report.figures import burst_figures, early, hazard_figures, side_by_side
+from fragfield.report.figures import burst as burst_figures
+from fragfield.report.figures import early, side_by_side
+from fragfield.report.figures import hazard as hazard_figures
 from fragfield.report.figures.early import draw_early, early_figures
 from fragfield.report.figures.side_by_side import FigureQueue
 from fragfield.report.reading.run_files import read_run

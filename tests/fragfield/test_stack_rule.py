@@ -14,7 +14,7 @@ from flight.hazard.stack_rules import stack_rule
 from fragfield.cli import app
 from fragfield.hazard.stack_rule import stack_counts
 from fragfield.report import read_run
-from fragfield.report.tables.distance_tables import stack_rule_table
+from fragfield.report.tables.distances import stack_rule_table
 
 
 def grid(*numbers: int, step: float = 0.17) -> np.ndarray:

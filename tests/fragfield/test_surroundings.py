@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from flight import Barricade, Bounce, Building, Fragments, HeightMap, Wall
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.conversion.convert import flight_arguments
+from fragfield.case.conversion.stages import flight_arguments
 from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.pipeline.ensemble import above_ground

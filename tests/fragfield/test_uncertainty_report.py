@@ -12,7 +12,7 @@ from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
 from fragfield.report import write_report
 from fragfield.report.reading.run_files import read_run
-from fragfield.report.tables.uncertainty_tables import signed_card
+from fragfield.report.tables.uncertainty import signed_card
 from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess

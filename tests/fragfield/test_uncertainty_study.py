@@ -20,7 +20,7 @@ from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import read_stamped_json
-from fragfield.pipeline.pipeline import Request
+from fragfield.pipeline.chain import Request
 from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.results import read_results
 from tests.fragfield.short_run import SHORT, command, environment

@@ -14,7 +14,7 @@ import pytest
 from fragfield.report import read_run, write_report
 from fragfield.report.findings.findings import _folded_casing_cells
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
-from fragfield.report.tables.tables import mesh_rows
+from fragfield.report.tables.stages import mesh_rows
 from fragfield.view import offscreen_fault
 from fragfield.view.film import film_fault
 from fragfield.view.interactive import interactive_fault

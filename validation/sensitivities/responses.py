@@ -105,7 +105,7 @@ def respond(
     threads : int, optional
         Of break-up and flight; the result does not depend on it.
     """
-    from fragfield.case.conversion.convert import break_up_settings, flight_arguments, hazard_criteria
+    from fragfield.case.conversion.stages import break_up_settings, flight_arguments, hazard_criteria
     from fragfield.pipeline.ensemble import above_ground, hazard_grid
 
     case = _case(variation)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
     from fragfield.case.schema import Case
-    from fragfield.case.tables.uncertainty_table import UncertainInputTable
+    from fragfield.case.tables.uncertainty import UncertainInputTable
 
 __all__ = ["Target", "check_uncertainty", "parameters_of", "target_of"]
 

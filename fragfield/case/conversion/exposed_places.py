@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.tables.exposed_table import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
-from fragfield.case.tables.ground_table import BuildingTable, WallTable
+from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
+from fragfield.case.tables.ground import BuildingTable, WallTable
 from fragfield.case.units.quantities import show
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from flight.hazard.exposed import Prism
     from flight.scene.walls import Wall
     from fragfield.case.schema import Case
-    from fragfield.case.tables.exposed_table import BarrierTable, ExposedTable
-    from fragfield.case.tables.ground_table import ObstacleTable
+    from fragfield.case.tables.exposed import BarrierTable, ExposedTable
+    from fragfield.case.tables.ground import ObstacleTable
 
     Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from fragfield.case.conversion.convert_burst import burst_rounds, settings_in
+from fragfield.case.conversion.burst import burst_rounds, settings_in
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.geometry.clearance import Body
-    from fragfield.case.tables.plane_table import PlaneTable
-    from fragfield.case.tables.round_table import RoundTable
+    from fragfield.case.tables.plane import PlaneTable
+    from fragfield.case.tables.round import RoundTable
 
 __all__ = ["heights", "meshed", "placed", "profile_of"]
 
@@ -24,7 +24,7 @@ def placed(entry: RoundTable) -> Body:
     from burst_fenicsx.geometry.clearance import Body, placed_body
     from burst_fenicsx.geometry.solids import Hull
     from burst_fenicsx.meshing import mesh_round
-    from fragfield.case.conversion.convert_burst import burst_round
+    from fragfield.case.conversion.burst import burst_round
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fragfield.case.schema import Case
-    from fragfield.case.tables.round_table import IgnitionTable, RoundTable
-    from fragfield.case.tables.stack_table import StackTable
+    from fragfield.case.tables.round import IgnitionTable, RoundTable
+    from fragfield.case.tables.stack import StackTable
 
 __all__ = ["check_stack", "expanded", "stacked_names"]
 

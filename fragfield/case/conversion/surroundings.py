@@ -8,13 +8,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield.case.tables.ground_table import BarricadeTable, BuildingTable, WallTable
+from fragfield.case.tables.ground import BarricadeTable, BuildingTable, WallTable
 
 if TYPE_CHECKING:
     from flight import Bounce, HeightMap
     from flight.scene.obstacles import Obstacle
     from fragfield.case.schema import Case
-    from fragfield.case.tables.ground_table import GroundTable
+    from fragfield.case.tables.ground import GroundTable
 
 __all__ = ["check_surroundings", "describe_surroundings", "ground_height", "ground_of", "surroundings"]
 

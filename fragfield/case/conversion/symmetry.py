@@ -9,7 +9,7 @@ from fragfield.case.conversion.stack import expanded
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
-    from fragfield.case.tables.round_table import RoundTable
+    from fragfield.case.tables.round import RoundTable
 
 __all__ = ["all_azimuths_alike", "is_axisymmetric"]
 

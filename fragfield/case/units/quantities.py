@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic_core import PydanticCustomError, core_schema
 
-from fragfield.case.units.plain_units import plain_value
-from fragfield.case.units.unit_grammar import grammar_fault
+from fragfield.case.units.everyday import plain_value
+from fragfield.case.units.grammar import grammar_fault
 from fragfield.errors import nearest
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from fragfield.report.figures import burst_figures, fragment_figures
+from fragfield.report.figures import burst as burst_figures
+from fragfield.report.figures import fragments as fragment_figures
 from fragfield.report.figures.side_by_side import FigureQueue
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.view.offscreen import library_fault

@@ -9,12 +9,12 @@ import numpy as np
 
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.hazard.certainty import certainty
-from fragfield.hazard.exposure_words import exposed_rounds, exposure_words
+from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.validation_status import read_record, validation_words
 from fragfield.report.quantities import number
 from fragfield.report.reading.mesh_quality import scaled_jacobian
-from fragfield.report.tables.ignition_table import initiated_by_shock, never_initiated
+from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
 
 if TYPE_CHECKING:
     from fragfield.report.blocks import Weight

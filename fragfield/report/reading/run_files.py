@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.files.revolve import Revolution
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
-    from fragfield.case.tables.document_table import DocumentTable
-    from fragfield.case.tables.flight_table import HazardTable
+    from fragfield.case.tables.document import DocumentTable
+    from fragfield.case.tables.flight import HazardTable
     from transition.placement.mirroring import SymmetryPlane
 
 __all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
@@ -125,14 +125,14 @@ class RunFiles:
     @property
     def criteria(self) -> HazardTable:
         """What counts as hazardous; the schema's defaults where the directory holds no case."""
-        from fragfield.case.tables.flight_table import HazardTable
+        from fragfield.case.tables.flight import HazardTable
 
         return self.case.hazard if self.case is not None else HazardTable()
 
     @property
     def document(self) -> DocumentTable:
         """Number, revision and names; empty texts where the directory holds no case."""
-        from fragfield.case.tables.document_table import DocumentTable
+        from fragfield.case.tables.document import DocumentTable
 
         return self.case.document if self.case is not None else DocumentTable()
 

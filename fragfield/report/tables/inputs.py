@@ -8,7 +8,7 @@ from fragfield.case.active import active_tables
 from fragfield.case.write import measured
 from fragfield.report.blocks import Rows
 from fragfield.report.quantities import Row, of_case
-from fragfield.report.tables.round_tables import POSITION_KEYS, alike
+from fragfield.report.tables.rounds import POSITION_KEYS, alike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

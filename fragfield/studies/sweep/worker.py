@@ -109,7 +109,7 @@ def perform(request: dict[str, Any]) -> tuple[int, str]:
     A request of the stage "sample" has keys of its own, see `fragfield.studies.uncertainty.sample`, and its results as
     message.
     """
-    from fragfield.pipeline.pipeline import Request, run_chain, run_stage
+    from fragfield.pipeline.chain import Request, run_chain, run_stage
     from fragfield.terminal.logs import to_stderr
 
     if request["stage"] == "sample":

@@ -7,15 +7,15 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.convert import break_up_settings
 from fragfield.case.conversion.placing import profile_of
-from fragfield.case.tables.uncertainty_table import UncertainInputTable
+from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.tables.uncertainty import UncertainInputTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case import Case
-    from fragfield.case.tables.round_table import RoundTable
+    from fragfield.case.tables.round import RoundTable
 
 __all__ = ["default_inputs"]
 

@@ -13,7 +13,7 @@ from fragfield.studies.uncertainty.distributions import Distribution
 
 if TYPE_CHECKING:
     from fragfield.case import Case
-    from fragfield.case.tables.uncertainty_table import UncertainInputTable
+    from fragfield.case.tables.uncertainty import UncertainInputTable
 
 __all__ = ["UncertainInput", "inputs_of"]
 

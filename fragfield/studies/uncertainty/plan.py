@@ -13,7 +13,7 @@ import numpy as np
 from fragfield.case import changed_document, plain
 from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.load import case_from_document
-from fragfield.case.tables.uncertainty_table import UncertaintyTable
+from fragfield.case.tables.uncertainty import UncertaintyTable
 from fragfield.case.write import tables_to_toml
 from fragfield.errors import InputError, nearest
 from fragfield.studies.uncertainty.design import blocks_of, latin_hypercube, saltelli, seed_of, shared_bursts

@@ -59,7 +59,7 @@ def _made(request: Mapping[str, Any]) -> dict[str, Any]:
 def _burst(case: Case, folder: Path) -> Mapping[str, Any]:
     """Compute the burst into a folder; its summary."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.convert import burst_rounds, burst_settings
+    from fragfield.case.conversion.stages import burst_rounds, burst_settings
     from fragfield.pipeline.parallel import Team
 
     done = simulate(burst_rounds(case), burst_settings(case), folder, comm=Team().alone, series=False)
@@ -70,7 +70,7 @@ def _burst(case: Case, folder: Path) -> Mapping[str, Any]:
 def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, Any]:
     """Break the casings up and fly the fragments as a run does, on one thread, without its files."""
     import transition
-    from fragfield.case.conversion.convert import break_up_settings
+    from fragfield.case.conversion.stages import break_up_settings
     from fragfield.files.run_directory import RunDirectory
     from fragfield.pipeline.ensemble import fly_all
     from fragfield.pipeline.job import Job

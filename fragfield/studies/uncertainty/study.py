@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.pipeline.chain import Request, run_stage
 from fragfield.pipeline.parallel import launched_size
-from fragfield.pipeline.pipeline import Request, run_stage
 from fragfield.studies.sweep.sharing import share_out
 from fragfield.studies.sweep.worker import Worker
 from fragfield.studies.uncertainty.journal import Journal

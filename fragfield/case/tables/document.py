@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 
 __all__ = ["DocumentTable"]
 

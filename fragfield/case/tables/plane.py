@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import Direction, FrictionAngle, Length, Place, degrees
 
 __all__ = ["PlaneTable", "resolved_plane"]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.certainty import whole_metres
 from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
-from fragfield.report.figures.uncertainty_figures import distribution_figure, places_figure, tornado_figure
+from fragfield.report.figures.uncertainty import distribution_figure, places_figure, tornado_figure
 from fragfield.report.quantities import SPACE, Row, number
 
 if TYPE_CHECKING:

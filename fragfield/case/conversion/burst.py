@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.tables.round_table import CasingTable, ExplosiveTable
+from fragfield.case.tables.round import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
         Round,
     )
     from fragfield.case.schema import Case
-    from fragfield.case.tables.burst_table import ContactTable
-    from fragfield.case.tables.plane_table import PlaneTable
-    from fragfield.case.tables.round_table import RoundTable
+    from fragfield.case.tables.burst import ContactTable
+    from fragfield.case.tables.plane import PlaneTable
+    from fragfield.case.tables.round import RoundTable
 
 __all__ = ["burst_round", "burst_rounds", "degrees_of", "rigid_plane", "settings_in"]
 

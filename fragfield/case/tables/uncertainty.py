@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 
 __all__ = ["UncertainInputTable", "UncertaintyTable"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.tables.section_tables import CAUTION, WORDS
+from fragfield.report.tables.plane_section import CAUTION, WORDS
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:

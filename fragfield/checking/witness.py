@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.case.conversion.exposed_places import outline_of
-from fragfield.case.tables.flight_table import CylinderTable
-from fragfield.hazard.places import with_images
+from fragfield.case.tables.flight import CylinderTable
+from fragfield.hazard.arrangement import with_images
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry.clearance import Body
     from fragfield.case.schema import Case
-    from fragfield.case.tables.plane_table import PlaneTable
+    from fragfield.case.tables.plane import PlaneTable
 
 __all__ = ["check_places", "check_planes"]
 

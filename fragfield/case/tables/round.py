@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import (
     Density,
     Direction,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.tables.round_table import IgnitionTable
+from fragfield.case.tables.round import IgnitionTable
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.quantities import UNKNOWN, Row, number, row
 from fragfield.report.reading.laws import segment_laws
@@ -15,7 +15,7 @@ from fragfield.report.reading.laws import segment_laws
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case.tables.round_table import RoundTable
+    from fragfield.case.tables.round import RoundTable
     from fragfield.report.reading.run_files import RoundTables, RunFiles
 
 __all__ = [

@@ -9,7 +9,7 @@ import numpy as np
 
 from fragfield.hazard.site_map import KINDS, extent_of, shapes_of
 from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure
-from fragfield.report.tables.exposed_tables import exposed_entries
+from fragfield.report.tables.exposed_sites import exposed_entries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

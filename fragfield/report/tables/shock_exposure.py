@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.tables.round_table import ExplosiveTable
-from fragfield.hazard.exposure_words import exposed_rounds
+from fragfield.case.tables.round import ExplosiveTable
+from fragfield.hazard.shock_exposure import exposed_rounds
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import number
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import Angle, Length, Offset, PositiveLength, Quantity
 
 __all__ = ["BarricadeTable", "BuildingTable", "GroundTable", "ObstacleTable", "WallTable"]

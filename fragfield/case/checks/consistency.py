@@ -6,25 +6,25 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from fragfield.case.checks.arrangement import check_places, check_planes
 from fragfield.case.checks.bounds import outside_hard
-from fragfield.case.checks.place_checks import check_places, check_planes
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.exposed_places import check_exposed
 from fragfield.case.conversion.placing import profile_of
 from fragfield.case.conversion.stack import check_stack
-from fragfield.case.tables.flight_table import CylinderTable
-from fragfield.case.tables.round_table import ExplosiveTable
+from fragfield.case.tables.flight import CylinderTable
+from fragfield.case.tables.round import ExplosiveTable
 from fragfield.case.units.quantities import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from fragfield.case.schema import Case
-    from fragfield.case.tables.break_up_table import BreakUpTable
-    from fragfield.case.tables.burst_table import BurstTable
-    from fragfield.case.tables.flight_table import FlightTable, WitnessTable
-    from fragfield.case.tables.ground_table import GroundTable
-    from fragfield.case.tables.round_table import IgnitionTable, RoundTable
+    from fragfield.case.tables.break_up import BreakUpTable
+    from fragfield.case.tables.burst import BurstTable
+    from fragfield.case.tables.flight import FlightTable, WitnessTable
+    from fragfield.case.tables.ground import GroundTable
+    from fragfield.case.tables.round import IgnitionTable, RoundTable
 
 __all__ = ["check_case", "check_charges"]
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
-from fragfield.case.conversion.convert import burst_rounds, burst_settings
 from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
-from fragfield.checking.section_check import CAUTION, WORDS, described_section, meshed_section, section_stations
-from fragfield.checking.witness_checks import witness_warnings
-from fragfield.hazard.places import arrangement, arrangement_warnings
+from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
+from fragfield.checking.witness import witness_warnings
+from fragfield.hazard.arrangement import arrangement, arrangement_warnings
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:

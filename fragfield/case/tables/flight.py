@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from flight.constants import STANDARD_GRAVITY
-from fragfield.case.tables.ground_table import GroundTable
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
+from fragfield.case.tables.ground import GroundTable
 from fragfield.case.units.quantities import (
     Angle,
     ArealDensity,

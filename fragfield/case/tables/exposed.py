@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import (
     Angle,
     ArealDensity,

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import EnergyPerArea, Length, Mass, NumberOrWord, Quantity, degrees
 
 __all__ = ["BreakUpTable"]

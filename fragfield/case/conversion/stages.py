@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.convert_burst import burst_round, burst_rounds, degrees_of, rigid_plane, settings_in
+from fragfield.case.conversion.burst import burst_round, burst_rounds, degrees_of, rigid_plane, settings_in
 from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.conversion.surroundings import ground_height, surroundings
-from fragfield.case.tables.flight_table import CylinderTable, PanelTable
+from fragfield.case.tables.flight import CylinderTable, PanelTable
 
 if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, Geometry
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.schema import Case
-    from fragfield.case.tables.flight_table import CollisionsTable, FlightTable, PolygonTable, WindTable
+    from fragfield.case.tables.flight import CollisionsTable, FlightTable, PolygonTable, WindTable
     from transition import BreakUpSettings
 
 __all__ = [

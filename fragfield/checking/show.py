@@ -40,7 +40,7 @@ _ROUND_ROWS = (
 
 
 def print_check(found: Mapping[str, Any], case: Case | None = None) -> None:
-    """Print what `fragfield.checking.checking.check_report` found of a case, and the resolved case where given."""
+    """Print what `fragfield.checking.check.check_report` found of a case, and the resolved case where given."""
     console = plain_console()
     _print_found(console, found)
     if case is not None:
@@ -49,7 +49,7 @@ def print_check(found: Mapping[str, Any], case: Case | None = None) -> None:
 
 
 def check_text(found: Mapping[str, Any]) -> str:
-    """What `fragfield.checking.checking.check_report` found, without the case."""
+    """What `fragfield.checking.check.check_report` found, without the case."""
     text = StringIO()
     _print_found(plain_console(text), found)
     return stripped(text.getvalue())

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import FrictionAngle, PositiveLength, Pressure, Quantity, Time, degrees
 
 __all__ = [

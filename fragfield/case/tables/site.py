@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from fragfield.case.tables.table import Table
+from fragfield.case.tables.base import Table
 from fragfield.case.units.quantities import Quantity, degrees
 
 __all__ = ["SiteTable"]

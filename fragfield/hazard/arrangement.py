@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry.clearance import Body
     from fragfield.case import Case
-    from fragfield.case.tables.plane_table import PlaneTable
+    from fragfield.case.tables.plane import PlaneTable
 
 __all__ = ["arrangement", "arrangement_warnings", "with_images"]
 
@@ -39,7 +39,7 @@ def arrangement(case: Case) -> dict[str, Any]:
         `min_clearance` (two names and the clear distance, or None for a single round), `planes` (name, kind, the
         nearest round and its clear distance), `surroundings` (of the flight) and `contact`; SI, angles in degrees.
     """
-    from fragfield.case.conversion.convert import burst_settings
+    from fragfield.case.conversion.stages import burst_settings
 
     bodies = [placed(entry) for entry in case.round]
     contact = burst_settings(case).contact
@@ -80,7 +80,7 @@ def _min_clearance(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
 
 
 def _plane(case: Case, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
-    from fragfield.case.conversion.convert import rigid_plane
+    from fragfield.case.conversion.stages import rigid_plane
 
     low = [heights(body, plane)[0] for body in bodies]
     nearest = int(np.argmin(np.round(low, 9)))
