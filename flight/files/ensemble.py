@@ -34,7 +34,9 @@ from flight.files.hdf5 import open_checked, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.expected import DensityGroups, Directions, ExpectedDistance
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-    from flight.hazard.ensemble import Curve
+    from flight.hazard.bands import Curve
 
 __all__ = [
     "CSV_FILES",

@@ -5,8 +5,11 @@ from __future__ import annotations
 from flight.hazard.assessment import Hazard, assess, hit_probability
 from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.expected import DensityGroups, Directions, ExpectedDistance, expected_distance
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally, tally

@@ -16,7 +16,7 @@ from flight.errors import InputError, nearest
 from flight.hazard.density.expected import expected_distance
 
 if TYPE_CHECKING:
-    from flight.hazard.density.expected import ExpectedDistance
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
 
 __all__ = ["COVERS", "effective_number", "stack_rule"]

@@ -234,7 +234,7 @@ def _all_round(case: Case, place: Place, found: EnsembleHazard) -> dict[str, dic
     They are not where directions differ, where the place has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.hazard.density.expected import KINDS
+    from flight.hazard.density.estimate import KINDS
 
     expected, prism = found.expected, place.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height

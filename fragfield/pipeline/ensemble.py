@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
     from flight.hazard.balance import Balance
-    from flight.hazard.density.expected import ExpectedDistance
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.density.polar_grid import PolarGrid
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
@@ -136,7 +136,8 @@ class _Found:
 
     def __init__(self, job: Job, source: Realisations) -> None:
         from flight.hazard.balance import Balance
-        from flight.hazard.density.expected import DensityGroups, Directions
+        from flight.hazard.density.directions import Directions
+        from flight.hazard.density.groups import DensityGroups
         from fragfield.case.conversion.exposed_places import places_of
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums

@@ -8,8 +8,10 @@ import pytest
 import flight
 from flight.arena import ArenaTable, is_arena_file
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.expected import DensityGroups, Directions, expected_distance
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
 

@@ -12,7 +12,8 @@ import pytest
 
 from flight import InputError
 from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
-from flight.hazard.density.expected import Directions, expected_distance
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.density.expected import (
-    DensityGroups,
-    Directions,
-    ExpectedDistance,
-    drawn_distances,
-    expected_distance,
-)
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import drawn_distances, expected_distance
+from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.polar_grid import PolarGrid
 from tests.flight.fields import LIMIT, expected_numbers
 

@@ -13,7 +13,8 @@ from burst_fenicsx.files.output import TimeSeries
 from flight.files.ensemble import write_ensemble
 from flight.files.results import write_landing
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.expected import Directions, expected_distance
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS

@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard.density.expected import DensityGroups, Directions, drawn_distances
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import drawn_distances
 from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.near_ground import NearGround
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case

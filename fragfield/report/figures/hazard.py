@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from flight.hazard.density.expected import ExpectedDistance
-    from flight.hazard.ensemble import Curve
+    from flight.hazard.bands import Curve
+    from flight.hazard.density.distance import ExpectedDistance
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["density_curve", "distance_by_azimuth", "hit_probability", "landing_map", "polar_by_sector"]
