@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
 
-from fragfield.case.units.quantities import NumberOrWord, Quantity, Vector, show
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity, show
 from fragfield.errors import nearest, nearest_name
 
 if TYPE_CHECKING:

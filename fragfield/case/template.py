@@ -10,7 +10,8 @@ from pydantic_core import PydanticUndefined
 
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import Case
-from fragfield.case.units.quantities import NumberOrWord, Quantity, Vector
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity
 from fragfield.case.write import toml_value
 
 if TYPE_CHECKING:

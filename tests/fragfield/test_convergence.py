@@ -20,7 +20,7 @@ from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import convergence_of, convergence_words, with_cells
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
-from fragfield.report.findings.findings import _grid_convergence
+from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
 from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
@@ -193,11 +193,11 @@ def _run(share, *, kind="monotone", tolerance=0.02):
 
 
 def test_a_distance_that_its_cells_leave_open_is_a_warning():
-    (warning,) = _grid_convergence(_run(0.07, kind="oscillating"))
+    (warning,) = convergence_findings(_run(0.07, kind="oscillating"))
     assert warning.weight == "warning"
     assert "By its cells the hazard distance is uncertain by 7.0 %" in warning.text
     assert "values that oscillate), several times `hazard.tolerance` (2 %): repeat with smaller cells" in warning.text
-    (good,) = _grid_convergence(_run(0.05))
+    (good,) = convergence_findings(_run(0.05))
     assert good.weight == "good"
 
 

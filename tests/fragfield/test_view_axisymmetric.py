@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fragfield.report import read_run, write_report
-from fragfield.report.findings.findings import _folded_casing_cells
+from fragfield.report.findings.burst import _folded_casing_cells
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.report.tables.stages import mesh_rows
 from fragfield.view import offscreen_fault

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import PydanticCustomError
 
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.units.quantities import NumberOrWord, Quantity, Vector, show
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity, show
 from fragfield.errors import nearest
 
 if TYPE_CHECKING:

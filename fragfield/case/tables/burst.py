@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import FrictionAngle, PositiveLength, Pressure, Quantity, Time, degrees
+from fragfield.case.units.kinds import FrictionAngle, PositiveLength, Pressure, Time
+from fragfield.case.units.quantities import Quantity, degrees
 
 __all__ = [
     "BurstTable",

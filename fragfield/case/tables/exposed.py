@@ -8,17 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import (
-    Angle,
-    ArealDensity,
-    Energy,
-    Length,
-    Offset,
-    PositiveLength,
-    Quantity,
-    Vector,
-    degrees,
-)
+from fragfield.case.units.kinds import Angle, ArealDensity, Energy, Length, Offset, PositiveLength
+from fragfield.case.units.quantities import Quantity, degrees
+from fragfield.case.units.compound import Vector
 
 __all__ = ["AreaTable", "BarrierTable", "ExposedBuildingTable", "ExposedTable", "PersonTable", "RoadTable"]
 

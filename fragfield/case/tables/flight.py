@@ -9,7 +9,7 @@ from pydantic import Discriminator, Field, Tag
 from flight.constants import STANDARD_GRAVITY
 from fragfield.case.tables.base import Table
 from fragfield.case.tables.ground import GroundTable
-from fragfield.case.units.quantities import (
+from fragfield.case.units.kinds import (
     Angle,
     ArealDensity,
     Density,
@@ -20,11 +20,10 @@ from fragfield.case.units.quantities import (
     Offset,
     Place,
     PositiveLength,
-    Quantity,
     Speed,
     Time,
-    degrees,
 )
+from fragfield.case.units.quantities import Quantity, degrees
 
 __all__ = [
     "AirTable",

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import Angle, Length, Offset, PositiveLength, Quantity
+from fragfield.case.units.kinds import Angle, Length, Offset, PositiveLength
+from fragfield.case.units.quantities import Quantity
 
 __all__ = ["BarricadeTable", "BuildingTable", "GroundTable", "ObstacleTable", "WallTable"]
 

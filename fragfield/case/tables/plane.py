@@ -8,7 +8,8 @@ from typing import Literal
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import Direction, FrictionAngle, Length, Place, degrees
+from fragfield.case.units.kinds import Direction, FrictionAngle, Length, Place
+from fragfield.case.units.quantities import degrees
 
 __all__ = ["PlaneTable", "resolved_plane"]
 

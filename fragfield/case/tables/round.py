@@ -7,18 +7,9 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import (
-    Density,
-    Direction,
-    EnergyPerMass,
-    EnergyRange,
-    NumberOrWord,
-    Offset,
-    Place,
-    Pressure,
-    Quantity,
-    Speed,
-)
+from fragfield.case.units.kinds import Density, Direction, EnergyPerMass, EnergyRange, Offset, Place, Pressure, Speed
+from fragfield.case.units.compound import NumberOrWord
+from fragfield.case.units.quantities import Quantity
 
 __all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
 

@@ -11,7 +11,8 @@ from pydantic import Field
 from pydantic_core import PydanticCustomError, core_schema
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import Length, Quantity, show
+from fragfield.case.units.kinds import Length
+from fragfield.case.units.quantities import Quantity, show
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
