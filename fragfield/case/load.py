@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
-from fragfield.case.conversion.exposed_places import places_of, resolved_exposed
+from fragfield.case.conversion.exposed_sites import exposed_sites_of, resolved_exposed
 from fragfield.case.conversion.geometry import check_geometry
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.messages import explain, join_faults
@@ -115,7 +115,7 @@ def _check_flight(case: Case, source: str) -> None:
     try:
         flight_arguments(case)
         check_surroundings(case)
-        places_of(case)
+        exposed_sites_of(case)
     except FlightInputError as error:
         raise InputError(f"{source}: flight.{error}") from None
 

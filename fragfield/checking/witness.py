@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_places import outline_of
+from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.arrangement import with_images
 

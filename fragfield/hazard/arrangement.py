@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_places import describe_exposed
+from fragfield.case.conversion.exposed_sites import describe_exposed
 from fragfield.case.conversion.placing import heights, placed
 from fragfield.case.conversion.surroundings import describe_surroundings, ground_height
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.exposed_places import site_of
+from fragfield.case.conversion.exposed_sites import site_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ def write_contours(
 ) -> None:  # fmt: skip
     """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site].
 
-    They hold the distances by direction, exposed places with their results, obstacles, rounds and lines of terrain.
+    They hold the distances by direction, exposed sites with their results, obstacles, rounds and lines of terrain.
     """
     site = site_of(case)
     if site is None:

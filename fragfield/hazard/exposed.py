@@ -1,14 +1,14 @@
-"""Exposed places over all realisations: densities, hits and probabilities with bounds, and the verdict on each.
+"""Exposed sites over all realisations: densities, hits and probabilities with bounds, and the verdict on each.
 
 Bounds are one-sided at 95 % and hold for the expected value, as that of the hazard distance: for what the randomness of
 the break-up leaves open, not for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
 the gamma law of Fay and Feuer (Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound
 and holds where nothing was hit at all; its variance is the larger of the hits' own and that between realisations. A
 share of realisations is bounded by Clopper and Pearson (1934). Where all azimuths are alike (one upright round of
-revolution over even ground), a place in the open takes its densities from the curves over all azimuths that the hazard
+revolution over even ground), a site in the open takes its densities from the curves over all azimuths that the hazard
 distance rests on: the same expected value, known far better than by what passed at one azimuth. Of the pieces of a
 road or an area the worst counts, by its estimate and, for the bound, by the largest of the pieces' bounds: that bounds
-the worst place whichever it is.
+the worst site whichever it is.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_places import Place, places_of
+from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,33 +66,33 @@ def share_bound(count: int, number: int, level: float = LEVEL) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ExposedPlaces:
-    """The exposed places of a case, and the witness surfaces around them.
+    """The exposed sites of a case, and the witness surfaces around them.
 
     Attributes
     ----------
-    places : list of Place
+    sites : list of ExposedSite
         In the order of the case.
     """
 
-    places: list[Place]
+    sites: list[ExposedSite]
 
     @classmethod
     def of(cls, case: Case) -> ExposedPlaces:
         """Those of a resolved case."""
-        return cls(places_of(case))
+        return cls(exposed_sites_of(case))
 
     @property
     def surfaces(self) -> list[Witness]:
-        """Witness surfaces of all places."""
+        """Witness surfaces of all sites."""
         from flight.hazard.exposed import surfaces_of
 
-        return surfaces_of([prism for place in self.places for prism in place.prisms])
+        return surfaces_of([prism for site in self.sites for prism in site.prisms])
 
     def count(self, result: FlightResult, fragments: Fragments, first: int) -> NDArray[Any]:
         """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`."""
         from flight.hazard.exposed import count_exposed
 
-        prisms = [prism for place in self.places for prism in place.prisms]
+        prisms = [prism for site in self.sites for prism in site.prisms]
         if not prisms:
             return count_exposed(result, prisms, first, fragments.position, np.zeros(0))
         with np.errstate(over="ignore"):
@@ -106,13 +106,13 @@ class ExposedSums:
 
     Attributes
     ----------
-    places : list of Place
-        The places.
+    sites : list of ExposedSite
+        The sites.
     realisations : int
         How many were added.
     """
 
-    places: list[Place]
+    sites: list[ExposedSite]
     realisations: int = 0
     _sums: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     _between: dict[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -143,30 +143,30 @@ class ExposedSums:
         return {"expected": total / n / scale, "upper": upper / n / scale, "standard_error": error}
 
     def assess(self, case: Case, found: EnsembleHazard) -> list[dict[str, Any]]:
-        """Entries of summary.json, one a place (SI, degrees)."""
+        """Entries of summary.json, one a site (SI, degrees)."""
         entries, first = [], 0
-        for place in self.places:
-            pieces = range(first, first + len(place.prisms))
+        for site in self.sites:
+            pieces = range(first, first + len(site.prisms))
             first = pieces.stop
-            entries.append(self._entry(case, place, pieces, found))
+            entries.append(self._entry(case, site, pieces, found))
         return entries
 
-    def _entry(self, case: Case, place: Place, pieces: range, found: EnsembleHazard) -> dict[str, Any]:
+    def _entry(self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard) -> dict[str, Any]:
         assert self._energy is not None  # a flight has been added
-        away = place.edge() - np.asarray(case.flight.origin)
+        away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
-        values = self._building(pieces[0], place) if place.is_building else self._open(case, pieces, place, found)
-        quantity, limit = _criterion(case, place)
+        values = self._building(pieces[0], site) if site.is_building else self._open(case, pieces, site, found)
+        quantity, limit = _criterion(case, site)
         determined = not found.undetermined
         entry: dict[str, Any] = {
-            "name": place.table.name,
-            "kind": place.table.kind,
-            "place": list(place.centre),
-            "outline": place.outline.tolist(),
+            "name": site.table.name,
+            "kind": site.table.kind,
+            "place": list(site.centre),
+            "outline": site.outline.tolist(),
             "distance": float(distance[nearest]),
             "azimuth_deg": math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0,
-            "energy": place.prisms[0].energy,
+            "energy": site.prisms[0].energy,
             **(values if determined else dict.fromkeys(values)),
             "largest_energy": float(self._energy[pieces.start : pieces.stop].max()),
             "criterion": {"quantity": quantity, "limit": limit},
@@ -177,38 +177,38 @@ class ExposedSums:
         entry["margin"] = _margin(away, distance, found)
         return entry
 
-    def _open(self, case: Case, pieces: range, place: Place, found: EnsembleHazard) -> dict[str, Any]:
+    def _open(self, case: Case, pieces: range, site: ExposedSite, found: EnsembleHazard) -> dict[str, Any]:
         normal, ground = [], []
-        for index, prism in zip(pieces, place.prisms, strict=True):
+        for index, prism in zip(pieces, site.prisms, strict=True):
             normal.append(self._mean("track", index, prism.volume, prism.longest))
             ground.append(self._mean("landings", index, prism.area, 1.0))
         worst = int(
             np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
         )
         counted = {"normal": _worst(normal), "ground": _worst(ground)}
-        around = _all_round(case, place, found)
+        around = _all_round(case, site, found)
         density = around or counted
-        table = place.table
-        target = place.area * getattr(table, "number", 1.0)
+        table = site.table
+        target = site.area * getattr(table, "number", 1.0)
         hits = {key: None if value is None else value * target for key, value in density["normal"].items()}
-        x, y = place.prisms[worst].corners.mean(axis=0).tolist()
+        x, y = site.prisms[worst].corners.mean(axis=0).tolist()
         return {
             "density_normal": density["normal"],
             "density_ground": density["ground"],
             "counted": counted if around else None,
             "expected_hits": hits,
             "probability": {key: -math.expm1(-(hits[key] or 0.0)) for key in ("expected", "upper")},
-            "pieces": len(place.prisms),
+            "pieces": len(site.prisms),
             "worst_place": [x, y],
             "target_area": target,
             "not_stopped": None,
             "barrier": None,
         }
 
-    def _building(self, index: int, place: Place) -> dict[str, Any]:
+    def _building(self, index: int, site: ExposedSite) -> dict[str, Any]:
         assert self._with_hits is not None  # a flight has been added
         assert self._with_through is not None
-        prism, n = place.prisms[0], self.realisations
+        prism, n = site.prisms[0], self.realisations
         count, through = int(self._with_hits[index]), int(self._with_through[index])
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
         passed = self._mean("through", index, 1.0, 1.0)
@@ -219,7 +219,7 @@ class ExposedSums:
             "expected_hits": self._mean("hits", index, 1.0, 1.0),
             "probability": {"expected": count / n, "upper": share_bound(count, n)},
             "pieces": 1,
-            "worst_place": list(place.centre),
+            "worst_place": list(site.centre),
             "target_area": None,
             "not_stopped": {**passed, "probability": {"expected": through / n, "upper": share_bound(through, n)}}
             if barriers
@@ -228,21 +228,21 @@ class ExposedSums:
         }
 
 
-def _all_round(case: Case, place: Place, found: EnsembleHazard) -> dict[str, dict[str, float | None]] | None:
-    """Densities over all azimuths, the largest over the distances of a place; None where they are not the place's.
+def _all_round(case: Case, site: ExposedSite, found: EnsembleHazard) -> dict[str, dict[str, float | None]] | None:
+    """Densities over all azimuths, the largest over the distances of a site; None where they are not the site's.
 
-    They are not where directions differ, where the place has an energy or a height of its own, or where too few
+    They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
     from flight.hazard.density.estimate import KINDS
 
-    expected, prism = found.expected, place.prisms[0]
+    expected, prism = found.expected, site.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or found.undetermined or not expected.density_high.size:
         return None
     if (prism.energy, prism.height) != usual:
         return None
-    away = place.edge() - np.asarray(case.flight.origin)
+    away = site.edge() - np.asarray(case.flight.origin)
     distance = np.hypot(away[:, 0], away[:, 1])
     at = np.log(np.geomspace(max(float(distance.min()), 1e-3), float(distance.max()) * (1.0 + 1e-9), 65))
     factor = student_bound(expected.groups)
@@ -279,8 +279,8 @@ def _worst(values: list[dict[str, float | None]]) -> dict[str, float | None]:
     return {**worst, "upper": max(value["upper"] or 0.0 for value in values)}
 
 
-def _criterion(case: Case, place: Place) -> tuple[str, float]:
-    table = place.table
+def _criterion(case: Case, site: ExposedSite) -> tuple[str, float]:
+    table = site.table
     if table.max_probability is not None:
         return "probability", table.max_probability
     if table.max_hits is not None:
@@ -302,7 +302,7 @@ def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
 
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
-    """Smallest distance of the place's edge beyond the hazard distance in its direction (m), or beyond its bound."""
+    """Smallest distance of the site's edge beyond the hazard distance in its direction (m), or beyond its bound."""
     expected = found.expected
     if expected is None or found.undetermined:
         return None

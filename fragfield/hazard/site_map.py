@@ -1,4 +1,4 @@
-"""What stands on the map of a site: distances by direction, exposed places, obstacles, rounds and lines of terrain.
+"""What stands on the map of a site: distances by direction, exposed sites, obstacles, rounds and lines of terrain.
 
 One list of shapes in metres of the site's frame is behind the report's figure, the page with pan and zoom, and the
 files for geographic programs, so that all of them hold the same.
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_places import outline_of
+from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of
 from fragfield.hazard.arrangement import with_images
 
@@ -33,7 +33,7 @@ KINDS = {
     "hazard_upper": "hazard distance, upper bound: the distance to apply",
     "hazard": "hazard distance of the expected density",
     "max_throw": "farthest fragment by sector (no hazard distance)",
-    "exposed": "exposed place",
+    "exposed": "exposed site",
     "obstacle": "barricade, wall or building",
     "round": "round",
     "terrain": "height of the ground",

@@ -126,7 +126,7 @@ class Run:
 
     @property
     def exposed(self) -> list[dict[str, Any]]:
-        """Exposed places with their densities and verdicts, as in summary.json."""
+        """Exposed sites with their densities and verdicts, as in summary.json."""
         return self.summary.get("exposed") or []
 
     @property

@@ -62,7 +62,7 @@ class FlownEnsemble:
     more : bool
         Whether more realisations could be made.
     exposed : list of dict
-        What the exposed places of the case meet, as in summary.json.
+        What the exposed sites of the case meet, as in summary.json.
     """
 
     first: FlightResult
@@ -138,7 +138,7 @@ class _Found:
         from flight.hazard.balance import Balance
         from flight.hazard.density.directions import Directions
         from flight.hazard.density.groups import DensityGroups
-        from fragfield.case.conversion.exposed_places import places_of
+        from fragfield.case.conversion.exposed_sites import exposed_sites_of
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
@@ -156,7 +156,7 @@ class _Found:
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
-        self.exposed = ExposedSums(places_of(job.case))
+        self.exposed = ExposedSums(exposed_sites_of(job.case))
 
     def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
@@ -164,7 +164,7 @@ class _Found:
             self.groups.add(*part.fields)
             self.all_round.add(*part.fields)
             self.balance += part.balance
-            if self.exposed.places:
+            if self.exposed.sites:
                 self.exposed.add(part.exposed)
             if number < KEPT:
                 assert part.counts is not None  # of the first ones
@@ -201,7 +201,7 @@ class _Found:
             Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
             undetermined=self.balance.reason, all_round=self.all_round,
         )  # fmt: skip
-        exposed = self.exposed.assess(self.case, found) if self.exposed.places else []
+        exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
         return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed)
 
 

@@ -183,14 +183,14 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         *stack_rule_table(run),
         *exposed_tables(run),
         *draw(
-            "exposed_places", "Exposed places against their criteria",
+            "exposed_sites", "Exposed sites against their criteria",
             "Expected value (dot) and upper bound (95 %, bar) over what the place may meet; to the left of the "
             "line the criterion is met.",
             site_figure.exposed_figure,
         ),
         *draw(
             "site_map", "Map of the site",
-            "Hazard distance by direction, exposed places by their verdict, barricades and buildings, and lines of "
+            "Hazard distance by direction, exposed sites by their verdict, barricades and buildings, and lines of "
             "equal height, in the site's frame.",
             site_figure.site_figure,
         ),

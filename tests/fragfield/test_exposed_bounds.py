@@ -1,4 +1,4 @@
-"""Bounds of exposed places: exact where exact ones are known, and their coverage."""
+"""Bounds of exposed sites: exact where exact ones are known, and their coverage."""
 
 from __future__ import annotations
 

@@ -285,8 +285,8 @@ def test_figures_are_the_reports(done, tmp_path):
     assert (tmp_path / "density.png").stat().st_size > 10_000
     with pytest.raises(fragfield.InputError, match=r"found 'density'.*allowed: energy_ledger"):
         run.figure("density")
-    with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_places"):
-        run.figure("exposed_places")
+    with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_sites"):
+        run.figure("exposed_sites")
 
 
 def test_progress_is_reported(done):

@@ -65,7 +65,7 @@ def test_the_run_has_a_section_and_a_card(folder):
     for words in (
         "Budget of the distance (m)", "Share of each input in the variance of the distance", "heat of detonation",
         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
-        "figure-uncertainty_distribution", "figure-uncertainty_places", "grid convergence index of the nominal run",
+        "figure-uncertainty_distribution", "figure-uncertainty_sites", "grid convergence index of the nominal run",
         "2 samples gave no distance", "sample 3: exit code 3: cell 7 is &lt;lost&gt;", "&lt;gate&gt;",
     ):  # fmt: skip
         assert words in text, words

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel
 
 from fragfield.case.messages import marks_of
-from fragfield.case.units.quantities import Quantity
 from fragfield.case.units.compound import Vector
+from fragfield.case.units.quantities import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fragfield.case.checks.arrangement import check_places, check_planes
 from fragfield.case.checks.bounds import outside_hard
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
-from fragfield.case.conversion.exposed_places import check_exposed
+from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.placing import profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.tables.flight import CylinderTable

@@ -8,8 +8,8 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.kinds import EnergyPerArea, Length, Mass
 from fragfield.case.units.compound import NumberOrWord
+from fragfield.case.units.kinds import EnergyPerArea, Length, Mass
 from fragfield.case.units.quantities import Quantity, degrees
 
 __all__ = ["BreakUpTable"]

@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
+from fragfield.case.units.compound import Vector
 from fragfield.case.units.kinds import Angle, ArealDensity, Energy, Length, Offset, PositiveLength
 from fragfield.case.units.quantities import Quantity, degrees
-from fragfield.case.units.compound import Vector
 
 __all__ = ["AreaTable", "BarrierTable", "ExposedBuildingTable", "ExposedTable", "PersonTable", "RoadTable"]
 
@@ -36,7 +36,7 @@ class BarrierTable(Table):
 
 
 class _ExposedTable(Table):
-    """What all exposed places have. At most one of the three limits."""
+    """What all exposed sites have. At most one of the three limits."""
 
     name: str = Field(min_length=1)
     """A name of its own."""
@@ -66,14 +66,14 @@ class PersonTable(_TargetTable):
 
     kind: Literal["person"] = "person"
     """A person in the open."""
-    place: Offset | None = None
+    position: Offset | None = None
     """x and y; or latitude and longitude."""
     latitude: Latitude = None
-    """In place of `place`, with a table [site]."""
+    """In place of `position`, with a table [site]."""
     longitude: Longitude = None
-    """In place of `place`, with a table [site]."""
+    """In place of `position`, with a table [site]."""
     extent: Annotated[float | None, Quantity("m", "5 m", above=0.0)] = None
-    """Side of the square about the place in which fragments count; left out: a tenth of the distance, 1 to 5 m."""
+    """Side of the square about the position in which fragments count; left out: a tenth of the distance, 1 to 5 m."""
 
 
 class RoadTable(_TargetTable):
@@ -107,12 +107,12 @@ class ExposedBuildingTable(_ExposedTable):
     """A box; it shields what lies behind it only where it is an obstacle."""
     obstacle: str | None = None
     """Name of an [[obstacle]] of kind "building" whose box this is; then it shields what lies behind it."""
-    place: Offset | None = None
+    position: Offset | None = None
     """x and y of the centre of its plan; or latitude and longitude."""
     latitude: Latitude = None
-    """In place of `place`, with a table [site]."""
+    """In place of `position`, with a table [site]."""
     longitude: Longitude = None
-    """In place of `place`, with a table [site]."""
+    """In place of `position`, with a table [site]."""
     length: Annotated[float | None, Quantity("m", "12 m", above=0.0)] = None
     """Along `azimuth`."""
     width: Annotated[float | None, Quantity("m", "8 m", above=0.0)] = None

@@ -18,7 +18,7 @@ from fragfield.case.units.kinds import (
     FrictionAngle,
     Length,
     Offset,
-    Place,
+    Position,
     PositiveLength,
     Speed,
     Time,
@@ -175,7 +175,7 @@ class PanelTable(Table):
     """A name of its own."""
     kind: Literal["panel"]
     """A plane rectangle."""
-    centre: Place
+    centre: Position
     """Its centre."""
     normal: Direction
     """Its normal."""
@@ -194,7 +194,7 @@ class PolygonTable(Table):
     """A name of its own."""
     kind: Literal["polygon"]
     """A plane polygon, convex or not."""
-    corners: list[Place] = Field(min_length=3)
+    corners: list[Position] = Field(min_length=3)
     """Its corners in order."""
 
 

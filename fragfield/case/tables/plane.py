@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.kinds import Direction, FrictionAngle, Length, Place
+from fragfield.case.units.kinds import Direction, FrictionAngle, Length, Position
 from fragfield.case.units.quantities import degrees
 
 __all__ = ["PlaneTable", "resolved_plane"]
@@ -27,7 +27,7 @@ class PlaneTable(Table):
     """Level ground; a plane of symmetry, which stands for the mirrored rounds behind it; or a barricade or a deck."""
     height: Length | None = None
     """z of a level ground; left out: 0 m, or that of `point`."""
-    point: Place | None = None
+    point: Position | None = None
     """A point of the plane; needed by a wall, for a plane of symmetry left out: the origin."""
     normal: Direction | None = None
     """Direction from the plane to the rounds; left out: upwards, for the ground alone."""

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.kinds import Density, Direction, EnergyPerMass, EnergyRange, Offset, Place, Pressure, Speed
 from fragfield.case.units.compound import NumberOrWord
+from fragfield.case.units.kinds import Density, Direction, EnergyPerMass, EnergyRange, Offset, Position, Pressure, Speed
 from fragfield.case.units.quantities import Quantity
 
 __all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
@@ -101,9 +101,9 @@ class IgnitionTable(Table):
     """A point that initiates the charge."""
 
     station: Annotated[float | str, Quantity("m", "30 mm", words=("nose", "middle", "base"))] = "nose"
-    """Place along the axis from the round's nose end; or the nose end, the middle or the base end of the charge."""
+    """Position along the axis from the round's nose end; or the nose end, the middle or the base end of the charge."""
     offset: Offset = (0.0, 0.0)
-    """Place across the axis."""
+    """Position across the axis."""
     delay: Annotated[float, Quantity("s", "0 us", minimum=0.0)] = 0.0
     """Time at which the point fires."""
 
@@ -134,7 +134,7 @@ class RoundTable(Table):
     """A built-in name, a file, or a table."""
     casing: Annotated[Annotated[str, Tag("<name>")] | Annotated[CasingTable, Tag("<table>")], Discriminator(_kind)]
     """A built-in name, a file, or a table."""
-    position: Place = (0.0, 0.0, 0.0)
+    position: Position = (0.0, 0.0, 0.0)
     """Centre of the base plane."""
     axis: Direction = (0.0, 0.0, 1.0)
     """Direction from the base to the nose; z is up."""

@@ -23,7 +23,7 @@ __all__ = [
     "Length",
     "Mass",
     "Offset",
-    "Place",
+    "Position",
     "PositiveLength",
     "Pressure",
     "Speed",
@@ -47,7 +47,7 @@ EnergyRange = Annotated[
 ArealDensity = Annotated[float, Quantity("1/m^2", "1 / (55.7 m^2)", above=0.0)]
 Angle = Annotated[float, Quantity("rad", "5 deg")]
 FrictionAngle = Annotated[float, Quantity("rad", "20 deg", minimum=0.0, maximum=1.5)]
-Place = Annotated[tuple[float, float, float], Vector(3, Quantity("m", "0 mm"), '["0 mm", "0 mm", "1 m"]')]
+Position = Annotated[tuple[float, float, float], Vector(3, Quantity("m", "0 mm"), '["0 mm", "0 mm", "1 m"]')]
 Offset = Annotated[tuple[float, float], Vector(2, Quantity("m", "0 mm"), '["0 mm", "5 mm"]')]
 Velocity = Annotated[tuple[float, float, float], Vector(3, Quantity("m/s", "0 m/s"), '["5 m/s", "0 m/s", "0 m/s"]')]
 Direction = Annotated[tuple[float, float, float], Vector(3, None, "[0, 0, 1]")]

@@ -95,7 +95,7 @@ def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], 
         verdict = verdicts.get(shape.name, "not determined")
         color = VERDICT_COLORS[verdict]
         axis.fill(x, y, facecolor=color, alpha=0.35, edgecolor=color, linewidth=1.2, zorder=4,
-                  label=_once(labels, f"exposed place, criterion {verdict}"))  # fmt: skip
+                  label=_once(labels, f"exposed site, criterion {verdict}"))  # fmt: skip
         place = points[:-1].mean(axis=0)
         if np.ptp(x) + np.ptp(y) < 12.0:  # a person's square is hardly seen
             axis.plot(*place, marker="o", color=color, markersize=5, zorder=5)

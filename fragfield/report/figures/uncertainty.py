@@ -1,4 +1,4 @@
-"""Figures of a study of uncertainty: distribution of the distance, tornado, exposed places."""
+"""Figures of a study of uncertainty: distribution of the distance, tornado, exposed sites."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def tornado_figure(run: RunFiles, narrow: bool) -> Figure | None:
 
 
 def places_figure(run: RunFiles, narrow: bool) -> Figure | None:
-    """Expected hits at each exposed place, 5 to 95 % over the inputs."""
+    """Expected hits at each exposed site, 5 to 95 % over the inputs."""
     places = [one for one in run.part("uncertainty").get("exposed") or [] if one["hits"] is not None]
     drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
     if not drawn:

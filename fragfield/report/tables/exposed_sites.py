@@ -1,4 +1,4 @@
-"""Exposed places: the verdict on each for the first page, and all numbers for the section of the hazard."""
+"""Exposed sites: the verdict on each for the first page, and all numbers for the section of the hazard."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _QUANTITIES = {"density": "density", "probability": "probability of a hit", "hit
 
 
 def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
-    """The entries `exposed` of summary.json; none where the case has no exposed places."""
+    """The entries `exposed` of summary.json; none where the case has no exposed sites."""
     found = run.summary.get("exposed")
     return [entry for entry in found if isinstance(entry, dict)] if isinstance(found, list) else []
 
@@ -45,14 +45,14 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
                 _few(entry["largest_energy"]),
             )
         )
-    head = ("Exposed place", "Criterion", "Part of it", "Probability of a hit", "Margin (m)", "Distance (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
+    head = ("Exposed site", "Criterion", "Part of it", "Probability of a hit", "Margin (m)", "Distance (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
     note = (
         "Upper bounds (95 %) of expected values. Part: the bound over what the place may meet; 1 is the "
         "limit. Margin: from the nearest edge to the hazard distance in its direction (its upper bound), negative "
         "where the place lies inside; shelter does not change it. “Not shown”: the expected value meets the "
         "criterion, its bound does not; more realisations may decide."
     )
-    yield Table("Exposed places", head, tuple(lines), note)
+    yield Table("Exposed sites", head, tuple(lines), note)
 
 
 def exposed_tables(run: RunFiles) -> Iterator[Block]:
@@ -71,14 +71,14 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
         )
         for entry in entries
     ]
-    head = ("Exposed place", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Pieces")  # fmt: skip  # noqa: E501
+    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Pieces")  # fmt: skip  # noqa: E501
     note = (
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
         "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
         "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
         "people and vehicles: all taken to stand there; on a building: on its walls and roof."
     )
-    yield Table("Exposed places, all numbers", head, tuple(lines), note)
+    yield Table("Exposed sites, all numbers", head, tuple(lines), note)
     yield from _walls(entries)
 
 

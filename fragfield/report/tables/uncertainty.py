@@ -69,8 +69,8 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
     )  # fmt: skip
     yield from _indices("Share of each input in the variance of the distance", found["distance"])
     yield from draw(
-        "uncertainty_places", "Exposed places over the inputs",
-        "Expected hits at each exposed place: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
+        "uncertainty_sites", "Exposed sites over the inputs",
+        "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
         places_figure,
     )  # fmt: skip
     yield from _places(found)
@@ -186,9 +186,9 @@ def _places(found: Mapping[str, Any]) -> Iterator[Block]:
             values = (entry["nominal"], spread["low"], spread["median"], spread["high"])
             lines.append((place["name"], words, *(f"{value:.3g}" for value in values), most))
     if lines:
-        head = ("Exposed place", "Quantity", "the run", "5 %", "50 %", "95 %", "largest share")
+        head = ("Exposed site", "Quantity", "the run", "5 %", "50 %", "95 %", "largest share")
         yield Table(
-            "Exposed places over the inputs",
+            "Exposed sites over the inputs",
             head,
             tuple(lines),
             "Expected values; densities are the larger of that normal to the path and that on the ground.",

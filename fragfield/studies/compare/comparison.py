@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.studies.compare.exposed_sites import compare_places
 from fragfield.studies.compare.hazards import compare_densities, compare_distances
-from fragfield.studies.compare.places import compare_places
 from fragfield.studies.compare.runs import check_alike, differences_of, notes_on, read_compared_run
 from fragfield.studies.compare.witness import compare_hits, sectors_together
 from fragfield.studies.compare.zones import compare_zones

@@ -125,8 +125,8 @@ def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def _place_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    heads = ("exposed place", "verdict", "over", "part of criterion", "over", "margin m", "over")
-    table = _table("exposed places; upper bounds (95 %)", heads)
+    heads = ("exposed site", "verdict", "over", "part of criterion", "over", "margin m", "over")
+    table = _table("exposed sites; upper bounds (95 %)", heads)
     for row in rows:
         both = [row[key] or {} for key in ("run", "reference")]
         cells = [str(one.get("verdict", "-")) for one in both]

@@ -155,7 +155,7 @@ def _quantity(
 def _of_place(
     study: Study, values: list[Mapping[str, Any]], number: int, name: str, nominal: float | None
 ) -> dict[str, Any] | None:
-    """One number of an exposed place, of the samples that have it."""
+    """One number of an exposed site, of the samples that have it."""
     places = [one["exposed"][number] if one.get("exposed") else {} for one in values]
     found = _column(places, name)
     if np.isfinite(found).sum() < _FEWEST:

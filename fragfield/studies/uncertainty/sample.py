@@ -93,7 +93,7 @@ def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers of a sample that are kept (SI).
 
     `distance` with its `standard_error`, None where it is not `determined` (`reason` says why); `mean_initial_speed`,
-    `speed_99`, `fragments`, and for each exposed place its expected `density` (the larger of that normal to the path
+    `speed_99`, `fragments`, and for each exposed site its expected `density` (the larger of that normal to the path
     and that on the ground), `hits` and `probability` with their standard errors.
     """
     hazard, burst = summary["hazard"], summary["burst"]

@@ -15,7 +15,7 @@ _WIDE = 160  # characters of a line where no terminal sets a bound
 
 
 def print_study(found: Mapping[str, Any]) -> None:
-    """Print the budget, the shares of the inputs and the exposed places."""
+    """Print the budget, the shares of the inputs and the exposed sites."""
     from rich.console import Console
     from rich.table import Table
 

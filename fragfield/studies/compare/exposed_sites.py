@@ -1,4 +1,4 @@
-"""Exposed places of two runs, such as two revisions of one site."""
+"""Exposed sites of two runs, such as two revisions of one site."""
 
 from __future__ import annotations
 

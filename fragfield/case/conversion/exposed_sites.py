@@ -1,4 +1,4 @@
-"""From the tables [[exposed]] to places in metres and to the prisms in which fragments are counted."""
+"""From the tables [[exposed]] to positions in metres and to the prisms in which fragments are counted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Place", "check_exposed", "describe_exposed", "outline_of", "places_of", "resolved_exposed", "site_of"]
+__all__ = [
+    "ExposedSite",
+    "check_exposed",
+    "describe_exposed",
+    "outline_of",
+    "exposed_sites_of",
+    "resolved_exposed",
+    "site_of",
+]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24
@@ -35,8 +43,8 @@ DEPTH = 1.0  # m by which prisms reach below the lowest ground
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """An exposed place.
+class ExposedSite:
+    """An exposed site.
 
     Attributes
     ----------
@@ -92,7 +100,7 @@ def check_exposed(case: Case) -> Iterator[str]:
         key = f"exposed[{number}]"
         limits = [k for k in ("max_density", "max_probability", "max_hits") if getattr(entry, k) is not None]
         if len(limits) > 1:
-            yield f"{key}.{limits[1]}: found together with {limits[0]}; allowed: one criterion for a place"
+            yield f"{key}.{limits[1]}: found together with {limits[0]}; allowed: one criterion for an exposed site"
         yield from _placing(case, key, entry)
         if isinstance(entry, AreaTable) and entry.points is not None and not _is_convex(np.array(entry.points)):
             yield f"{key}.points: found a polygon that is not convex; allowed: a convex one; split it into several"
@@ -108,7 +116,7 @@ def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
         if entry.obstacle not in names:
             words = ", ".join(show(name) for name in names) or 'no [[obstacle]] of kind "building" is there'
             yield f"{key}.obstacle: found {show(entry.obstacle)}; allowed: {words}"
-        own = [k for k in ("place", "latitude", "length", "width", "height") if getattr(entry, k) is not None]
+        own = [k for k in ("position", "latitude", "length", "width", "height") if getattr(entry, k) is not None]
         if own:
             yield f"{key}.{own[0]}: found together with obstacle, which says where the building stands; leave one out"
         return
@@ -117,7 +125,7 @@ def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
             yield f"{key}.{missing}: missing; a building needs length, width and height, or the name of an obstacle"
     if isinstance(entry, PersonTable | ExposedBuildingTable):
         parts = [entry.latitude is not None, entry.longitude is not None]
-        yield from _one_of(case, key, ("place", "latitude"), entry.place is not None, any(parts))
+        yield from _one_of(case, key, ("position", "latitude"), entry.position is not None, any(parts))
         if sum(parts) == 1:
             yield f"{key}.latitude: found one of latitude and longitude; needed: both"
     else:
@@ -148,51 +156,53 @@ def resolved_exposed(case: Case) -> list[ExposedTable]:
         changes: dict[str, Any] = {}
         if isinstance(entry, PersonTable | ExposedBuildingTable):
             if entry.latitude is not None and entry.longitude is not None:
-                changes = {"place": turned(entry.latitude, entry.longitude), "latitude": None, "longitude": None}
+                changes = {"position": turned(entry.latitude, entry.longitude), "latitude": None, "longitude": None}
         elif entry.points_on_earth is not None:
             changes = {"points": [turned(*pair) for pair in entry.points_on_earth], "points_on_earth": None}
         made.append(entry.model_copy(update=changes))
     return made
 
 
-def places_of(case: Case) -> list[Place]:
-    """The exposed places of a resolved case; raises flight's InputError for one that cannot be counted."""
+def exposed_sites_of(case: Case) -> list[ExposedSite]:
+    """The exposed sites of a resolved case; raises flight's InputError for one that cannot be counted."""
     from flight.errors import InputError
 
-    places = []
+    sites = []
     for entry in case.exposed:
         try:
-            places.append(_place(case, entry))
+            sites.append(_exposed_site(case, entry))
         except InputError as error:
             raise InputError(f"exposed {show(entry.name)}: {error}") from None
-    return places
+    return sites
 
 
-def _place(case: Case, entry: ExposedTable) -> Place:
+def _exposed_site(case: Case, entry: ExposedTable) -> ExposedSite:
     from flight.errors import InputError
 
     energy = case.hazard.energy if entry.energy is None else entry.energy
     if isinstance(entry, ExposedBuildingTable):
         outline, prism = _building(case, entry, energy)
-        place = Place(entry, outline, (prism,), 0.0)
+        exposed = ExposedSite(entry, outline, (prism,), 0.0)
     else:
         height = case.hazard.person_height if entry.height is None else entry.height
         if not height > 0.0:
             raise InputError("no height to count fragments in; give it a height, hazard.person_height is zero")
         area = case.hazard.person_area if entry.target_area is None else entry.target_area
         outline, pieces = _open(case, entry)
-        place = Place(entry, outline, tuple(_prism(case, piece, height, energy) for piece in pieces), area)
+        exposed = ExposedSite(entry, outline, tuple(_prism(case, piece, height, energy) for piece in pieces), area)
     for one in case.round:
-        if _contains(place.outline, one.position[:2]):
-            raise InputError(f"round {show(one.name)} stands in it; a place of people begins outside of the rounds")
+        if _contains(exposed.outline, one.position[:2]):
+            raise InputError(
+                f"round {show(one.name)} stands in it; a position of people must lie outside of the rounds"
+            )
     if isinstance(entry, PersonTable):
         for standing in case.obstacle:
-            if _contains(outline_of(standing), place.centre):
+            if _contains(outline_of(standing), exposed.centre):
                 raise InputError(
                     f"it stands in obstacle {show(standing.name)}, which lets nothing through; for people in a "
                     f'building take kind = "building" with obstacle = {show(standing.name)} and its walls'
                 )
-    return place
+    return exposed
 
 
 def outline_of(obstacle: ObstacleTable) -> Array:
@@ -217,11 +227,11 @@ def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[A
         centre, size, base = standing.centre, (standing.length, standing.width, standing.height), standing.base
         azimuth = standing.azimuth
     else:
-        assert entry.place is not None  # checked
+        assert entry.position is not None  # checked
         assert entry.length is not None
         assert entry.width is not None
         assert entry.height is not None
-        centre, size, base = entry.place, (entry.length, entry.width, entry.height), entry.base
+        centre, size, base = entry.position, (entry.length, entry.width, entry.height), entry.base
         azimuth = entry.azimuth
     outline = _rectangle(centre, size[0], size[1], azimuth)
     ground = ground_height(case, *centre) if base is None else base
@@ -237,12 +247,12 @@ def _wall(table: BarrierTable | None) -> Wall | None:
 
 
 def _open(case: Case, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
-    """Outline of a place in the open, and the plans of its pieces."""
+    """Outline of an exposed site in the open, and the plans of its pieces."""
     if isinstance(entry, PersonTable):
-        assert entry.place is not None  # checked
-        away = np.subtract(entry.place, case.flight.origin)
+        assert entry.position is not None  # checked
+        away = np.subtract(entry.position, case.flight.origin)
         extent = entry.extent or min(5.0, max(1.0, 0.1 * float(np.hypot(*away))))
-        outline = _rectangle(entry.place, extent, extent, math.atan2(away[1], away[0]))
+        outline = _rectangle(entry.position, extent, extent, math.atan2(away[1], away[0]))
         return outline, [outline]
     assert entry.points is not None  # checked
     points = np.array(entry.points, dtype=np.float64)
@@ -351,13 +361,13 @@ def _contains(corners: Array, point: tuple[float, ...]) -> bool:
 
 
 def describe_exposed(case: Case) -> list[dict[str, Any]]:
-    """Exposed places for `fragfield check`: name, kind, distance and azimuth of the nearest edge, pieces."""
+    """Exposed sites for `fragfield check`: name, kind, distance and azimuth of the nearest edge, pieces."""
     found = []
-    for place in places_of(case):
-        away = place.edge() - np.asarray(case.flight.origin)
+    for exposed in exposed_sites_of(case):
+        away = exposed.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
         azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        entry = {"name": place.table.name, "kind": place.table.kind, "distance": float(distance[nearest])}
-        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(place.prisms)})
+        entry = {"name": exposed.table.name, "kind": exposed.table.kind, "distance": float(distance[nearest])}
+        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(exposed.prisms)})
     return found
