@@ -1,4 +1,4 @@
-"""Drag coefficient over Mach number: built-in tables, a table of one's own, or a constant."""
+"""Drag coefficient over Mach number: built-in tables, a user's table, or a constant."""
 
 from __future__ import annotations
 

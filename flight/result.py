@@ -1,4 +1,4 @@
-"""What a flight gives back: one row a fragment, one row a crossing, and how each flight ended."""
+"""Result of a flight: one row for each fragment, one for each crossing, and how each flight ended."""
 
 from __future__ import annotations
 

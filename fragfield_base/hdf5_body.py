@@ -1,4 +1,4 @@
-"""The body of an HDF5 file: what the HDF5 library writes to in place of the disk.
+"""The body of an HDF5 file: the buffer that the HDF5 library writes to instead of the disk.
 
 HDF5 does not recover from a failed write: a full disk ends it by signal 11, now or when the process exits. It can
 always write to a `Body`, which passes the bytes on and keeps the first OSError to itself, to be raised once, later.

@@ -1,4 +1,4 @@
-"""HDF5 files, written whole or added to in one move, and read after a look at their seal.
+"""HDF5 files: written whole or extended atomically, and read after a check of their seal.
 
 The HDF5 library never meets the disk while it writes (`fragfield_base.hdf5_body`). A new file is a draft that is
 renamed; a file that grows is changed by way of a journal (`fragfield_base.hdf5_journal`); a file that is read is

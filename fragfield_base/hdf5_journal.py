@@ -1,4 +1,4 @@
-"""The journal beside an HDF5 file that grows: whatever ends the writer, the file has all of a write or none of it.
+"""The journal of a growing HDF5 file: after any end of the writer, a write is complete or absent.
 
 A write puts its new bytes behind the old ones, and the pages that change in the old part through the journal:
 

@@ -1,4 +1,4 @@
-"""Signals that end a run, deferred to where a run may end: the only place that takes them over."""
+"""Signals that end a run, deferred to points where a run may end."""
 
 from __future__ import annotations
 

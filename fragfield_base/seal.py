@@ -1,4 +1,4 @@
-"""The seal of an HDF5 file: digests of its blocks behind its last byte, looked at before HDF5 sees the file.
+"""The seal of an HDF5 file: digests of its blocks after its last byte, checked before HDF5 opens the file.
 
 HDF5 itself notices little: a flipped bit changes a number, or sends the library into memory that it does not own. A
 file's own end is where HDF5 does not read, and where other programs (ParaView, h5dump) do not mind a few bytes more:

@@ -1,4 +1,4 @@
-"""XDMF files with a checksum, looked at before VTK reads them: it trusts the sizes that they declare."""
+"""XDMF files with a checksum, checked before VTK reads them, because VTK trusts the sizes they declare."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the burst casing to fragments: law, sampling, placing, velocity and what is handed over."""
+"""From the burst casing to fragments: law, sampling, placing, velocity, and the hand-over to the flight."""
 
 from __future__ import annotations
 

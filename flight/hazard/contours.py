@@ -1,4 +1,4 @@
-"""Distance contours on a map: how far hazard and fragments reach in every direction, as GeoJSON and KML.
+"""Distance contours on a map, as GeoJSON and KML: hazard distance and largest throw in every direction.
 
 A contour follows each azimuth sector's distance as an arc of a geodesic circle about the origin on WGS 84 (geodesics
 by GeographicLib, Karney 2013), with points every degree or closer: the chord then falls short of the arc by less than

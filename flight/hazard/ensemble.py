@@ -1,4 +1,4 @@
-"""The certainty of a hazard: bands over many realisations of one break-up, and whether there are enough of them.
+"""Hazard over the realisations of one break-up: bands of distances, and whether there are enough realisations.
 
 A distance is given three ways. The median and the band of 5 to 95 % of the realisations show what single events do.
 The pooled one is that of the mean density over all realisations, the quantity that the criterion of one hazardous

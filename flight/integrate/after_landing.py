@@ -1,4 +1,4 @@
-"""A chunk of fragments from launch to rest: one flight after the other, joined by impacts."""
+"""A chunk of fragments from launch to rest: successive flights, joined by impacts."""
 
 from __future__ import annotations
 

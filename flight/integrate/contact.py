@@ -1,4 +1,4 @@
-"""Contact between fragments in the first metres: where the clouds of a stack cross, fragments strike each other."""
+"""Collisions between fragments in the first metres, where the clouds of a stack cross."""
 
 from __future__ import annotations
 

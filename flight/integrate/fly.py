@@ -1,4 +1,4 @@
-"""`fly`: fragments in, landings and hits out."""
+"""`fly`: computes landings and hits of fragments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When two spheres on curved paths first touch, and what the impact does to them.
+"""First contact of two spheres on curved paths, and the impact.
 
 Nothing here allocates, so the compiler is instructed to leave out the counting of references to arrays (`_nrt=False`),
 which costs more than the sums.

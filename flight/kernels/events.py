@@ -1,4 +1,4 @@
-"""Events of a step: the flight's end, and the witness surfaces on the way."""
+"""Events within a step: the end of the flight, and crossings of witness surfaces."""
 
 from __future__ import annotations
 

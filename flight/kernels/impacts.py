@@ -1,4 +1,4 @@
-"""The impacts at the ends of a chunk's flights: which fragments fly on, from where, and where the others rest."""
+"""Impacts at the ends of a chunk's flights: which fragments continue, from where, and where the others rest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lengths of paths below a person's height, by azimuth and distance, taken along the dense output of every step.
+"""Lengths of paths below a person's height, by azimuth and distance, along the dense output of every step.
 
 Lengths are summed as whole multiples of 2^-32 m, so that their sums do not depend on the order of the fragments, nor
 on the number of threads.

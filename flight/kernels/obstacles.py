@@ -1,4 +1,4 @@
-"""Where a step enters a wall, a barricade or a building: convex bodies, each what lies behind all of its faces."""
+"""Entry of a step into a wall, a barricade or a building: a convex body is the set of points behind all of its faces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Areas of boxes and shape factors drawn at random, one by one: numpy's vectorised functions round by a row's place."""
+"""Areas of boxes and random shape factors, one by one: the rounding of numpy's vectorised functions depends on the index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What follows an impact: the rebound, and once it has died out the slide to rest.
+"""After an impact: the rebound, and the slide to rest once it has died out.
 
 The rebound takes a share of the velocity along the normal and another one along the surface. The slide is that of a
 point held to the surface: gravity along it, and Coulomb friction by the weight's part normal to it. The air's drag and

@@ -1,4 +1,4 @@
-"""Ground that rises and falls: where a step comes down on a map of heights, bilinear on each of its cells.
+"""Landing on a height map, bilinear on each of its cells.
 
 A step is halved until it lies above everything below it, by a pyramid of the cells' greatest heights, or over at most
 two by two cells. There it is cut where it passes from cell to cell, by the same sign changes that find crossings, and

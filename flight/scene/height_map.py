@@ -1,4 +1,4 @@
-"""Ground as a map of heights: a regular grid of nodes, bilinear between them."""
+"""Ground as a height map: a regular grid of nodes, bilinear between them."""
 
 from __future__ import annotations
 

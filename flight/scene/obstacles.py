@@ -1,4 +1,4 @@
-"""Walls, barricades and buildings: they stop fragments or turn them off, and count their hits by face."""
+"""Walls, barricades and buildings: they stop or deflect fragments and count hits by face."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What fragments may meet: the ground, flat or a map of heights, and obstacles; and checks of where they start."""
+"""The scene of a flight: ground, flat or a height map, and obstacles; checks of where fragments start."""
 
 from __future__ import annotations
 

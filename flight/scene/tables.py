@@ -1,4 +1,4 @@
-"""Piecewise cubics: the one form in which air, wind and drag reach the kernels.
+"""Piecewise cubics, the form in which air, wind and drag are passed to the kernels.
 
 Monotone-safe: between two entries an interpolated value never leaves the interval they span.
 """

@@ -1,4 +1,4 @@
-"""Values of a case replaced by their dotted keys: `--set`, sweeps and studies of sensitivities."""
+"""Replaces values of a case by their dotted keys: `--set`, sweeps and sensitivity studies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In which keys two cases differ."""
+"""Keys in which two cases differ."""
 
 from __future__ import annotations
 

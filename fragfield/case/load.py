@@ -1,4 +1,4 @@
-"""From a file to a resolved case: read, check, and replace every name by what it stands for."""
+"""From a file to a resolved case: read, check, and replace names by their data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turns what pydantic found into messages that a user can act on: key, what was found, what is allowed."""
+"""Messages for faults that pydantic found: key, what was found, what is allowed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A commented case file from the schema: comments are the fields' docstrings, so that they cannot grow stale."""
+"""A commented case file generated from the schema; its comments are the docstrings of the fields."""
 
 from __future__ import annotations
 

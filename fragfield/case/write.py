@@ -1,4 +1,4 @@
-"""A case as TOML: what it says, every default spelled out, in SI; reading it gives the same case."""
+"""Writes a case as TOML with every default, in SI; reading it gives the same case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fragfield check`: what follows from a case before anything is computed, and what looks doubtful in it."""
+"""`fragfield check`: quantities that follow from a case before anything is computed, and warnings."""
 
 from __future__ import annotations
 
@@ -219,21 +219,21 @@ def _warnings(
     yield from arrangement_warnings(case)
     if settings.products == "landau":
         yield (
-            'burst.products = "landau" starts from the pressure of an instantaneous explosion: initiated '
-            "progressively, the products do about 1.2 times the work rho Q; "
-            '"landau_cj" and "jwl" close on the heat of detonation'
+            'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
+            "travelling detonation front the products do about 1.2 times the work rho Q; "
+            '"landau_cj" and "jwl" give the heat of detonation'
         )
     if settings.burn == "time" and settings.products != "jwl":
         yield (
-            'burst.burn = "time" lets no steady front form with Landau products: cells ahead of it may be crushed; '
+            'burst.burn = "time" does not give a steady front with Landau products: cells ahead of it may be crushed; '
             '"time_or_compression" ignites them'
         )
     if not settings.leakage.enabled:
-        yield "burst.leakage.enabled = false: the products push without end, speeds are upper bounds"
+        yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
     elif not _VENTING[0] <= settings.leakage.radius_ratio <= _VENTING[1]:
         yield (
             f"burst.leakage.radius_ratio = {settings.leakage.radius_ratio:g} lies outside the published "
-            f"{_VENTING[0]:g} to {_VENTING[1]:g}; the final speed depends on it more than on anything else"
+            f"{_VENTING[0]:g} to {_VENTING[1]:g}; the final speed depends on it most"
         )
     fixed = settings.time_step.fixed
     if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
@@ -262,7 +262,7 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
         if texts:
             others = f" and {number - 1} alike" if number > 1 else ""
             yield (
-                f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are near: "
+                f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are close: "
                 f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
                 "the distances"
             )
@@ -273,11 +273,11 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
     if walls and min(walls) < _MIN_WALL_CELLS * settings.cell_size:
         yield (
             f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
-            f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to bend"
+            f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to resolve bending"
         )
     for name, error in found["mass_error_of_mesh"].items():
         if abs(error) > _MASS_TOLERANCE:
-            yield f"{key}: {name} of the mesh is off by {error:+.2%}; smaller cells follow the contour better"
+            yield f"{key}: {name} of the mesh is off by {error:+.2%}; use smaller cells to follow the contour"
     passage = found["charge_length"] / found["detonation_velocity"]
     if settings.end_time is not None and settings.end_time < passage:
-        yield f"{key}: burst.end_time = {settings.end_time:g} s is over before the front has passed ({passage:.3g} s)"
+        yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"

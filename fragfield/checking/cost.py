@@ -1,4 +1,4 @@
-"""What a burst will cost, estimated before it is computed: steps, time step, memory, time, in all and by round."""
+"""Estimated cost of a burst: steps, time step, memory and time, in total and per round."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `fragfield check` finds of a burst in a plane section: its mesh and, per metre, its masses."""
+"""`fragfield check` for a plane section: its mesh and its masses per metre."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a case is found to be before it is computed, for people."""
+"""Output of `fragfield check` on the terminal."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
         )
     outer = "surfaces pass through each other"
     if contact["surfaces"]:
-        outer = f"surfaces that meet push each other, friction {contact['surface_friction_angle_deg']:.4g} degrees"
+        outer = f"contact between colliding surfaces, friction {contact['surface_friction_angle_deg']:.4g} degrees"
     console.print(f"contact: {inner}; {outer}")
 
 
@@ -149,7 +149,7 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
         (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
         console.print(
             f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
-            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; beyond it fragments have left",
+            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; fragments beyond it are not followed",
             markup=False,
         )
     if bounce := found["bounce"]:

@@ -1,4 +1,4 @@
-"""What looks doubtful in the witness surfaces of a case: casings that reach them, obstacles that cut them."""
+"""Warnings on witness surfaces: casings that reach them, obstacles that cut them."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def witness_warnings(case: Case, largest_diameter: float) -> Iterator[str]:
         key = f"witness[{number}].radius = {surface.radius:g} m"
         reach = max(math.hypot(x - surface.centre[0], y - surface.centre[1]) for x, y, _ in with_images(case))
         if surface.radius < 2.0 * (reach + largest_diameter):
-            yield f"{key}: so near, casings may reach it before break-up"
+            yield f"{key}: so close that casings may reach it before break-up"
         for obstacle in case.obstacle:
             nearest, farthest = _distances(np.asarray(surface.centre), outline_of(obstacle))
             if nearest < surface.radius < farthest:
                 yield (
                     f'{key}: {surface.name} cuts {obstacle.kind} "{obstacle.name}", whose foot lies {nearest:.3g} to '
-                    f"{farthest:.3g} m from its centre: what the obstacle stops is counted on one part of it and not "
-                    f"on the other; take less than {nearest:.3g} m or more than {farthest:.3g} m"
+                    f"{farthest:.3g} m from its centre: part of the surface lies in front of the obstacle and part "
+                    f"behind it; use less than {nearest:.3g} m or more than {farthest:.3g} m"
                 )
 
 

@@ -1,4 +1,4 @@
-"""The commands that check and compute a case, whole or by stages: each is one call of the Python interface."""
+"""Commands that check and compute a case, whole or by stages; each calls the Python interface once."""
 
 from __future__ import annotations
 

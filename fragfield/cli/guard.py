@@ -1,4 +1,4 @@
-"""How a command ends: its result on stdout, its errors as one message each with its exit code."""
+"""The end of a command: its result on stdout, or one error message and an exit code."""
 
 from __future__ import annotations
 

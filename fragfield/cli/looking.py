@@ -1,4 +1,4 @@
-"""The commands that show and compare what is there, and write a new case."""
+"""Commands that show and compare results, and write a new case."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def new(
         str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
     ] = None,
     stack: Annotated[
-        str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Copies of the round: row, triangle, pallet.")
+        str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Arrangement of copies: row, triangle, pallet.")
     ] = None,
     lying: Annotated[bool, typer.Option("--lying", help="The round lies on the ground, its axis along y.")] = False,
     every_key: Annotated[
@@ -73,8 +73,8 @@ def new(
 
 @app.command()
 def compare(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as a pair's.")],
-    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The run it is divided by, such as the single's.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as that of a pair.")],
+    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The reference run, such as the single round's.")],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Write tables (CSV, JSON) and a picture there.")
     ] = None,

@@ -1,4 +1,4 @@
-"""What a command stands on before it begins: open standard streams that take any text, and room for open files."""
+"""Preparation of the process: standard streams that accept any text, and enough open files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Largest sizes (bytes) of files that are read."""
+"""Largest accepted file sizes (bytes)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fragfield info`: what a run directory or an HDF5 file holds, and where it comes from."""
+"""`fragfield info`: content and origin of a run directory or an HDF5 file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an output comes from: case, program, versions, seed, machine kind and date, carried by every file."""
+"""Provenance of every output file: case, program, versions, seed, kind of machine, date."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The directory of a run: which files each stage reads and writes, and when they may be replaced.
+"""The run directory: files that each stage reads and writes, and when they may be replaced.
 
 A directory holds one case. It is made when missing; an empty one is used as it is. One that holds results, of the same
 case or of another, keeps them: it is refused, unless `resume` goes on with the same case, `overwrite` removes that
@@ -268,7 +268,7 @@ class RunDirectory:
         if other:
             more = f" and {len(other) - 1} more" if len(other) > 1 else ""
             raise InputError(
-                f"{self.path}: holds {other[0]}{more}, which is no run of this program; "
+                f"{self.path}: holds {other[0]}{more}, which is not a run of this program; "
                 "allowed: a new or an empty folder, or a run's"
             )
 

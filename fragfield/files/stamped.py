@@ -1,4 +1,4 @@
-"""case.toml and summary.json of a run directory with a checksum: a cut or edited one is noticed, not computed with.
+"""case.toml and summary.json with a checksum: an edited or cut file is refused.
 
 The checksum stands in the file itself: as the last line of the TOML file, a comment, and as the last key of the JSON
 file. Files of earlier versions have none: of those a case is taken if summary.json holds the same.

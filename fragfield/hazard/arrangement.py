@@ -1,4 +1,4 @@
-"""Where the rounds and planes of a case stand to each other, for `fragfield check`."""
+"""Relative positions of the rounds and planes of a case, for `fragfield check`."""
 
 from __future__ import annotations
 
@@ -130,5 +130,5 @@ def arrangement_warnings(case: Case) -> Iterator[str]:
         if plane.kind == "ground" and plane.normal[2] > 1.0 - 1e-12 and abs(plane.point[2] - ground) > _SAME_HEIGHT:
             yield (
                 f"plane[{number}] ({plane.name}) is ground at z = {plane.point[2]:g} m in the burst, and "
-                f"flight.ground is at {ground:g} m there in flight: say the same twice, or call the plane a wall"
+                f"flight.ground is at {ground:g} m there in flight: give the same height, or make the plane a wall"
             )

@@ -1,4 +1,4 @@
-"""What a run's summary says of its hazard distance, in words: whether it is determined, and how well it is known."""
+"""Statements on the hazard distance of a run: whether it is determined, and how accurately."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ __all__ = [
 
 NOT_DETERMINED = "not determined"
 WHICH_NUMBER = (
-    "Which number for what: where people are kept away by a distance, apply the upper bound of the hazard distance. "
-    "The distance itself, without its bound, serves to compare variants of a case. What single events may do, and the "
-    "largest throw, are no hazard distances: they say how far single fragments may come down, for warnings, for the "
-    "search for fragments and for insurance, and they grow with the number of events looked at."
+    "Which number for what: to keep people away, apply the upper bound of the hazard distance. The distance itself, "
+    "without its bound, is for comparing variants of a case. The range of single events and the largest throw are not "
+    "hazard distances: they show how far single fragments may land, for warnings, for the search for fragments and "
+    "for insurance, and they increase with the number of events considered."
 )
 
 
@@ -43,7 +43,7 @@ def certainty(hazard: Mapping[str, Any]) -> str:
         return ""
     number, more = hazard["realisations"], hazard.get("more_realisations", True)
     if hazard.get("standard_error") is None:
-        how = "" if more else "; of fragments from elsewhere there is one set, and no more can be made"
+        how = "" if more else "; there is only one set of fragments from another source"
         return (
             f"one realisation was flown{how}: the hazard distance has neither a standard error nor an upper bound; set "
             "break_up.realisations to 20 or more"

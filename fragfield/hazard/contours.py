@@ -1,4 +1,4 @@
-"""Distances and places as maps, where the case says where on Earth it stands."""
+"""Distances and exposed sites as map files, for cases with a geographic position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distances by published rules, beside the computed ones: each with source, formula, inputs and range.
+"""Distances by published rules, compared with the computed ones: source, formula, inputs and range of each.
 
 None of them knows the burst. Blast distances come from the net explosive mass alone and are marked so. A rule that
 could not be read at a public source is left out and listed in `LEFT_OUT`.

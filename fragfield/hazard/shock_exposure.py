@@ -1,4 +1,4 @@
-"""What a neighbour's shock did to rounds that had no ignition points, in words."""
+"""Statements on the shock loading of rounds without ignition points."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def exposure_words(found: Mapping[str, Any]) -> str:
     """An exposure in one sentence, with what must be known to read it."""
     if not found["energy"] > 0.0:
         return (
-            f"largest pressure {found['peak_pressure'] / 1e9:.3g} GPa, never above the floor of "
-            f"{found['floor'] / 1e9:.3g} GPa from which a pulse counts"
+            f"largest pressure {found['peak_pressure'] / 1e9:.3g} GPa, never above the threshold of "
+            f"{found['floor'] / 1e9:.3g} GPa from which a pulse is counted"
         )
     words = (
         f"largest pressure {found['peak_pressure'] / 1e9:.3g} GPa; strongest pulse {found['pulse_pressure'] / 1e9:.3g} "
@@ -45,6 +45,6 @@ def exposure_words(found: Mapping[str, Any]) -> str:
     if not found["resolved"]:
         words += (
             f"; the cells are too coarse to resolve this pulse, which needs {found['resolved_cell'] * 1e3:.2g} mm or "
-            "less: pressure and energy rise as they get smaller"
+            "less: pressure and energy increase with smaller cells"
         )
     return words

@@ -1,4 +1,4 @@
-"""What stands on the map of a site: distances by direction, exposed sites, obstacles, rounds and lines of terrain.
+"""Contents of the site map: distances by direction, exposed sites, obstacles, rounds and lines of terrain.
 
 One list of shapes in metres of the site's frame is behind the report's figure, the page with pan and zoom, and the
 files for geographic programs, so that all of them hold the same.
@@ -32,7 +32,7 @@ __all__ = ["KINDS", "Shape", "shapes_of", "to_contours"]
 KINDS = {
     "hazard_upper": "hazard distance, upper bound: the distance to apply",
     "hazard": "hazard distance of the expected density",
-    "max_throw": "farthest fragment by sector (no hazard distance)",
+    "max_throw": "farthest fragment by sector (not a hazard distance)",
     "exposed": "exposed site",
     "obstacle": "barricade, wall or building",
     "round": "round",

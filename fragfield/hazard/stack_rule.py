@@ -1,4 +1,4 @@
-"""TP-12's rule for stacks beside a case's direct result."""
+"""TP-12's rule for stacks, compared with the direct result of a case."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
     criteria = hazard_criteria(case)
     if single.criteria != criteria:
         raise InputError(
-            f"{file}: assessed with {single.criteria}, this case has {criteria}; hazard.stack_rule compares alike only"
+            f"{file}: assessed with {single.criteria}, this case has {criteria}; hazard.stack_rule needs the same "
+            "in both"
         )
     side, top = rule.side, rule.top
     if side is None or top is None:

@@ -1,4 +1,4 @@
-"""A case in Python: from a file, or from tables as the file has them, with the same checks and the same messages."""
+"""A case in Python: from a file or from tables, with the same checks and messages."""
 
 from __future__ import annotations
 

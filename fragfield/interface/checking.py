@@ -1,4 +1,4 @@
-"""`fragfield.check`: what follows from a case before anything is computed."""
+"""`fragfield.check`: quantities that follow from a case before anything is computed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report's figures as figures of matplotlib, drawn by the report's own functions."""
+"""The report's figures as matplotlib figures, drawn by the report's functions."""
 
 from __future__ import annotations
 

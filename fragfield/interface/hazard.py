@@ -1,4 +1,4 @@
-"""The hazard distance of a run: numbers where it is determined, and the reason where it is not."""
+"""The hazard distance of a run: its numbers if it is determined, otherwise the reason."""
 
 from __future__ import annotations
 
@@ -86,7 +86,8 @@ class HazardDistance:
             raise NotDeterminedError(f"{self._directory}: the hazard distance is not determined: {self.reason}")
         if "distance" not in self._found:
             raise InputError(
-                f"{self._directory}: holds no hazard distance, it was flown by another version; fly it again"
+                f"{self._directory}: contains no hazard distance, because another version computed the flight; "
+                "run `fragfield fly` again"
             )
         return self._found.get(key)
 

@@ -1,4 +1,4 @@
-"""`fragfield.open`: what a run directory holds, read when it is asked for."""
+"""`fragfield.open`: the content of a run directory, read on demand."""
 
 from __future__ import annotations
 

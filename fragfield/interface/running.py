@@ -84,7 +84,7 @@ def run(
     if only is not None and only not in STAGES:
         raise InputError(f"only: found {only!r}{nearest(str(only), STAGES)}; allowed: {', '.join(STAGES)}")
     if fragments is not None and only != "fly":
-        raise InputError('fragments: found without only="fly"; allowed: with it, since nothing else takes them')
+        raise InputError('fragments: found without only="fly"; allowed: only together with it')
     request = request_of(
         case, out=out, set=set, cell_size=cell_size, fragments=fragments, threads=threads, resume=resume,
         overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),

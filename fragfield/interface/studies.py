@@ -1,4 +1,4 @@
-"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and two beside each other."""
+"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and the comparison of two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arena tables of a run: written from its break-up, and flown in its place when a test's file is given."""
+"""Arena tables: written from a run's break-up, or flown instead of it when a test's table is given."""
 
 from __future__ import annotations
 
@@ -40,11 +40,13 @@ def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
     from flight import Fragments
 
     if any(plane.kind == "symmetry" for plane in case.plane):
-        raise InputError("arena tables and planes of symmetry: give every round a table [[round]] of its own place")
+        raise InputError(
+            "arena tables and planes of symmetry: give every round its own table [[round]] with its position"
+        )
     places = [(one.position, one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
     if number == 0 and len(places) > 1:
         _log.warning(
-            "the arena table is of one round: %d rounds fly as if each stood alone",
+            "the arena table is that of one round: %d rounds fly as if each were alone",
             len(places),
             extra={"code": "arena_alone"},
         )

@@ -1,4 +1,4 @@
-"""The chain burst, break-up, flight, report on a run directory, whole, in part or resumed."""
+"""The chain burst, break-up, flight, report on a run directory: all of it, one stage, or resumed."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
     """Why the run has no convergence of its own; empty where it has."""
     if job.fragments is not None:
-        return "no grid convergence: the fragments are from elsewhere"
+        return "no grid convergence: the fragments are from another source"
     if not burst or job.case.burst is None:
         return "no grid convergence: the burst is not part of this run"
     if burst.get("geometry") != "axisymmetric":

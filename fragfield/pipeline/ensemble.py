@@ -1,4 +1,4 @@
-"""The realisations of a run, shared over the ranks: each is broken up and flown whole on one rank.
+"""The realisations of a run, distributed over the ranks: each is broken up and flown on one rank.
 
 Realisations are flown in batches, and more are made until the hazard distance is known well enough. What a realisation
 gives does not depend on the rank that computes it, and rank 0 puts the parts together by their
@@ -323,7 +323,8 @@ def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool 
         return fragments
     if warn:
         _log.warning(
-            "%d fragments (%.3g kg) ended the burst up to %.3g m below the ground; they start on it",
+            "%d fragments (%.3g kg) were up to %.3g m below the ground at the end of the burst; they start on "
+            "its surface",
             int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),
             extra={"code": "below_ground"},
         )  # fmt: skip

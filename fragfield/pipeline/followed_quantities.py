@@ -1,4 +1,4 @@
-"""What is followed over the cell sizes."""
+"""Quantities whose grid convergence is computed."""
 
 from __future__ import annotations
 

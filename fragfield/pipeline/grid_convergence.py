@@ -1,4 +1,4 @@
-"""Grid convergence of a number that was computed with several cell sizes: observed order, limit, uncertainty.
+"""Grid convergence of a number computed with several cell sizes: observed order, limit, uncertainty.
 
 The procedure is that of ASME V&V 20 (2009) and of Celik et al., J. Fluids Eng. 130 (2008) 078001, after Roache,
 J. Fluids Eng. 116 (1994) 405: with three sizes h1 < h2 < h3 and values that approach a limit in one direction, the

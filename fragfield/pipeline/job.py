@@ -1,4 +1,4 @@
-"""What a stage works on: the case, where it reads and writes, and how."""
+"""Input of a stage: the case, the run directory, and settings of the process."""
 
 from __future__ import annotations
 

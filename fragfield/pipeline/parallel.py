@@ -1,4 +1,4 @@
-"""Ranks of an MPI launch, as far as the command line needs them: who prints, who waits, and how all end together."""
+"""Ranks of an MPI launch, for the command line: output by rank 0, waiting, a common end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a flight's realisations come from: files for the first of them, the burst's snapshot for any number more."""
+"""Source of a flight's realisations: files for the first ones, the burst's snapshot for further ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Warnings of a stage as records of summary.json: a stage, a code, a severity and a text each."""
+"""Warnings of a stage as records of summary.json: stage, code, severity and text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Putting the report together: figures to files and into one HTML page that needs nothing else."""
+"""Assembles the report: figures to files, and one self-contained HTML page."""
 
 from __future__ import annotations
 

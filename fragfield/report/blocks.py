@@ -1,4 +1,4 @@
-"""The pieces a report is made of; the template knows one way to draw each."""
+"""The blocks of a report; the template draws each in one way."""
 
 from __future__ import annotations
 

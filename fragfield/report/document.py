@@ -1,4 +1,4 @@
-"""Texts of the page: the document's number, revision and classification in one line, code words, CSS strings."""
+"""Texts of the page: document number, revision and classification, code words, CSS strings."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def summary_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     for label, name, note in (
         ("Mean initial speed", "mean_initial_speed", "of the casing, by mass"),
         ("Speed of 99 % of the mass", "speed_99", "not exceeded by 99 % of the casing's mass"),
-        ("Largest initial speed", "max_initial_speed", "largest mean of a cell; grows as cells get smaller"),
+        ("Largest initial speed", "max_initial_speed", "largest cell mean; increases as cells get smaller"),
     ):
         value = (burst.get("speed_quantiles") or {}).get("99") if name == "speed_99" else burst.get(name)
         if isinstance(value, (int, float)):
@@ -105,8 +105,8 @@ def _distances(run: RunFiles) -> list[Card]:
     return [
         *cards,
         *signed_card(run),
-        Card("Single events, 5 to 95 %", span, "m", "no hazard distance: what one event's own density reaches"),
-        _distance("Largest throw", hazard["largest_throw"], "no hazard distance: the farthest single fragment"),
+        Card("Single events, 5 to 95 %", span, "m", "not a hazard distance: range of the distances of single events"),
+        _distance("Largest throw", hazard["largest_throw"], "not a hazard distance: the farthest single fragment"),
     ]
 
 
@@ -125,7 +125,7 @@ def _sentence(run: RunFiles) -> str:
     if run.fragments_file is not None:
         return f"Computed for the fragments of {run.fragments_file}; no burst was computed."
     if not kinds:
-        return "The burst is not part of this directory; the rounds are described in the annex."
+        return "This directory contains no burst; the rounds are described in the annex."
     many = "one round" if len(run.rounds) == 1 else f"{len(run.rounds)} rounds"
     listed = "; ".join(f"{_names(names)} ({what}{' each' if len(names) > 1 else ''})" for what, names in kinds.items())
     images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])

@@ -1,4 +1,4 @@
-"""The map as a page of its own: pan and zoom in the browser, from one file, without a network."""
+"""The map as a separate page: pan and zoom in the browser, in one file, without a network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers as the report shows them: a practical value beside the SI value, and words for what is unknown."""
+"""Formatting of numbers: a practical value beside the SI value, and words for missing values."""
 
 from __future__ import annotations
 

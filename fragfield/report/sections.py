@@ -105,10 +105,10 @@ def _inputs(run: RunFiles) -> Section:
     """The annex: every input that took part, and the case's own text."""
     blocks: list[Block] = []
     if run.case is not None:
-        note = "Keys that take no part in this run (those of other choices) stand in case.toml alone."
+        note = "Keys that do not apply to this run (those of other choices) are listed in case.toml only."
         blocks += [Paragraph(note), *input_tables(run), Text("case.toml, as resolved", run.case_text)]
     else:
-        blocks.append(Paragraph("This directory holds no case."))
+        blocks.append(Paragraph("This directory contains no case."))
     return Section("inputs", "Annex: inputs as resolved", blocks)
 
 

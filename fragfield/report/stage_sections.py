@@ -72,7 +72,8 @@ def ledger_section(run: RunFiles, draw: Draw) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *draw(
             "energy_ledger", "Energy ledger over time",
-            "Work of the products and where it went; below, what the sum leaves open.", burst_figures.energy_ledger,
+            "Work of the products and how it is distributed; below, the imbalance of the sum.",
+            burst_figures.energy_ledger,
         ),
         *ledger_table(run),
     ]  # fmt: skip
@@ -86,19 +87,19 @@ def burst_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *section_blocks(run),
         *picture(
             "picture_of_burst", "Section of the burst",
-            "Section through the axis, looked at along +y, coloured by speed: light is fast, dark is slow. The thin "
-            "line bounds the casing.",
+            "Section through the axis, viewed along +y, coloured by speed: light is fast, dark is slow. The thin "
+            "line is the outline of the casing.",
         ),
         *draw(
             "speed_along_round", "Speed along the round",
             "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: "
-            "mean by mass, and largest cell, of each axial bin. Dotted lines part the segments.",
+            "mean by mass, and largest cell, of each axial bin. Dotted lines separate the segments.",
             burst_figures.speed_along_round,
         ),
         *draw(
             "casing_over_time", "Casing over time",
             "Mean speed of the casing by mass, and the largest over the stations of the azimuthal mean outer diameter. "
-            "A dotted upright marks the time at which acceleration is complete.",
+            "A dotted vertical line marks the time at which acceleration is complete.",
             burst_figures.casing_over_time,
         ),
         *contact_rows(run),
@@ -124,7 +125,7 @@ def break_up_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *draw(
             "directions", "Directions of the mass",
             "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
-            "realisation (bars) and the velocity field of the casing that they were made from (line).",
+            "realisation (bars) and the velocity field of the casing from which they were made (line).",
             fragment_figures.directions,
         ),
         *draw(
@@ -161,8 +162,8 @@ def flight_section(run: RunFiles, draw: Draw) -> Section:
         ),
         *draw(
             "landing_map", "Landing points",
-            "Where the fragments of the first realisation touch the ground; dark: hazardous. Seen from above, y "
-            "upwards. The line of hazard is the upper bound of the hazard distance by direction.",
+            "Landing points of the fragments of the first realisation; dark: hazardous. Seen from above, y "
+            "upwards. The hazard line is the upper bound of the hazard distance by direction.",
             hazard_figures.landing_map,
         ),
     ]  # fmt: skip
@@ -173,7 +174,7 @@ def beside_map(run: RunFiles) -> list[Block]:
     """The map with pan and zoom, beside the page, where there is something to show."""
     if site_figure.site_shapes(run) is None:
         return []
-    return [Beside("map.html", "The map with pan and zoom; it needs no network")]
+    return [Beside("map.html", "The map with pan and zoom; no network needed")]
 
 
 def hazard_section(run: RunFiles, draw: Draw) -> Section:
@@ -184,7 +185,7 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         *exposed_tables(run),
         *draw(
             "exposed_sites", "Exposed sites against their criteria",
-            "Expected value (dot) and upper bound (95 %, bar) over what the place may meet; to the left of the "
+            "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the "
             "line the criterion is met.",
             site_figure.exposed_figure,
         ),
@@ -201,18 +202,18 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
             "density_curve", "Density by distance",
             "Expected number of hazardous fragments per acceptable area, by area of ground and normal to the paths, "
             "over all azimuths or in the worst direction, with 5 to 95 % of the bootstrap: the certainty of the mean, "
-            "not the scatter of single events. The uprights mark the hazard distance and its upper bound.",
+            "not the scatter of single events. The vertical lines mark the hazard distance and its upper bound.",
             hazard_figures.density_curve,
         ),
         *draw(
             "hit_probability", "Probability of a hit on a person",
-            "Probability that a hazardous fragment hits a person who stands at that distance, at a random azimuth: "
+            "Probability that a hazardous fragment hits a person standing at that distance, at a random azimuth: "
             "mean of the realisations and band of single events.",
             hazard_figures.hit_probability,
         ),
         *draw(
             "distance_by_azimuth", "Distances by azimuth",
-            "Hazard distance by direction, as its upper bound and by the expected density; and, no hazard distance, "
+            "Hazard distance by direction, as its upper bound and by the expected density; and, not a hazard distance, "
             "the farthest fragment of each sector: median and band of single events.",
             hazard_figures.distance_by_azimuth,
         ),
@@ -226,7 +227,7 @@ def convergence_section(run: RunFiles, draw: Draw) -> Section:
         *convergence_tables(run),
         *draw(
             "grid_convergence", "Values by cell size",
-            "Each value over that of this run (upright), with its statistical error; open circles at zero: "
+            "Each value divided by that of this run (vertical line), with its statistical error; open circles at zero: "
             "limits, where an order was observed.",
             convergence_figure,
         ),

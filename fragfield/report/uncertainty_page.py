@@ -1,4 +1,4 @@
-"""A study of uncertainty as a short page of its own, with the template and figures of the report."""
+"""A study of uncertainty as a short separate page, with the template and figures of the report."""
 
 from __future__ import annotations
 

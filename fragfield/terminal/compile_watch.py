@@ -1,4 +1,4 @@
-"""When numba compiles kernels, so that a run that seems to stand still says why."""
+"""Detects when numba compiles kernels, so that progress can show it."""
 
 from __future__ import annotations
 

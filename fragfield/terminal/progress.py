@@ -1,4 +1,4 @@
-"""Progress on stderr: which stage, how far, how fast, how long still. On a terminal and on rank 0 only."""
+"""Progress on stderr: stage, fraction, rate, remaining time; on a terminal and on rank 0 only."""
 
 from __future__ import annotations
 

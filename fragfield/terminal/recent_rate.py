@@ -1,4 +1,4 @@
-"""How fast something goes on lately, for the time that it still takes."""
+"""Recent rate of progress, for the remaining time."""
 
 from __future__ import annotations
 

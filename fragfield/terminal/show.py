@@ -1,4 +1,4 @@
-"""Results for people, on stdout."""
+"""Results on stdout."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
             ("distance of the expected density", metres(hazard["distance"]), error),
         ]
     lines += [
-        ("no hazard distances: single events", single_words(hazard), "5 to 95 %"),
+        ("not hazard distances: single events", single_words(hazard), "5 to 95 %"),
         ("  largest throw", metres(hazard["largest_throw"]), "of a single fragment"),
     ]
     for label, value, note in lines:

@@ -1,4 +1,4 @@
-"""Texts from elsewhere on a terminal: control characters become visible, none moves a cursor or hides words."""
+"""Makes control characters of foreign text visible on a terminal."""
 
 from __future__ import annotations
 

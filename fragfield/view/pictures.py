@@ -101,7 +101,7 @@ def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
 def _render_section(
     grid: pyvista.UnstructuredGrid, fastest: float
 ) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
-    """Picture of the half behind the section, looked at along +y, and its extent in x and z (m)."""
+    """Picture of the half behind the section, viewed along +y, and its extent in x and z (m)."""
     import pyvista
 
     bounds = np.asarray(grid.bounds, dtype=float)

@@ -1,4 +1,4 @@
-"""What there is to look at: the burst's grids over time, and the fragments, as VTK data."""
+"""The burst's grids over time, and the fragments, as VTK data."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
     speed = np.linalg.norm(grid.point_data["velocity"], axis=1)
     cells, corners = grid.cell_connectivity, run.cells["nodes"].shape[1]
     if len(cells) % corners or cells.min() < 0 or cells.max() >= grid.n_points:
-        raise InputError(f"{run.folder / 'burst.h5'}: cells name nodes that are not there; run `fragfield burst` again")
+        raise InputError(
+            f"{run.folder / 'burst.h5'}: cells refer to nodes that do not exist; run `fragfield burst` again"
+        )
     cells = cells.reshape(-1, corners)
     return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])
 

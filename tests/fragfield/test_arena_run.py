@@ -111,4 +111,4 @@ def test_planes_of_symmetry_are_refused(runs, tmp_path):
     (tmp_path / "p.toml").write_text(text, encoding="utf-8")
     done = invoke("fly", tmp_path / "p.toml", "--fragments", runs / "test.csv", "--out", tmp_path / "p")
     assert done.exit_code == 2
-    assert "give every round a table [[round]] of its own place" in done.stderr
+    assert "give every round its own table [[round]] with its position" in done.stderr

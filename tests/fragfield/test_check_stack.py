@@ -169,7 +169,7 @@ def test_check_prints_the_stack_for_people(capsys):
         "smallest clear distance: 20 mm, shell_1 to shell_2",
         "plane deck: wall, normal (0, 0, 1), friction 20 degrees, 0 mm from shell_1",
         "contact: charge bonded to casing, cohesion 5 MPa",
-        "surfaces that meet push each other, friction 20 degrees",
+        "contact between colliding surfaces, friction 20 degrees",
         "per round: ",
     ):
         assert part in text, part

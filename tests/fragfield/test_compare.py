@@ -129,7 +129,7 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
         "round: reference 1, run 2",
         "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']",
     ]
-    assert found["notes"] == ["both have the seed 1; standard errors of ratios take the realisations for independent"]
+    assert found["notes"] == ["both have the seed 1; standard errors of ratios assume independent realisations"]
 
 
 def test_round_off_in_a_unit_is_no_difference(runs, single):
@@ -191,7 +191,7 @@ def test_a_burst_alone_has_its_casings_compared(runs, tmp_path):
     assert found["casing"]
     assert not found["witness"]
     assert not found["distances"]
-    assert f"{burst} has not been flown: only its casings are compared" in found["notes"]
+    assert f"{burst} has no flight: only the casings are compared" in found["notes"]
     assert "written" not in _invoke("compare", runs[0], burst).stdout
 
 

@@ -195,7 +195,7 @@ def _run(share, *, kind="monotone", tolerance=0.02):
 def test_a_distance_that_its_cells_leave_open_is_a_warning():
     (warning,) = convergence_findings(_run(0.07, kind="oscillating"))
     assert warning.weight == "warning"
-    assert "By its cells the hazard distance is uncertain by 7.0 %" in warning.text
+    assert "The cell size leaves the hazard distance uncertain by 7.0 %" in warning.text
     assert "values that oscillate), several times `hazard.tolerance` (2 %): repeat with smaller cells" in warning.text
     (good,) = convergence_findings(_run(0.05))
     assert good.weight == "good"

@@ -31,7 +31,10 @@ def load(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[[exposed]]\nname = "a"\n', "exposed[1].position: found neither position and latitude and longitude; allowed: one"),
+        (
+            '[[exposed]]\nname = "a"\n',
+            "exposed[1].position: found neither position and latitude and longitude; allowed: one",
+        ),
         (
             '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\nmax_hits = 1.0\nmax_density = "1 m^-2"\n',
             "exposed[1].max_hits: found together with max_density; allowed: one criterion",

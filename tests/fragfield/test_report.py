@@ -301,7 +301,7 @@ def test_statements_are_of_the_case_at_hand(tmp_path):
     )
     (folder / "case.toml").write_text(f"{case}\n{bank}", encoding="utf-8")
     _, _, beside = outline(folder)
-    assert "only what the case has stops them: barricade “bank”" in beside
+    assert "only what the case defines stops them: barricade “bank”" in beside
     assert "nothing stops them" not in beside
     assert "Casings of neighbouring rounds" in beside
 
@@ -330,7 +330,7 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
 def test_damaged_and_foreign_input_is_named(tmp_path):
     with pytest.raises(InputError, match="nowhere: no such run directory"):
         write_report(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="not a run directory, none of its files is here"):
+    with pytest.raises(InputError, match="not a run directory, it contains none of the files"):
         write_report(tmp_path)
     folder = write_run(tmp_path / "run")
     whole = (folder / "burst_snapshot.h5").read_bytes()

@@ -194,7 +194,7 @@ def hazard(**changes) -> dict:
             "hazard",
             hazard(converged=False, standard_error=None, more_realisations=False),
             "warning",
-            "One realisation was flown; of fragments from elsewhere there is one set, and no more can be made",
+            "One realisation was flown; there is only one set of fragments from another source",
         ),
         (
             "hazard",

@@ -152,8 +152,8 @@ def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
     front = rows["Largest overlap of charge and casing, while a front passes"]
     assert plain(front.value) == "420.0 µm"
     assert plain(front.note) == "3.5 % of a cell"
-    assert rows["Contacts of charge and casing that are bonded"].value == "0"
-    assert rows["– that have left their surface over an edge"].value == "5,120"
+    assert rows["Contacts of charge and casing: bonded"].value == "0"
+    assert rows["– that have slid off an edge"].value == "5,120"
     assert plain(rows["Heat of friction"].value) == "84 kJ"
     assert rows["Unknown thing"].value == "3"
     assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
@@ -216,7 +216,7 @@ def reported(case=None, records=(), **burst):
         ({"max_interface_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
         ({"max_interface_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
         ({"max_collision_penetration": 7e-4}, "warning", "Colliding surfaces overlap by up to 7.0 %"),
-        ({"max_plane_penetration": 7e-4}, "warning", "Casings reach through a plane by up to 7.0 %"),
+        ({"max_plane_penetration": 7e-4}, "warning", "Casings penetrate a plane by up to 7.0 %"),
     ],
 )
 def test_findings_follow_contact(contact, weight, words):

@@ -93,7 +93,7 @@ def test_the_page_of_its_own(folder, tmp_path):
 def test_a_budget_without_grid_warns(folder, tmp_path):
     found = _study({**SUMMARY, "convergence": {"reason": "no grid convergence: the burst is in three dimensions"}})
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
-    assert "A contribution to the budget is not known: the distance to be signed is without it." in text
+    assert "One contribution to the budget is unknown: the distance to be signed does not include it." in text
     assert "not known, and not in the sum: no grid convergence: the burst is in three dimensions" in text
 
 

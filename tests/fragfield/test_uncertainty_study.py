@@ -199,7 +199,7 @@ def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "holds a study of uncertainty; allowed: --resume to go on with it, --overwrite to compute it again"),
+        ((), "holds a study of uncertainty; allowed: --resume to continue it, --overwrite to compute it again"),
         (("--resume", "--samples", 21), "this one differs in samples, points; use another --out, or --overwrite"),
         (("--resume", "--samples", 20, "--seed", 5), "this one differs in seed, points"),
         (("--resume", "--samples", 20, "--set", "burst.cell_size=5 mm"), "this one differs in case"),
@@ -253,7 +253,7 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     ("settings", "stages", "message"),
     [
         (("seed=2",), 3, "found --set or --cell-size with a run directory, whose run is the nominal one"),
-        ((), 2, "has not been flown; run `fragfield run"),
+        ((), 2, "has no flight; run `fragfield run"),
     ],
 )
 def test_a_run_directory_that_cannot_be_the_nominal_run(tmp_path, settings, stages, message):
@@ -331,7 +331,7 @@ def test_real_samples_and_their_files(real_study):
     page, report = ((out / name).read_text() for name in ("uncertainty.html", "nominal/report.html"))
     for text in (page, report):
         assert "Budget of the distance (m)" in text
-        assert "What moves the hazard distance" in text
+        assert "Effect of each input on the hazard distance" in text
         assert "Published radii at which casings vent" in text
     assert (out / "figures" / "uncertainty_tornado.png").is_file()
     assert printed["distance"]["spread"]["high"] > printed["distance"]["spread"]["low"] > 0.0

@@ -63,7 +63,7 @@ def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node):
     _foreign(run_copy / "burst.h5", _set("cells", node))
     done = invoke("report", run_copy, "--quiet")
     assert done.exit_code == 2, done.stderr
-    assert "burst.h5: cells name nodes that are not there" in done.stderr
+    assert "burst.h5: cells refer to nodes that do not exist" in done.stderr
 
 
 @pytest.mark.parametrize(

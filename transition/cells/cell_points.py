@@ -1,4 +1,4 @@
-"""Material points from hexahedral cells: jittered places in every cell, new in each realisation.
+"""Material points of hexahedral cells: jittered positions in every cell, new in each realisation.
 
 A cell's mass is spread evenly over its reference coordinates, as the lumped masses of the burst stage have it. The
 points of a cell share its mass equally. They come in pairs of random places and their reflections through the cell's

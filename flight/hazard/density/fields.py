@@ -1,4 +1,4 @@
-"""What one flight adds to the densities by cell of azimuth and distance: landings, and paths near the ground."""
+"""Contributions of one flight to the densities by cell of azimuth and distance: landings, and paths near the ground."""
 
 from __future__ import annotations
 

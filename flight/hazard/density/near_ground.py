@@ -1,4 +1,4 @@
-"""Where fragments pass below a person's height with enough energy to hurt: what a flight is asked to count."""
+"""Paths of hazardous fragments below a person's height: what is counted, and where."""
 
 from __future__ import annotations
 

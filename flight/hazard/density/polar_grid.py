@@ -1,4 +1,4 @@
-"""Cells of azimuth and distance about the origin, and which directions count as one where an arrangement is symmetric.
+"""Cells of azimuth and distance about the origin, and directions that are equivalent by symmetry.
 
 The distance cells of the tables (`cell` wide) are cut into finer ones, of at most 2 % of their distance or a tenth
 of a cell, whichever is wider; the sectors of the tables are cut so that the azimuth kernel covers eight cells or more.

@@ -1,4 +1,4 @@
-"""Hits on a witness ring by azimuth, one row a realisation: numbers and speeds of a whole ensemble in small arrays.
+"""Hits on a witness ring by azimuth, one row for each realisation: numbers and speeds in small arrays.
 
 The bins begin at azimuth 0: bin i of n holds the azimuths from i to i + 1 n-ths of the circle. With bins of one
 degree a sector of any whole half-width about a whole degree is made of whole bins.

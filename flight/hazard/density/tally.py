@@ -1,4 +1,4 @@
-"""What landed where: hazardous fragments counted by azimuth sector and distance, for one realisation or many."""
+"""Hazardous fragments that landed, counted by azimuth sector and distance, for one realisation or many."""
 
 from __future__ import annotations
 

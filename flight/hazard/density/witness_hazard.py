@@ -1,4 +1,4 @@
-"""What crossed a witness surface: numbers and speeds by azimuth sector, and densities on it."""
+"""Crossings of a witness surface: numbers and speeds by azimuth sector, and densities."""
 
 from __future__ import annotations
 

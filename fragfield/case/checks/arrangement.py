@@ -1,4 +1,4 @@
-"""Faults of where rounds and planes stand: rounds in each other, in a plane, in the ground."""
+"""Checks of the positions of rounds and planes: rounds in each other, in a plane, in the ground."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Physical bounds of every number of a case, each with its reason: hard ones refuse, soft ones warn.
+"""Physical bounds of every number of a case, with reasons: hard bounds refuse a value, soft ones warn.
 
 A key has the bounds of its own in `KEYS`, else those of its unit in `UNITS`, else those of a pure number. Hard bounds
 are wide: beyond them the number is a slip of the pen or of a unit, or the program cannot compute it. Soft bounds are

@@ -1,4 +1,4 @@
-"""Faults of a case that no single key shows: each check returns lines `key: found ...; allowed: ...`."""
+"""Checks across keys: each returns lines `key: found ...; allowed: ...`."""
 
 from __future__ import annotations
 

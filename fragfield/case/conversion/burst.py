@@ -1,4 +1,4 @@
-"""From a resolved case to the rounds, planes and settings of the burst, in a geometry that is given."""
+"""From a resolved case to the rounds, planes and settings of the burst, in a given geometry."""
 
 from __future__ import annotations
 

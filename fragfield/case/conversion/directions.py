@@ -1,4 +1,4 @@
-"""In which directions a case's hazard may differ, and which of them are the same by symmetry.
+"""Directions in which the hazard of a case may differ, and which of them are equivalent by symmetry.
 
 Only what is certain counts: where wind, a map, obstacles, a mesh file or a point of ignition off the axis may break a
 symmetry, none is used.

@@ -1,4 +1,4 @@
-"""In which geometry a case's burst is computed: meridian of one round, three dimensions, or a section; and why."""
+"""Choice of the burst's geometry, with its reason: meridian of one round, three dimensions, or a section."""
 
 from __future__ import annotations
 

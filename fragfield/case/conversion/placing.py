@@ -1,4 +1,4 @@
-"""Rounds and planes of a case in space: the outside of each round, as it is and as it is meshed."""
+"""Rounds and planes of a case in space: the outer surface of each round, exact and as meshed."""
 
 from __future__ import annotations
 

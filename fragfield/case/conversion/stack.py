@@ -1,4 +1,4 @@
-"""A stack of storage becomes rounds of its own: what may stand in [stack], and the copies it stands for."""
+"""Expands a stack into its rounds: what [stack] allows, and the copies that it defines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a resolved case to what each stage is called with."""
+"""From a resolved case to the arguments of each stage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Symmetries of a case that later stages rely on: rounds that are axisymmetric until they break up."""
+"""Symmetries of a case that later stages use: rounds that are axisymmetric until they break up."""
 
 from __future__ import annotations
 

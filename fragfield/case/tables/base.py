@@ -1,4 +1,4 @@
-"""What every table of a case file has in common: strict types, no unknown keys, no change after reading."""
+"""Base of all tables of a case file: strict types, no unknown keys, immutable."""
 
 from __future__ import annotations
 

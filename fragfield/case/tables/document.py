@@ -1,4 +1,4 @@
-"""The table [document]: what an organisation's document control asks of a report."""
+"""The table [document]: data for an organisation's document control."""
 
 from __future__ import annotations
 

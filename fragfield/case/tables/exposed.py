@@ -1,4 +1,4 @@
-"""The table [[exposed]]: people, roads, buildings and areas whose hazard is asked for."""
+"""The table [[exposed]]: people, roads, buildings and areas at which the hazard is computed."""
 
 from __future__ import annotations
 

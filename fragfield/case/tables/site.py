@@ -1,4 +1,4 @@
-"""The table [site]: where on Earth the rounds stand."""
+"""The table [site]: geographic position of the rounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers with one of the everyday units, read without the units library, which takes longer to load than a case.
+"""Numbers with everyday units, read without loading the units library, which takes longer than reading a case.
 
 What this table does not have, and whatever is wrong, goes to the library; a test reads every entry by both.
 """

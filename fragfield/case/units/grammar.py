@@ -1,4 +1,4 @@
-"""The grammar of a value with its unit, looked at before the units library evaluates it.
+"""The grammar of a value with its unit, checked before the units library evaluates it.
 
     value  = [sign] product
     product = factor { ("*" | "/" | " ") factor }

@@ -1,4 +1,4 @@
-"""The kinds of values with a unit that tables of a case use."""
+"""Kinds of values with units, as the tables of a case use them."""
 
 from __future__ import annotations
 

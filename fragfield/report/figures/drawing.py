@@ -1,4 +1,4 @@
-"""How every figure looks: readable in grey, with units, wide for paper and screen, narrow for a telephone."""
+"""Style of the figures: readable in grey, with units, wide for paper and screen, narrow for a telephone."""
 
 from __future__ import annotations
 

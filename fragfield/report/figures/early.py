@@ -1,4 +1,4 @@
-"""Pictures and figures of a stage drawn while the next stages are computed, where a core is free for it."""
+"""Draws pictures and figures of a stage while the next stages are computed, where a core is free."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the hazard: where fragments land, how densely, how far, and how much that scatters."""
+"""Figures of the hazard: landing points, densities, distances, and their scatter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the panels of a figure stand, measured once, and what need not be measured again while it is drawn.
+"""Layout of the panels of a figure, measured once.
 
 Constrained layout measures every text twice and solves a system for any arrangement; a report's panels stand in one
 grid, for which the widest decoration of each row and column is enough. Matplotlib measures the ticks again for every

@@ -1,4 +1,4 @@
-"""Figures and pictures drawn by two processes: this one, and a helper that reads the run itself.
+"""Draws figures and pictures in two processes: this one, and a helper that reads the run itself.
 
 Drawing takes most of a report's time and one figure knows nothing of another. The helper draws the pictures, for which
 VTK is loaded nowhere else: where VTK ends its process, as it does without a driver, the report goes on and says so.

@@ -32,7 +32,7 @@ def ledger_findings(run: RunFiles) -> list[Finding]:
         text = f"The energy ledger closes within {number(abs(error) * 100, 3)} % of the products' work"
         at_end = value_of(part, "energy_error_at_end")
         if at_end is not None:
-            text += f" at its worst, within {number(abs(at_end) * 100, 2)} % at the end"
+            text += f" at most, and within {number(abs(at_end) * 100, 2)} % at the end"
         if not abs(error) <= 0.05:
             found.append(Finding("stop", f"{text}; above 5 % the burst is not computed correctly."))
         elif abs(error) > 0.01:
@@ -46,7 +46,7 @@ def ledger_findings(run: RunFiles) -> list[Finding]:
             found.append(
                 Finding(
                     "warning",
-                    f"{text} of detonation: more than the charges hold, so that speeds are on the high side "
+                    f"{text} of detonation: more than the charges hold, so that speeds are overestimated "
                     "(known of the product model `landau`; compare with `landau_cj` or `jwl`).",
                 )
             )
@@ -71,7 +71,7 @@ def _hourglass(run: RunFiles) -> list[Finding]:
         Finding(
             "warning",
             f"Hourglass control took {number(100 * share, 2)} % of the products' work; above 10 % cells fold where "
-            "casings meet, and speeds are on the low side: repeat with smaller cells or quadrature = “full”.",
+            "casings meet, and speeds are underestimated: repeat with smaller cells or quadrature = “full”.",
         )
     ]
 
@@ -89,7 +89,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
         if lost:
             were = "was" if lost == 1 else "were"
             text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
-            found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: too distorted to compute."))
+            found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted."))
         elif not folded:
             found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
     if folded:
@@ -97,7 +97,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             Finding(
                 "warning",
                 f"{counted(folded, 'cell')} of the casings {'is' if folded == 1 else 'are'} folded at the end of the "
-                "burst (a corner turned inside out); what is there is not reliable.",
+                "burst (inverted at a corner); results there are not reliable.",
             )
         )
     released, casing = value_of(part, "released_casing_mass"), value_of(part, "casing_mass")
@@ -106,8 +106,9 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             Finding(
                 "note",
                 f"{number(released, 3)} kg of the casings ({100 * released / casing:.2g} %) is torn metal at the end: "
-                "without strength, and folded or blown up to more than twice its volume. It gave up its stresses and "
-                "flew on with its mass and momentum; single speeds in it are not reliable.",
+                "without strength, and folded or expanded to more than twice its volume. Its stresses were set "
+                "to zero; it "
+                "keeps its mass and momentum; single speeds in it are not reliable.",
             )
         )
     size = run.cell_size or math.nan
@@ -128,7 +129,9 @@ def burst_findings(run: RunFiles) -> list[Finding]:
         how = (
             f" (kinetic energy grew by {number(100 * growth, 2)} % over the last window)" if growth is not None else ""
         )
-        found.append(Finding("warning", f"The casing still accelerates at the end of the burst{how}: speeds are low."))
+        found.append(
+            Finding("warning", f"The casing still accelerates at the end of the burst{how}: speeds are underestimated.")
+        )
     return found
 
 
@@ -138,7 +141,8 @@ def _unreacted(run: RunFiles) -> list[Finding]:
     found = [
         Finding(
             "warning",
-            f"Round “{name}” was never initiated: its charge did not detonate in the time computed, and its casing is "
+            f"Round “{name}” was never initiated: its charge did not detonate within the computed time, and its "
+            "casing is "
             "not that of a detonated round.",
         )
         for name in unreacted
@@ -147,8 +151,8 @@ def _unreacted(run: RunFiles) -> list[Finding]:
         Finding(
             "note" if exposure["verdict"] == "below" and exposure["resolved"] else "warning",
             f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is one of "
-            "plane, short shocks; it knows nothing of fragments, friction, fire and later reaction: a round below it "
-            "is not thereby safe.",
+            "short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round below it "
+            "is not therefore safe.",
         )
         for name, exposure, initiated in exposed_rounds(run.part("burst"))
         if not initiated
@@ -169,7 +173,7 @@ def _unreacted(run: RunFiles) -> list[Finding]:
         Finding(
             "note",
             f"Round “{name}” was initiated by shock, at {number(1e6 * time, 3)} µs. Whether and when a "
-            "shock initiates a charge rests on `initiation` and on the cell size: repeat with other values of both.",
+            "shock initiates a charge depends on `initiation` and on the cell size: repeat with other values of both.",
         )
         for name, time in initiated_by_shock(run)
     ]

@@ -19,7 +19,7 @@ _OVERLAPS = (
     ("max_interface_penetration_at_front", "Charge and casing overlap while a front passes", 0.05),
     ("max_interface_penetration", "Charge and casing overlap after the front has passed", 0.01),
     ("max_collision_penetration", "Colliding surfaces overlap", 0.05),
-    ("max_plane_penetration", "Casings reach through a plane", 0.05),
+    ("max_plane_penetration", "Casings penetrate a plane", 0.05),
 )
 
 
@@ -32,7 +32,7 @@ def contact_findings(run: RunFiles, size: float) -> list[Finding]:
         found.append(
             Finding(
                 "warning",
-                "Contact of surfaces is switched off: every round is computed as if it stood alone, casings pass "
+                "Contact of surfaces is switched off: every round is computed as if it were alone, casings pass "
                 "through each other, and the distances are not those of a stack.",
             )
         )

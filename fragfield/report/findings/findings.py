@@ -1,4 +1,4 @@
-"""What a reader must know before using the numbers: the run's own warnings, in order of weight."""
+"""Findings that a reader must know before using the numbers, ordered by severity."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _stages(run: RunFiles) -> list[Finding]:
     if not run.missing:
         return []
     names = ", ".join(run.missing)
-    return [Finding("warning", f"Not yet run: {names}. What rests on it is missing below.")]
+    return [Finding("warning", f"Not yet run: {names}. Results that depend on it are missing below.")]
 
 
 def _recorded(run: RunFiles) -> list[Finding]:

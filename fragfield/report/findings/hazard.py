@@ -63,7 +63,7 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
     found += [
         Finding(
             "warning",
-            f"No published mean masses of fragments are near round “{name}”: {'; '.join(texts)}. No stated factor "
+            f"No published mean fragment masses are close to round “{name}”: {'; '.join(texts)}. No stated factor "
             "covers it.",
         )
         for name, texts in by_round.items()
@@ -82,8 +82,8 @@ def flight_findings(run: RunFiles) -> list[Finding]:
         found.append(
             Finding(
                 "warning",
-                f"{number(int(beyond))} of {number(int(flown))} fragments flew faster than the drag table "
-                f"“{part.get('drag', '')}” reaches; its last coefficient was used there.",
+                f"{number(int(beyond))} of {number(int(flown))} fragments were faster than the end of the drag table "
+                f"“{part.get('drag', '')}” ; its last coefficient was used there.",
             )
         )
     flown, landed = value_of(part, "fragments"), value_of(part, "landed")
@@ -96,7 +96,8 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
     """Whether the hazard distance is determined, and whether there are enough realisations."""
     if not hazard:
         text = (
-            "This flight was computed by an earlier version, which had no estimate of the hazard distance: fly again."
+            "This flight was computed by an earlier version, which did not estimate the hazard distance: "
+            "run `fragfield fly` again."
         )
         return [Finding("stop", text)]
     words = certainty(hazard)
@@ -122,14 +123,14 @@ def convergence_findings(run: RunFiles) -> list[Finding]:
     if entry is None or entry["uncertainty"] is None or not hazard.get("distance"):
         return [Finding("note", f"{part['reason'][0].upper()}{part['reason'][1:]}.")] if part.get("reason") else []
     share, tolerance = entry["uncertainty"] / hazard["distance"], hazard["tolerance"]
-    text = f"By its cells the hazard distance is uncertain by {number(100.0 * share, 2)} %"
+    text = f"The cell size leaves the hazard distance uncertain by {number(100.0 * share, 2)} %"
     if share > _MOST_TOLERANCES * tolerance:
         text += (
             f" (grid convergence, values {_trend(entry['kind'])}), several times `hazard.tolerance` "
             f"({100.0 * tolerance:g} %): repeat with smaller cells."
         )
         return [Finding("warning", text)]
-    return [Finding("good", f"{text} (grid convergence, beside its statistical error).")]
+    return [Finding("good", f"{text} (grid convergence, in addition to its statistical error).")]
 
 
 def _trend(kind: str) -> str:
@@ -145,7 +146,7 @@ def _trend(kind: str) -> str:
 
 
 def imprint_findings(run: RunFiles) -> list[Finding]:
-    """Numbers that jump between neighbouring sectors far more than randomness explains: the mesh may show."""
+    """Numbers that differ between neighbouring sectors far more than randomness explains: the mesh may show."""
     found = []
     for witness in run.witnesses:
         hits = np.array([line.get("hits") or 0 for line in witness.get("by_azimuth") or []], dtype=float)
@@ -159,9 +160,10 @@ def imprint_findings(run: RunFiles) -> list[Finding]:
             found.append(
                 Finding(
                     "warning",
-                    f"Numbers by azimuth on “{witness.get('name', '')}” jump between neighbouring sectors "
-                    f"{math.sqrt(ratio):.1f} times as much as independent counts would: directions may follow the "
-                    "cells. Judge sectors only after smaller cells, or from wider sectors.",
+                    f"Numbers by azimuth on “{witness.get('name', '')}” differ between neighbouring sectors "
+                    f"{math.sqrt(ratio):.1f} times as much as independent counts would: directions may be "
+                    "affected by the "
+                    "mesh. Judge single sectors only with smaller cells, or use wider sectors.",
                 )
             )
     return found

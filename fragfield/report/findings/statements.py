@@ -1,4 +1,4 @@
-"""What a result rests on and covers, for the case at hand, and what it may and may not be used for."""
+"""Basis and scope of a result for the case at hand, and its permitted uses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def summary_terms(run: RunFiles) -> str:
     text = (
         f"The hazard distance is where the expected density of fragments of {criteria.energy:.3g} J or more falls "
         f"below one per {1.0 / criteria.density:.1f} m² for the last time: {mean}, on the ground or normal to the "
-        "paths below a person's height, whichever reaches farther. "
+        "paths below a person's height, whichever distance is larger. "
     )
     if hazard.get("upper") is not None:
         what = "the break-up" if run.fragments_file is None else "the draws"
@@ -33,7 +33,7 @@ def summary_terms(run: RunFiles) -> str:
             "Its upper bound lies beyond the model's true value with a confidence of 95 % (bootstrap over the "
             f"realisations); it covers the randomness of {what}, not the uncertainty of inputs and models. "
         )
-    return f"{text}Distances count from the origin that the case gives."
+    return f"{text}Distances are measured from the origin given in the case."
 
 
 def limits(run: RunFiles) -> tuple[str, ...]:
@@ -60,10 +60,11 @@ def _limits(run: RunFiles) -> Iterator[str]:
 def _of_burst(run: RunFiles) -> Iterator[str]:
     if _many_rounds(run):
         yield (
-            "Every round is assumed to detonate as the case says; whether and when neighbours are initiated is an "
+            "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
+            "initiated is an "
             "input, or follows from the threshold of pressure and time that the case gives."
         )
-        yield "Casings of neighbouring rounds can meet only while the burst is computed."
+        yield "Casings of neighbouring rounds collide only during the computed burst."
     yield (
         "Detonation is a prescribed burn; burning, deflagration and partial reactions throw fewer, heavier pieces "
         "and are not covered."
@@ -74,23 +75,23 @@ def _of_burst(run: RunFiles) -> Iterator[str]:
     )
     yield (
         "The burst's final speed depends most on the leakage radius (burst.leakage.radius_ratio) and on the cell size: "
-        "vary both before a decision rests on them."
+        "vary both before basing a decision on the result."
     )
 
 
 def _of_flight(case: Case) -> Iterator[str]:
     if case.flight.collisions is None:
-        yield "Fragments do not meet each other in flight."
+        yield "Collisions of fragments with each other in flight are not computed."
     else:
-        yield "Fragments meet each other in flight as spheres and in the first metres (flight.collisions)."
+        yield "Fragments collide with each other in flight as spheres, within the first metres (flight.collisions)."
     if case.flight.shape.model == "mean":
-        yield "Flight is that of tumbling fragments with a mean presented area; one that flies edge-on goes farther."
+        yield "Flight is that of tumbling fragments with a mean presented area; one that flies edge-on travels farther."
     else:
         yield f"Presented areas are drawn by the model “{case.flight.shape.model}”; real shapes are not known."
     ground = "the height map" if case.flight.ground.map is not None else "flat ground"
     stops = _names_of_obstacles(case)
     if stops:
-        yield f"Fragments land on {ground}; only what the case has stops them: {stops}. Vegetation stops nothing."
+        yield f"Fragments land on {ground}; only what the case defines stops them: {stops}. Vegetation is not modelled."
     else:
         yield f"Fragments land on {ground}, and nothing stops them: the case has no walls, barricades or buildings."
 

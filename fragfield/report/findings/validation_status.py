@@ -78,7 +78,7 @@ def read_record(path: Traversable | None = None) -> Record:
 def validation_words(record: Record, version: str, revision: str) -> tuple[Literal["warning", "note", "good"], str]:
     """The weight and the words of what the record means for a run of that version and revision."""
     if not record.cases:
-        return "warning", f"No record of the validation goes with this program; make one by {_COMMAND}."
+        return "warning", f"No validation record comes with this program; make one by {_COMMAND}."
     kinship = record.kinship(version, revision)
     misses, stopped = len(record.misses()), record.stopped()
     judged = sum(row["passed"] is not None for case in record.cases.values() for row in case["rows"])
@@ -86,9 +86,9 @@ def validation_words(record: Record, version: str, revision: str) -> tuple[Liter
     if stopped:
         text += f", {', '.join(stopped)} stopped"
     if kinship == "same":
-        return ("note" if misses or stopped else "good"), f"{text}, computed by the very revision of this result."
+        return ("note" if misses or stopped else "good"), f"{text}, computed by the same revision as this result."
     if kinship == "version":
-        whose = f"version {version}, but not by the very source of this result"
+        whose = f"version {version}, but by another revision of the source than this result"
         return "note", f"{text}, computed by {whose}."
     return "warning", f"{text}, but not all computed by version {version or 'of this result, which is not known'}."
 

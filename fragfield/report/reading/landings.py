@@ -1,4 +1,4 @@
-"""Where fragments came down and how densely, in the columns that figures and tables need."""
+"""Landings and densities, in the columns that figures and tables need."""
 
 from __future__ import annotations
 

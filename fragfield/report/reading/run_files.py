@@ -1,4 +1,4 @@
-"""What a run directory holds, read from its files alone."""
+"""The content of a run directory, read from its files alone."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def read_run(folder: Path | str) -> RunFiles:
     run = RunFiles(root)
     known = ["case.toml", "summary.json", *STAGE_FILES.values()]
     if not any((root / name).is_file() for name in known):
-        raise InputError(f"{root}: not a run directory, none of its files is here ({', '.join(known)})")
+        raise InputError(f"{root}: not a run directory, it contains none of the files ({', '.join(known)})")
     _read_texts(run)
     _read_snapshot(run)
     _read_fragments(run)

@@ -29,13 +29,13 @@ _KINDS = {
     "one_size": "one size",
 }
 _NOTE = (
-    "Uncertainty of the run's own value by its cells alone: the grid convergence index of Roache and ASME V&V 20, "
+    "Uncertainty of this run's value due to cell size alone: the grid convergence index of Roache and ASME V&V 20, "
     "about 95 %. Safety factor 1.25 where three sizes show an order (used between 0.5 and 2), else 3 on the range of "
-    "the values at first order. Statistical errors (±) stand beside it and are not in it."
+    "the values at first order. Statistical errors (±) are given separately and are not included."
 )
 _LARGEST = (
-    "The largest speed is the mean of one cell, of ever less mass as cells get smaller: at a corner of the charge it "
-    "rises without limit. The speed that 99 % of the mass does not exceed converges; compare by it."
+    "The largest speed is the mean of one cell, whose mass decreases with the cell size: at a corner of the charge it "
+    "increases without limit. The speed that 99 % of the mass does not exceed converges; use it for comparisons."
 )
 _DRAWN = ("mean_initial_speed", "speed_99", "outer_diameter", "hazard_distance")
 _SHORT = {

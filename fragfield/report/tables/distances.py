@@ -1,4 +1,4 @@
-"""The tables of distances: the hazard distance and its bound, and beside it what single events do."""
+"""Tables of distances: the hazard distance with its bound, and the distances of single events."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         (
             "Single events: median, 5 to 95 %",
             f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
-            "no hazard distance: where the density of one event's own fragments falls below the limit",
+            "not a hazard distance: where the fragment density of one event falls below the limit",
         ),
-        ("Largest throw", whole_metres(hazard["largest_throw"]), "no hazard distance: farthest single fragment"),
+        ("Largest throw", whole_metres(hazard["largest_throw"]), "not a hazard distance: farthest single fragment"),
     ]  # fmt: skip
     note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
     yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
@@ -61,7 +61,7 @@ def _tilt_words(run: RunFiles) -> str:
     if not deviation:
         return ""
     return (
-        " Every realisation is tilted from plumb at random, by a standard deviation of "
+        " Every realisation is tilted at random from the vertical, by a standard deviation of "
         f"{np.degrees(deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
     )
 
@@ -86,7 +86,7 @@ def density_table(run: RunFiles) -> Iterator[Table]:
     note = (
         f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
         f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; "
-        "5 to 95 % are those of single events. Last: probability of a hit on a person at a random azimuth."
+        "5 to 95 % are those of single events. Last column: probability of a hit on a person at a random azimuth."
     )
     yield Table("Density by distance", head, tuple(lines), note)
 
@@ -138,7 +138,7 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
     same = " The hazard distance is that over all azimuths." if expected.direction is None else ""
     note = (
         f"Hazard distance of {number(expected.realisations)} realisations; 0 where the acceptable density is never "
-        f"reached.{same} Farthest fragment of single events, which is no hazard distance."
+        f"reached.{same} Farthest fragment of single events, which is not a hazard distance."
     )
     yield Table("Distances by direction", head, tuple(lines), note)
 
@@ -168,7 +168,7 @@ def stack_rule_table(run: RunFiles) -> Iterator[Table]:
     note = (
         f"The rule of DDESB TP-12 takes {weights} of the {number(rule['side'])} rounds on the fullest side and of the "
         f"{number(rule['top'])} on top: {rule['effective_number']:.3g} times the field of the single round of "
-        f"{rule['single']}. It knows nothing of casings that meet."
+        f"{rule['single']}. It does not account for colliding casings."
     )
     yield Table("Rule for stacks", head, tuple(lines), note)
 

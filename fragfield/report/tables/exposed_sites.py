@@ -1,4 +1,4 @@
-"""Exposed sites: the verdict on each for the first page, and all numbers for the section of the hazard."""
+"""Exposed sites: the verdicts for the first page, and all numbers for the hazard section."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
         )
     head = ("Exposed site", "Criterion", "Part of it", "Probability of a hit", "Margin (m)", "Distance (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
     note = (
-        "Upper bounds (95 %) of expected values. Part: the bound over what the place may meet; 1 is the "
+        "Upper bounds (95 %) of expected values. Part: the bound divided by the site's limit; 1 is the "
         "limit. Margin: from the nearest edge to the hazard distance in its direction (its upper bound), negative "
-        "where the place lies inside; shelter does not change it. “Not shown”: the expected value meets the "
+        "where the site lies inside; shelter does not change it. “Not shown”: the expected value meets the "
         "criterion, its bound does not; more realisations may decide."
     )
     yield Table("Exposed sites", head, tuple(lines), note)
@@ -76,7 +76,7 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
         "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
         "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
-        "people and vehicles: all taken to stand there; on a building: on its walls and roof."
+        "people and vehicles: assuming that all are present; on a building: on its walls and roof."
     )
     yield Table("Exposed sites, all numbers", head, tuple(lines), note)
     yield from _walls(entries)

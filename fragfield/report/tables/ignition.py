@@ -1,4 +1,4 @@
-"""The report's table of how each round was initiated: when, where, and by what."""
+"""Table of the initiation of each round: time, position, cause."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ __all__ = ["ignition_table", "initiated_by_shock", "never_initiated"]
 
 _BY = {"point": "own point", "delay": "own point, delayed", "shock": "shock"}
 _NOTE = (
-    "Places are those at rest. Shock: the first cell of the charge that held the pressure of `initiation` for its "
-    "time. A point that a front reached before its own time initiated nothing and is left out."
+    "Positions are those at rest. Shock: the first cell of the charge whose pressure stayed above that of "
+    "`initiation` for the given "
+    "time. A point that a detonation front reached before its delay initiated nothing and is left out."
 )
 
 

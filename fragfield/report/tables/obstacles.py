@@ -26,7 +26,7 @@ def obstacle_tables(run: RunFiles) -> Iterator[Table]:
         ]
         lines.append(("all", "", *_counts(obstacle)))
         note = (
-            "First realisation. Azimuth of the face's outward normal. Fragments that stop here do not count on the "
+            "First realisation. Azimuth of the face's outward normal. Fragments stopped here are not counted on the "
             "ground."
         )
         name = f"Hits on {obstacle.get('kind', 'obstacle')} “{obstacle.get('name', '')}”"

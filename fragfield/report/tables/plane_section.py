@@ -1,4 +1,4 @@
-"""A burst in a plane section: what it is, and in which directions its casings fly."""
+"""A burst in a plane section: its description, and the directions of its casings."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ WORDS = "plane section: no axial flow"
 """What every page says of such a burst."""
 
 CAUTION = (
-    "Plane section: no axial flow. Every round's section ignites at once; masses, momenta and energies are per metre "
-    "of the rounds. A quick look and a study of directions and speeds: no break-up, flight or hazard distance follows."
+    "Plane section: no axial flow. Every round's section is initiated everywhere at once; masses, momenta and "
+    "energies are per metre "
+    "of the rounds. For quick studies of directions and speeds: no break-up, flight or hazard distance follows."
 )
 
 

@@ -1,4 +1,4 @@
-"""Where the time of the burst went, where it was measured: an annex."""
+"""Annex: measured time of the parts of the burst."""
 
 from __future__ import annotations
 
@@ -37,6 +37,6 @@ def profile_section(run: RunFiles) -> Iterator[Section]:
         f"Stepping took {burst['stepping_seconds']:.1f} s for {cell_steps:.3g} steps of cells, "
         f"{1e9 * burst['seconds_per_cell_step']:.0f} ns each; "
         f"ranks: {burst['ranks']}, threads of each: {burst['threads']}. "
-        "A part's seconds are without those of the parts that it calls; means over the ranks."
+        "The seconds of a part exclude those of the parts it calls; means over the ranks."
     )
     yield Section("profile", "Annex: time of the burst by part", [Table("Parts of the stepping", _HEAD, lines, note)])

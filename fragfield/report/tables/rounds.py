@@ -1,4 +1,4 @@
-"""Tables of the rounds: where they stand, how they ended the burst, what was in contact, what they broke into."""
+"""Tables of the rounds: positions, state at the end of the burst, contact, fragments."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ POSITION_KEYS = ("name", "position", "axis", "ignition", "initiation")
 """What distinguishes rounds of one kind."""
 _COUNTS = ("bonded", "touching", "off_surface")
 _CONTACT = {
-    "bonded": ("Contacts of charge and casing that are bonded", ""),
-    "touching": ("– that press and slide", ""),
-    "off_surface": ("– that have left their surface over an edge", ""),
+    "bonded": ("Contacts of charge and casing: bonded", ""),
+    "touching": ("– pressing and sliding", ""),
+    "off_surface": ("– that have slid off an edge", ""),
     "max_interface_penetration_at_front": ("Largest overlap of charge and casing, while a front passes", "m"),
     "max_interface_penetration": ("– afterwards", "m"),
     "max_collision_penetration": ("Largest overlap of colliding surfaces", "m"),
@@ -48,7 +48,7 @@ _CONTACT = {
     "deepest_beyond_plane": ("Deepest node of a casing beyond a plane, at the outputs", "m"),
     "spring_energy": ("Energy in the springs of contact", "J"),
     "friction_heat": ("Heat of friction", "J"),
-    "searches": ("Searches for surfaces that meet", ""),
+    "searches": ("Searches for colliding surfaces", ""),
 }
 
 
@@ -110,7 +110,7 @@ def round_table(run: RunFiles) -> Iterator[Table]:
         "Diameter (mm)", "Fastest at (% of length)",
     )  # fmt: skip
     if lines:
-        note = "Products: work done and energy left over the charge's heat of detonation." if balanced else ""
+        note = "Products: work done and energy left, over the charge's heat of detonation." if balanced else ""
         yield Table("Rounds at the end of the burst", (*head, "Products (%)") if balanced else head, tuple(lines), note)
     for item in run.rounds[:MOST_ROUNDS_SHOWN]:
         yield Table(
@@ -210,7 +210,9 @@ def broken_rounds_table(run: RunFiles) -> Iterator[Table]:
             )
         )
     head = ("Round", *(("Image of",) if mirrored else ()), "Fragments", "Mass (kg)", "Heaviest (g)", "Fastest (m/s)")
-    note = "An image stands behind a plane of symmetry: it moves alike and breaks up with a random seed of its own."
+    note = (
+        "An image lies behind a plane of symmetry: its motion is mirrored, and it breaks up with its own random seed."
+    )
     yield Table("Fragments by round", head, tuple(lines), note if mirrored else "")
 
 

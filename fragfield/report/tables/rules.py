@@ -1,4 +1,4 @@
-"""Published rules beside the computed distance."""
+"""Published rules, compared with the computed distance."""
 
 from __future__ import annotations
 
@@ -36,11 +36,12 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     lines += [(rule["name"], rule["hazard"], whole_metres(rule["distance"]), _based(rule["hazard"])) for rule in rules]
     lines += [*_stack_rule(run)]
     note = (
-        "Rules say how far apart by mass alone; they know neither this round nor this site. “–”: outside the rule's "
+        "Rules give distances from mass alone; they account neither for this round nor for this site. “–”: "
+        "outside the rule's "
         "range. Sources, formulas, inputs and ranges follow."
     )
     yield Table(
-        "Distances by rules, beside the computed one",
+        "Distances by rules, compared with the computed one",
         ("Rule", "Against", "Distance (m)", "Based on"),
         tuple(lines),
         note,

@@ -1,4 +1,4 @@
-"""The report's table of rounds that waited for a shock: what it brought, against published critical energies."""
+"""Table of shock loading of rounds without ignition points, against published critical energies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["exposure_table"]
 _NOTE = (
     "Strongest pulse: that of the most energy per area, the integral of p²/(ρ₀U) while a cell's pressure stays above "
     "the floor (Walker and Wasley 1969), in the unreacted charge, as the constant pressure and the time that have the "
-    "same integrals of p and p². Published energies differ with how a charge was made. Largest cells: those that "
+    "same integrals of p and p². Published energies depend on how the charge was made. Largest cells: those that "
     "resolve the pulse."
 )
 
@@ -34,7 +34,9 @@ def exposure_table(run: RunFiles) -> Iterator[Table]:
         )  # fmt: skip
         charges = [entry.explosive for entry in run.case.round] if run.case is not None else []
         sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
-        yield Table("Shock on rounds that wait for it", head, tuple(lines), " ".join([_NOTE, *sorted(sources)]))
+        yield Table(
+            "Shock loading of rounds without ignition points", head, tuple(lines), " ".join([_NOTE, *sorted(sources)])
+        )
 
 
 def _line(name: str, found: dict[str, Any], initiated: bool) -> tuple[str, ...]:

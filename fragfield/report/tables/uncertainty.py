@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["signed_card", "uncertainty_blocks", "uncertainty_section"]
 
 _NOT_IN_IT = (
-    "What is not in the budget: the error of the models themselves, which comparisons with measurements show (section "
+    "What is not in the budget: the error of the models themselves, shown by comparison with measurements (section "
     "on validation), and inputs that are not listed. An index says which input is worth a measurement; it does not "
     "make the input better known."
 )
 _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
 _ESTIMATORS = {
     "expansion": "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; "
-    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by the bootstrap.",
+    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by bootstrap.",
     "saltelli": "Shares from {blocks} blocks of Saltelli's design by the estimators of Jansen and Saltelli, "
-    "statistical errors of the samples taken out; errors by the bootstrap.",
+    "statistical errors of the samples taken out; errors by bootstrap.",
 }
 
 
@@ -35,7 +35,7 @@ def signed_card(run: RunFiles) -> list[Card]:
     budget = run.part("uncertainty").get("budget")
     if not budget:
         return []
-    missing = "" if budget["complete"] else "; a contribution is not known, see the section"
+    missing = "" if budget["complete"] else "; one contribution is unknown, see the section"
     note = f"inputs, statistical error and grid added up{missing}"
     return [Card("Distance to be signed", whole_metres(budget["signed"]), "m", note)]
 
@@ -63,8 +63,8 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
         "50 and 95 %, the distance of the run itself, and the distance to be signed.", distribution_figure,
     )  # fmt: skip
     yield from draw(
-        "uncertainty_tornado", "What moves the hazard distance",
-        "Mean distance with one input at 5 % and at 95 % of its own distribution (of discrete ones over all steps), "
+        "uncertainty_tornado", "Effect of each input on the hazard distance",
+        "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), "
         "the others at random. Light: the input at its low end.", tornado_figure,
     )  # fmt: skip
     yield from _indices("Share of each input in the variance of the distance", found["distance"])
@@ -111,12 +111,12 @@ def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
     if not spread["resolved"]:
         yield Paragraph(
             "The inputs spread the distance by less than the statistical error of a sample: the quantiles are those of "
-            "both together, too wide; more realisations for each sample (uncertainty.realisations) part them.",
+            "both together, too wide; more realisations for each sample (uncertainty.realisations) separate them.",
             kind="caution",
         )
     if not budget["complete"]:
         yield Paragraph(
-            "A contribution to the budget is not known: the distance to be signed is without it.", kind="caution"
+            "One contribution to the budget is unknown: the distance to be signed does not include it.", kind="caution"
         )
 
 
@@ -165,7 +165,8 @@ def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
         title,
         head,
         lines,
-        f"{note} Total effects may add up to more than 100 %: what several inputs cause together counts for each.",
+        f"{note} Total effects may add up to more than 100 %: the joint effect of several inputs counts for each "
+        "of them.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Fragments as arena tests report them: table and figure by polar zone."""
+"""Fragments by polar zone, as arena tests report them: table and figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The comparison of two runs as one table of tables."""
+"""The comparison of two runs as nested tables."""
 
 from __future__ import annotations
 

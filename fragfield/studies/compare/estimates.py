@@ -1,4 +1,4 @@
-"""Means over realisations with their standard errors, and ratios of them."""
+"""Means over realisations with standard errors, and their ratios."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two runs of a comparison: what is read of them, and whether they can be compared."""
+"""The two runs of a comparison: their data, and whether they can be compared."""
 
 from __future__ import annotations
 
@@ -145,23 +145,23 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     seeds = [one.summary.get("seed") for one in (run, reference)]
     same = not differences_of(run, reference)
     if same and seeds[0] == seeds[1]:
-        notes.append("both runs are of the same case and seed: their differences are not of the cases")
+        notes.append("both runs are of the same case and seed: their differences do not come from the case")
     elif seeds[0] != seeds[1]:
         notes.append(f"the seeds differ, {seeds[0]} and {seeds[1]}")
     else:
-        notes.append(f"both have the seed {seeds[0]}; standard errors of ratios take the realisations for independent")
+        notes.append(f"both have the seed {seeds[0]}; standard errors of ratios assume independent realisations")
     for one in (run, reference):
         realisations = one.part("flight").get("realisations") or 1
         if not one.flown:
-            notes.append(f"{one.folder} has not been flown: only its casings are compared")
+            notes.append(f"{one.folder} has no flight: only the casings are compared")
         elif not one.part("hazard").get("determined", True):
             notes.append(f"{one.folder}: the hazard distance is not determined: {one.part('hazard')['reason']}")
         elif one.hazard is None or realisations < 2:
             notes.append(f"{one.folder} has one realisation of the break-up: no standard errors")
     if run.hazard is not None and reference.hazard is not None and run.hazard.criteria != reference.hazard.criteria:
         notes.append(
-            f"hazards go by different criteria, {run.hazard.criteria} and {reference.hazard.criteria}: "
-            "ratios of hazardous numbers and distances compare the criteria too"
+            f"the hazard criteria differ, {run.hazard.criteria} and {reference.hazard.criteria}: "
+            "ratios of hazardous numbers and distances include this difference"
         )
     bases = [one.part("hazard").get("basis") for one in (run, reference)]
     if None not in bases and bases[0] != bases[1]:

@@ -1,4 +1,4 @@
-"""A comparison for people, on stdout."""
+"""A comparison on the terminal."""
 
 from __future__ import annotations
 

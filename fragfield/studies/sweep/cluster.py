@@ -130,7 +130,7 @@ class ClusterWorker:
                     return EXIT_INTERRUPTED, "interrupted"
                 continue
             except KilledWorker as error:
-                return EXIT_FAULT, f"several workers were lost with this run: {error}"
+                return EXIT_FAULT, f"several workers were lost during this run: {error}"
             return int(code), str(message)
 
     def interrupt(self) -> None:

@@ -1,4 +1,4 @@
-"""What a sweep will run: every combination of the values, each as a resolved case, judged before anything runs."""
+"""Plan of a sweep: every combination of the values as a resolved case, checked before anything runs."""
 
 from __future__ import annotations
 

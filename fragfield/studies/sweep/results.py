@@ -1,4 +1,4 @@
-"""The table of a sweep: sweep.json, sweep.csv, and the same for people."""
+"""Results of a sweep: sweep.json, sweep.csv, and a table on the terminal."""
 
 from __future__ import annotations
 

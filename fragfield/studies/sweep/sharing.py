@@ -1,4 +1,4 @@
-"""Shares runs out among workers as they become free: processes here, or those of a cluster."""
+"""Distributes runs over workers as they become free: local processes, or those of a cluster."""
 
 from __future__ import annotations
 

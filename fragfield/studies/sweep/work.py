@@ -1,4 +1,4 @@
-"""A sweep's runs, side by side: each process makes one after another, on one thread unless set otherwise.
+"""Runs a sweep in parallel processes, each on one thread unless set otherwise.
 
 What a run needs is computed and no more: burst, break-up and flight, without report, pictures and files for
 ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one without --resume all of it.
@@ -96,7 +96,7 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
         A directory holds another case's run and `overwrite` is not asked for, or cannot be written.
     """
     if launched_size() > 1:
-        raise InputError("sweep starts its runs itself, side by side; it does not run under mpirun")
+        raise InputError("sweep starts its own parallel runs; it does not run under mpirun")
     _check_directories(plan, options)
     rows = [_row(planned, options) for planned in plan.runs]
     found = {

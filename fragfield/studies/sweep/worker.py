@@ -1,4 +1,4 @@
-"""A process that makes one run of a sweep after another, and the end of it that the sweep holds.
+"""A worker process that computes runs of a sweep one after another, and its handle in the sweep.
 
 A run in a process of its own takes no other with it; a process that stays keeps its imports and compiled kernels, which
 would take longer than a small burst. Requests and answers are lines of JSON on its standard input and output.

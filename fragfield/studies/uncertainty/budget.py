@@ -1,4 +1,4 @@
-"""One budget of the distance to be signed: inputs, number of samples, statistical error and grid, and how they add up.
+"""Budget of the distance to be signed: inputs, number of samples, statistical error and grid.
 
 Every contribution is the half-width of its one-sided band of 95 % above the median: of the inputs the 95 % quantile
 less the median; of a normal error 1.645 standard deviations; of the grid the whole grid convergence index, a band of

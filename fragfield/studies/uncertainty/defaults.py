@@ -1,4 +1,4 @@
-"""The default set of uncertain inputs: which of its entries belong to a case, and to which of its keys."""
+"""The default set of uncertain inputs: entries that apply to a case, and their keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much of a result's variance each input causes: total effects with errors, by the estimator of the design.
+"""Share of each input in the variance of a result: total effects with errors, by the estimator of the design.
 
 Latin hypercube: a polynomial expansion, `fragfield.studies.uncertainty.expansion`. Saltelli's design: the estimators of
 Jansen (total effect) and Saltelli (first order) with bootstrap errors by SALib, from which the statistical error of the

@@ -1,4 +1,4 @@
-"""What samples gave, kept as they end: one line of JSON for each, so that a killed study goes on where it was."""
+"""Journal of finished samples: one line of JSON for each, so that an interrupted study can continue."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Journal:
         path, samples = self.folder / IDENTITY, self.folder / SAMPLES
         if self.exists and not (resume or overwrite):
             raise InputError(
-                f"{self.folder}: holds a study of uncertainty; allowed: --resume to go on with it, --overwrite to "
+                f"{self.folder}: holds a study of uncertainty; allowed: --resume to continue it, --overwrite to "
                 "compute it again, or another --out"
             )
         if self.exists and resume:
@@ -60,7 +60,7 @@ class Journal:
             changed = [key for key, value in identity.items() if stored.get(key) != json.loads(json.dumps(value))]
             if changed:
                 raise InputError(
-                    f"{self.folder}: --resume goes on with the same study only; this one differs in "
+                    f"{self.folder}: --resume continues the same study only; this one differs in "
                     f"{', '.join(changed)}; use another --out, or --overwrite to replace it"
                 )
             self.rows = self._read(samples)

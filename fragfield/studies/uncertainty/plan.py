@@ -1,4 +1,4 @@
-"""What a study will run: its inputs, its sample points, and the case of every sample, judged before anything runs."""
+"""Plan of a study: inputs, sample points, and the case of every sample, checked before anything runs."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def plan_study(case: Case, *, samples: int | None = None, method: str | None = N
     if not axisymmetric:
         if method == "sobol":
             raise InputError(
-                f'uncertainty.method: found "sobol", which needs a burst of its own for every sample, but {words}; '
+                f'uncertainty.method: found "sobol", which needs a separate burst for every sample, but {words}; '
                 'allowed here: "latin_hypercube"'
             )
         points, burst = shared_bursts(_in_burst(inputs), number, _bursts(table, inputs, number), seed)
@@ -204,7 +204,7 @@ def _check_ends(case: Case, document: dict[str, Any], inputs: tuple[UncertainInp
     choice = burst_geometry(case)
     if choice.geometry != "axisymmetric":
         return False, f"the burst is in three dimensions: {choice.reason}"
-    words = f"every sample has a burst of its own, in the meridian: {choice.reason}"
+    words = f"every sample has its own axisymmetric burst: {choice.reason}"
     found = True
     for entry in inputs:
         for u in _ENDS:

@@ -1,4 +1,4 @@
-"""From samples to samples.csv and uncertainty.json."""
+"""Writes samples.csv and uncertainty.json."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One sample: burst, break-up and flight of its case, of which only numbers are kept."""
+"""One sample: burst, break-up and flight of its case; only numbers are kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A study of uncertainty for people, on stdout."""
+"""A study of uncertainty on the terminal."""
 
 from __future__ import annotations
 

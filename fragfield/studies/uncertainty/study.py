@@ -1,4 +1,4 @@
-"""A study of uncertain inputs from its plan to its files: the nominal run, the samples, the analysis, the pages."""
+"""A study of uncertain inputs: the nominal run, the samples, the analysis, the pages."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def run_study(request: Request, options: StudyOptions) -> dict[str, Any]:
         and `resume` goes on from there.
     """
     if launched_size() > 1:
-        raise InputError("uncertainty starts its runs itself, side by side; it does not run under mpirun")
+        raise InputError("uncertainty starts its own parallel runs; it does not run under mpirun")
     study = plan_study(request.case(), samples=options.samples, method=options.method, seed=options.seed)
     _make_folder(options)
     with locked(options.folder, InputError):
@@ -144,9 +144,7 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
                 "allowed: with a case file"
             )
         if not directory.complete(STAGES["fly"]):
-            raise InputError(
-                f"{directory.path}: has not been flown; run `fragfield run {directory.path} --resume` first"
-            )
+            raise InputError(f"{directory.path}: has no flight; run `fragfield run {directory.path} --resume` first")
         return directory
     directory = RunDirectory(options.folder / NOMINAL)
     done = [stage for stage in ("burst", "break-up", "fly") if directory.complete(STAGES[stage])]
