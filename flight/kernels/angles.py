@@ -1,4 +1,4 @@
-"""Lengths and angles of rows, one by one: the rounding of numpy's vectorised functions depends on a row's index."""
+"""Lengths and angles of rows, one by one: numpy rounds vectorised functions differently by a row's index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Entry of a step into a wall, a barricade or a building: a convex body is the set of points behind all of its faces."""
+"""Entry of a step into a wall, a barricade or a building: convex bodies, each the points behind all of its faces."""
 
 from __future__ import annotations
 

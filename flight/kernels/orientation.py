@@ -1,4 +1,4 @@
-"""Areas of boxes and random shape factors, one by one: the rounding of numpy's vectorised functions depends on the index."""
+"""Areas of boxes and random shape factors, one by one: numpy rounds vectorised functions differently by index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hazard distance: the largest distance at which the expected density of hazardous fragments is acceptable no more.
+"""The hazard distance: the distance beyond which the expected density of hazardous fragments stays acceptable.
 
 The acceptable density is about the expected number per area, so the density is the mean over realisations, never the
 largest of many small counts. Two densities are estimated, on the ground and normal to the paths; the distance is the
