@@ -14,7 +14,7 @@ from fragfield.report.blocks import (
     Section,
 )
 from fragfield.report.findings import statements
-from fragfield.report.quantities import SPACE, number
+from fragfield.report.quantities import SPACE, explosive_title, number
 from fragfield.report.reading.landings import landings
 from fragfield.report.tables.distances import density_table
 from fragfield.report.tables.exposed_sites import verdict_table
@@ -120,7 +120,7 @@ def _sentence(run: RunFiles) -> str:
     kinds: dict[str, list[str]] = {}
     for item in run.rounds:
         casing, charge = (number(float(item.attributes[f"{part}_mass"]), 3) for part in ("casing", "charge"))
-        what = f"{charge} kg {item.attributes['explosive']} in {casing} kg of casing"
+        what = f"{charge} kg {explosive_title(str(item.attributes['explosive']))} in {casing} kg of casing"
         kinds.setdefault(what, []).append(item.name)
     if run.fragments_file is not None:
         return f"Computed for the fragments of {run.fragments_file}; no burst was computed."

@@ -9,7 +9,7 @@ import numpy as np
 
 from fragfield.case.tables.round import IgnitionTable
 from fragfield.report.blocks import Rows, Table
-from fragfield.report.quantities import UNKNOWN, Row, number, row
+from fragfield.report.quantities import UNKNOWN, Row, explosive_title, number, row
 from fragfield.report.reading.laws import segment_laws
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _round_line(item: RoundTables, summary: dict[str, Any], *, balanced: bool) -
     share = summary.get("products_balance")
     return (
         item.name,
-        str(item.attributes["explosive"]),
+        explosive_title(str(item.attributes["explosive"])),
         number(casing, 4),
         number(charge, 4),
         number(charge / casing, 3) if casing else "–",
