@@ -109,7 +109,7 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
             continue  # the flight writes them as geodesic arcs
         away = shape.points - np.asarray(origin)
         turn = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
-        ring = site.places(turn, np.hypot(away[:, 0], away[:, 1]))
+        ring = site.coordinates(turn, np.hypot(away[:, 0], away[:, 1]))
         if shape.closed and len(ring) > 1:
             ring = np.concatenate([ring, ring[:1]])
         properties = {"name": shape.name, "quantity": shape.kind, "what": KINDS[shape.kind], **shape.properties}

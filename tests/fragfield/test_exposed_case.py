@@ -91,7 +91,7 @@ def test_places_on_earth_lie_where_contours_would_put_them(tmp_path):
     )  # fmt: skip
     x, y = case.exposed[0].position
     away = np.array([x - 10.0, y + 5.0])
-    back = site_of(case).places(np.degrees(np.arctan2(away[1], away[0])), np.hypot(*away))[0]
+    back = site_of(case).coordinates(np.degrees(np.arctan2(away[1], away[0])), np.hypot(*away))[0]
     assert back == pytest.approx([7.0031, 51.5027], abs=2e-9)
     # bearing 30 deg: +x lies 30 degrees clockwise of north; the place lies about 35 degrees from north
     east, north = 0.0031 * np.cos(np.radians(51.5)) * 111_200.0, 0.0027 * 111_200.0

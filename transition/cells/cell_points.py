@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from transition.cells.points import MaterialPoints
+from transition.cells.points import MaterialPoints, PointArrays
 from transition.cells.shape_functions import field_angular_momentum, modes
 from transition.kernels.cell_sampling import moments, sample_cells, turn_rigidly
 
@@ -124,23 +124,13 @@ class CellPoints:
 
     def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
         """Points of one realisation, cell by cell; with their coordinates in the cells on demand."""
-        offset = np.concatenate([[0], np.cumsum(self.number)])
-        total = int(offset[-1])
-        values = np.empty((total, 6))
-        within = np.empty((total if local else 0, 3))
-        mass, cell = np.empty(total), np.empty(total, dtype=np.int64)
+        made = PointArrays(self.number, local=local)
         shift = generator.random((self.number.size, 3))
-        sample_cells(self.modes, offset, self.cell_mass, self.cells, shift, values, mass, cell, within)
-        self._correct_angular_momentum(mass, values)
-        return MaterialPoints(
-            position=values[:, :3],
-            velocity=values[:, 3:],
-            mass=mass,
-            round=np.full(total, self.round, dtype=np.int32),
-            segment=np.full(total, self.segment, dtype=np.int32),
-            cell=cell,
-            local=within,
+        sample_cells(
+            self.modes, made.offset, self.cell_mass, self.cells, shift, made.values, made.mass, made.cell, made.within
         )
+        self._correct_angular_momentum(made.mass, made.values)
+        return made.of_segment(self.round, self.segment)
 
     @cached_property
     def _centre(self) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MaterialPoints", "PointSource"]
+__all__ = ["MaterialPoints", "PointArrays", "PointSource"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +55,34 @@ class MaterialPoints:
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
 
+class PointArrays:
+    """Arrays that a sampling kernel fills: values (p, 6), masses and cells (p,), coordinates in the cells (p or 0, 3).
+
+    `offset` (m + 1,) is the first point of each cell.
+    """
+
+    def __init__(self, number: NDArray[np.int64], *, local: bool) -> None:
+        self.offset = np.concatenate([[0], np.cumsum(number)])
+        total = int(self.offset[-1])
+        self.values = np.empty((total, 6))
+        self.within = np.empty((total if local else 0, 3))
+        self.mass, self.cell = np.empty(total), np.empty(total, dtype=np.int64)
+
+    def of_segment(self, owner: int, segment: int) -> MaterialPoints:
+        """The points, all of one segment of the round `owner`."""
+        return MaterialPoints(
+            position=self.values[:, :3],
+            velocity=self.values[:, 3:],
+            mass=self.mass,
+            round=np.full(self.mass.size, owner, dtype=np.int32),
+            segment=np.full(self.mass.size, segment, dtype=np.int32),
+            cell=self.cell,
+            local=self.within,
+        )
+
+
 class PointSource(Protocol):
-    """Draws the material points of one segment; the same mass and momentum each time, at other places."""
+    """Draws the material points of one segment; the same mass and momentum each time, at other positions."""
 
     def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
         """Points of one realisation; with their coordinates in the cells on demand."""

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.cells.meridian import mass_density, node_shares, quad_modes
-from transition.cells.points import MaterialPoints
+from transition.cells.points import MaterialPoints, PointArrays
 from transition.kernels.ring_sampling import sample_rings
 
 if TYPE_CHECKING:
@@ -64,26 +64,14 @@ class RingPoints:
     half: HalfPlane
 
     def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
-        """Points of one realisation, ring by ring; on demand with their place and turn, 0 to 1, as `local`."""
-        offset = np.concatenate([[0], np.cumsum(self.number)])
-        total = int(offset[-1])
-        values = np.empty((total, 6))
-        within = np.empty((total if local else 0, 3))
-        mass, cell = np.empty(total), np.empty(total, dtype=np.int64)
+        """Points of one realisation, ring by ring; on demand with their coordinates and turn, 0 to 1, as `local`."""
+        made = PointArrays(self.number, local=local)
         shift = generator.random((self.number.size, 3))
         sample_rings(
-            self._modes, self._mean, self._density, offset, self.cell_mass, self.cells, shift, self.half.origin,
-            self.half.frame, values, mass, cell, within,
+            self._modes, self._mean, self._density, made.offset, self.cell_mass, self.cells, shift, self.half.origin,
+            self.half.frame, made.values, made.mass, made.cell, made.within,
         )  # fmt: skip
-        return MaterialPoints(
-            position=values[:, :3],
-            velocity=values[:, 3:],
-            mass=mass,
-            round=np.zeros(total, dtype=np.int32),
-            segment=np.full(total, self.segment, dtype=np.int32),
-            cell=cell,
-            local=within,
-        )
+        return made.of_segment(0, self.segment)
 
     @cached_property
     def _modes(self) -> NDArray[np.float64]:
