@@ -177,7 +177,7 @@ def replay(path: Path, descriptor: int) -> None:
 def _journal_of(data: bytes, held: int) -> tuple[bytes, int, bytes] | None:
     """Kind, size and content of a journal; None for one that is not whole, or not of a file of `held` bytes.
 
-    A run directory may come from elsewhere, its journal with it: what it says is done only where a journal of this
+    A run directory may be of unknown origin, its journal with it: what it says is done only where a journal of this
     program could have said it. Both kinds are written when the file has at least the bytes that they leave it.
     """
     start = len(_MARK) + 32

@@ -6,7 +6,7 @@ file's own end is where HDF5 does not read, and where other programs (ParaView, 
     ... HDF5 ... | digest of each block of 1 MiB (16 bytes each) | size | digest of size and digests | mark
 
 Where blocks change, their digests alone are made again, so that a growing file costs what was added. A file that was
-cut or edited has no seal or a wrong one; one from elsewhere has none (`fragfield_base.hdf5_files` looks closer then).
+cut or edited has no seal or a wrong one; one of other origin has none (`fragfield_base.hdf5_files` looks closer then).
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ class BreakUp:
 
         Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
         on which others are computed, in which order, or on which rank; so has every image. Turns have streams of their
-        own too; tilts are drawn by fours, see `transition.placement.attitude`.
+        own too; tilts are drawn in groups of four, see `transition.placement.attitude`.
 
         Parameters
         ----------

@@ -40,7 +40,7 @@ class Runs:
     folder : Path
         Holds one run directory a run.
     resume : bool
-        Keep finished runs and go on with begun ones, of the same case only. Left out, every run is made again: what
+        Keep finished runs and continue unfinished ones, of the same case only. Left out, every run is made again: what
         an earlier version left proves nothing of this one.
     threads : int, optional
         Threads of a run.

@@ -139,7 +139,7 @@ def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
                 name = f"hazard distance, {_STATISTICS[statistic]}"
                 made += _contour(site, distance, name, "hazard_distance", statistic, expected.realisations, converged)
     throw = found.by_sector["max_throw"].pooled
-    name = f"farthest fragment by sector, {_LARGEST} (no hazard distance)"
+    name = f"farthest fragment by sector, {_LARGEST} (not a hazard distance)"
     return made + _contour(site, throw, name, "max_throw", "pooled", found.realisations, converged=None)
 
 

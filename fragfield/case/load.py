@@ -173,7 +173,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
 
 
 def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleTable:
-    """The rule with the place of the single round's run, which must be there: nobody wants to learn it afterwards."""
+    """The rule with the path of the single round's run, which must exist: its absence is reported at once."""
     single = (folder / rule.single).resolve()
     if not (single / "ensemble.h5").is_file():
         raise InputError(

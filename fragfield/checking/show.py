@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_text", "print_check"]
 
-# Quantity, key, factor from SI, unit and digits, as a person wants to read it.
+# Quantity, key, factor from SI, unit and digits, for reading.
 _ROUND_ROWS = (
     ("length", "length", 1e3, "mm"),
     ("station of the section", "section_station", 1e3, "mm from the nose"),

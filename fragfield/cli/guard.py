@@ -28,7 +28,7 @@ def print_paths(found: dict[str, Any]) -> None:
 
 
 def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
-    """Print a result: as one JSON object, or for people."""
+    """Print a result: as one JSON object, or as text."""
     with to_stdout():
         if json:
             from json import dumps

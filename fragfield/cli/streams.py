@@ -65,7 +65,7 @@ def silence() -> None:
 
 @contextmanager
 def to_stdout() -> Iterator[None]:
-    """Write a result; raises InputError where it cannot be written, and ends without a word where nobody reads it."""
+    """Write a result; raises InputError where it cannot be written, and ends silently where the reader is gone."""
     try:
         yield
         sys.stdout.flush()

@@ -1,7 +1,7 @@
 """The run directory: files that each stage reads and writes, and when they may be replaced.
 
 A directory holds one case. It is made when missing; an empty one is used as it is. One that holds results, of the same
-case or of another, keeps them: it is refused, unless `resume` goes on with the same case, `overwrite` removes that
+case or of another, keeps them: it is refused, unless `resume` continues the same case, `overwrite` removes that
 run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
 a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
 it ends.
@@ -162,7 +162,7 @@ class RunDirectory:
         if not self.path.is_dir():
             raise InputError(f"{self.path}: no such run directory")
         if not self.exists:
-            raise InputError(f"{self.path}: not a run directory, it holds no case.toml")
+            raise InputError(f"{self.path}: not a run directory, it contains no case.toml")
         stored_case_text(self.case_file, self.summary())
         return read_resolved(self.case_file)
 

@@ -185,7 +185,7 @@ def _waste(mass: float) -> float | None:
 
 
 def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
-    """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from elsewhere.
+    """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
 
     Rounds from mesh files take their masses from the burst's part of summary.json.
     """

@@ -90,7 +90,7 @@ def run_sweep(
     threads, jobs : int, optional
         Threads of a run (default 1), and runs at one time (default: all cores).
     resume, overwrite : bool
-        Keep finished runs and go on with begun ones; replace runs of another case.
+        Keep finished runs and continue unfinished ones; replace runs of another case.
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the runs.
     progress : bool
@@ -279,7 +279,7 @@ def run_uncertainty(
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the samples.
     resume, overwrite : bool
-        Go on with the study in the folder, or replace it.
+        Continue the study in the folder, or replace it.
     progress : bool
         Lines on stderr while samples are made.
 

@@ -54,7 +54,7 @@ class Request:
     quiet : bool
         No progress.
     fragments : Path, optional
-        Fragments from elsewhere, for the stage `fly`.
+        Fragments from another source, for the stage `fly`.
     settings : tuple of str
         KEY=VALUE that replace values of the case.
     lean : bool

@@ -132,7 +132,7 @@ def with_cells(case: Case, size: float, realisations: int) -> Case:
 
 
 def convergence_words(part: Mapping[str, Any]) -> list[str]:
-    """One line for people on the part `convergence` of summary.json, or none where a run has not the part."""
+    """One line of text on the part `convergence` of summary.json, or none where a run has not the part."""
     if "sizes" not in part:
         return [str(part["reason"])] if part.get("reason") else []
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])

@@ -139,7 +139,7 @@ def fly(job: Job, stage: Stage) -> None:
 
 
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
-    """The fragments of all realisations; of fragments from elsewhere there is one."""
+    """The fragments of all realisations; of fragments from another source there is one set."""
     import flight
     from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
 

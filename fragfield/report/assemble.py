@@ -197,7 +197,7 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int, written: 
 
 
 def _readable(date: str) -> str:
-    """A date of the provenance, in ISO form, as a reader wants it; another text stays as it is."""
+    """A date of the provenance, in ISO form, for the reader; another text stays as it is."""
     try:
         return datetime.fromisoformat(date).astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
     except ValueError:

@@ -25,7 +25,7 @@ _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 
 
 class _Short(logging.Formatter):
-    """Level and message, as a person at the terminal wants them."""
+    """Level and message, as shown on the terminal."""
 
     def format(self, record: logging.LogRecord) -> str:
         return visible(f"{record.levelname.lower()}: {words_of(record)}")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["number_text", "plain_console", "print_info", "print_summary", "stripped", "summary_text"]
 
-# Part, quantity, factor from SI, unit, as a person wants to read it.
+# Part, quantity, factor from SI, unit, for reading.
 _SUMMARY_ROWS = (
     ("burst", "cells", 1.0, ""),
     ("burst", "steps", 1.0, ""),

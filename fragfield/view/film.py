@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["FILM_OF_BURST", "FILM_OF_FLIGHT", "Paths", "film_fault", "film_of_burst", "film_of_flight", "read_paths"]
 
 FILM_OF_BURST, FILM_OF_FLIGHT = "film_of_burst.mp4", "film_of_flight.mp4"
-_SIZE = (1280, 960)  # pixels; the coder of H.264 wants multiples of 16
+_SIZE = (1280, 960)  # pixels; H.264 needs multiples of 16
 _SECONDS = 8.0  # that a film lasts, when there are frames enough
 _MOST_FRAMES, _FEWEST_A_SECOND = 96, 4.0
 

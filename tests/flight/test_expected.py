@@ -239,7 +239,7 @@ def test_groups_join_in_pairs_and_keep_the_sum() -> None:
 
 
 def test_realisations_drawn_together_count_as_one_group() -> None:
-    """Densities that go with a random number drawn by fours: the bootstrap takes whole fours, and is right."""
+    """Densities that depend on a random number drawn in groups of four: the bootstrap draws whole groups."""
     field = directions("all_azimuths")
     base = field.folded(expected_numbers(field.grid, radial, even))
     generator = np.random.default_rng(3)

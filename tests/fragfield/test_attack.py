@@ -1,4 +1,4 @@
-"""A small part of `sh setup.sh attack`, with fixed seeds, and property tests of every kind of file from elsewhere."""
+"""A small part of `sh setup.sh attack`, with fixed seeds, and property tests of all kinds of foreign files."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def test_a_standard_error_is_that_of_the_mean():
     np.testing.assert_allclose(found.error, each.std(axis=0, ddof=1) / 20.0)
     holes = estimate(np.array([[1.0, np.nan], [3.0, np.nan], [np.nan, 7.0]]))
     assert (holes.value[0], holes.error[0], holes.value[1]) == (2.0, 1.0, 7.0)
-    assert np.isnan(holes.error[1])  # one realisation knows no error
+    assert np.isnan(holes.error[1])  # one realisation has no error
 
 
 def test_the_error_of_a_ratio_is_that_of_many_trials():
@@ -176,7 +176,7 @@ def test_other_sectors_are_refused(runs, single):
 
 
 def test_what_is_no_run_is_refused(runs, tmp_path):
-    for folder, message in ((tmp_path / "none", "no such run directory"), (tmp_path, "it holds no case.toml")):
+    for folder, message in ((tmp_path / "none", "no such run directory"), (tmp_path, "it contains no case.toml")):
         done = _invoke("compare", runs[0], folder)
         assert done.exit_code == 2
         assert message in done.stderr

@@ -75,7 +75,7 @@ FLOWN = SimpleNamespace(hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=
     [
         ({"geometry": "3d"}, "is in three dimensions; for convergence run `fragfield sweep CASE burst.cell_size="),
         ({"off": True}, 'burst.convergence = "off"; for convergence run `fragfield sweep'),
-        ({"fragments": True}, "the fragments are from elsewhere"),
+        ({"fragments": True}, "the fragments are from another source"),
         ({"lean": True}, "not computed for the runs of a sweep"),
     ],
 )  # fmt: skip

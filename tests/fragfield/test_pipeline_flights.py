@@ -1,4 +1,4 @@
-"""The flight alone: fragments from elsewhere, or those of a run at another place."""
+"""The flight alone: fragments from another source, or those of a run in another folder."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_contours_are_written_where_the_site_is_known(whole_run, short_case, tmp
     assert collection["features"][0]["geometry"]["coordinates"] == [7.5, 52.0]
     assert "numpy" in json.loads(collection["provenance"]["versions"])
     assert (tmp_path / "out" / "contours.kml").is_file()
-    assert "one realisation was flown; of fragments from elsewhere there is one set" in done.stderr
+    assert "one realisation was flown; there is only one set of fragments from another source" in done.stderr
 
 
 def _fly(folder, rows, case, name="out"):

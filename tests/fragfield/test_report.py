@@ -166,7 +166,7 @@ def test_the_bound_comes_first_and_other_distances_are_named_for_what_they_are(p
     hazard = summary["hazard"]
     order = [page.text.index(words) for words in ("Hazard distance, upper bound", "Single events, 5", "Largest throw")]
     assert order == sorted(order)
-    assert page.text.count("no hazard distance") >= 4
+    assert page.text.count("not a hazard distance") >= 4
     assert "Which number for what: where people are kept away by a distance, apply the upper bound" in page.text
     assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
     assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text

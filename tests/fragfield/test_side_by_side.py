@@ -48,7 +48,7 @@ def alone(run):
 
 
 @pytest.mark.cores
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper wants a core of its own")
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper needs its own core")
 def test_a_helper_draws_the_same_bytes(run, alone):
     figures = FigureQueue(run, helped=True)
     for name, function in DRAWINGS.items():

@@ -340,7 +340,7 @@ def test_real_samples_and_their_files(real_study):
 @pytest.mark.slow
 @pytest.mark.dolfinx
 def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp_path):
-    """The same samples, to the last digit, as by one worker that nobody kills."""
+    """The same samples, to the last digit, as by one worker that is not killed."""
     out = tmp_path / "killed"
     process = subprocess.Popen(
         _real(short_meridian, out, "--workers", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -373,7 +373,7 @@ def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_pat
     process.kill()
     process.wait()
     until = time.monotonic() + 60.0
-    while any(_alive(child) for child in children):  # they notice that nobody waits for them
+    while any(_alive(child) for child in children):  # they notice that their parent is gone
         assert time.monotonic() < until
         time.sleep(0.2)
     kept = journal.read_text().count("\n")

@@ -1,4 +1,4 @@
-"""Run directories from elsewhere, whose HDF5 files have no checksums: what cannot be is refused by every command."""
+"""Run directories of unknown origin, whose HDF5 files have no checksums: what cannot be is refused by every command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts from elsewhere command no terminal: neither in messages and tables nor in the log."""
+"""Texts of unknown origin do not control a terminal: neither in messages and tables nor in the log."""
 
 from __future__ import annotations
 

@@ -193,7 +193,7 @@ def _together(case: Case) -> Iterator[str]:
     if case.flight.collisions is not None and (found := [key for key, value in others.items() if value]):
         yield (
             f"flight.collisions: found together with {' and '.join(found)}; allowed: over flat ground, without bounce "
-            "and obstacles, of which contact between fragments knows nothing"
+            "and obstacles, which contact between fragments does not support"
         )
     if ground.map is not None and case.site is not None:
         off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)

@@ -108,7 +108,7 @@ def hazard_criteria(case: Case) -> Criteria:
 
 
 def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
-    """Basis of the hazard distance, and mirror planes of the arrangement (degrees); of fragments from elsewhere none.
+    """Basis of the hazard distance, and mirror planes of the arrangement (degrees); none for given fragments.
 
     See `fragfield.case.conversion.directions`.
     """

@@ -92,7 +92,7 @@ class CasingTable(Table):
     """Plastic volumetric strain at which sigma_t is zero, or "none"."""
     softening_length: Annotated[float | str, Quantity("m", "3 mm", above=0.0, words=("none",))] = "none"
     """Scales the softening strains by this length over the cell's, for the energy of a tear one cell wide; "none": not
-    scaled, which is what a casing that stretches evenly wants."""
+    scaled, as suits a casing that stretches evenly."""
     source: str = ""
     """Where the constants come from."""
 

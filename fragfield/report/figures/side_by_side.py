@@ -1,6 +1,6 @@
 """Draws figures and pictures in two processes: this one, and a helper that reads the run itself.
 
-Drawing takes most of a report's time and one figure knows nothing of another. The helper draws the pictures, for which
+Drawing takes most of a report's time and figures are independent. The helper draws the pictures, for which
 VTK is loaded nowhere else: where VTK ends its process, as it does without a driver, the report goes on and says so.
 Then it takes figures from the front of the queue, while this process takes them from its end, once it has made all
 else. Where no helper can be had, or it fails, this process draws what figures are left: they are the same, to the last

@@ -1,7 +1,7 @@
 """The validation behind the report: its last record, and whether that is of the version that computed the run.
 
 The record is the file data/validation.json of the package, written by `python -m validation --record`; this module
-reads the file and knows nothing of how the cases are computed.
+reads the file and is independent of how the cases are computed.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
     if not folder.is_dir():
         raise InputError(f"{folder}: no such run directory")
     if not directory.exists:
-        raise InputError(f"{folder}: not a run directory, it holds no case.toml")
+        raise InputError(f"{folder}: not a run directory, it contains no case.toml")
     summary = directory.summary()
     if not any(isinstance(summary.get(part), dict) for part in ("burst", "flight")):
         raise InputError(f"{folder}: nothing to compare, its summary.json has no results; run `fragfield run` first")

@@ -50,7 +50,7 @@ class SweepOptions:
     jobs : int, optional
         Runs side by side; left out: as many as the cores that this process may use hold.
     resume : bool
-        Keep finished runs and go on with begun ones.
+        Keep finished runs and continue unfinished ones.
     overwrite : bool
         Replace runs of other cases in the same directories.
     quiet : bool

@@ -47,7 +47,7 @@ class Journal:
         Raises
         ------
         InputError
-            The folder holds a study and neither `resume` nor `overwrite` is asked for, or another study to go on with.
+            The folder holds a study and neither `resume` nor `overwrite` is asked for, or it is another study.
         """
         path, samples = self.folder / IDENTITY, self.folder / SAMPLES
         if self.exists and not (resume or overwrite):

@@ -56,7 +56,7 @@ class StudyOptions:
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the samples.
     resume, overwrite : bool
-        Go on with the study in the folder, or replace it.
+        Continue the study in the folder, or replace it.
     quiet : bool
         No progress.
     """
@@ -203,7 +203,7 @@ def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOp
 
 
 def _call(worker: AnyWorker, asked: dict[str, Any]) -> tuple[int, str]:
-    """A run; made again where its process was killed by a signal, which says nothing of the run itself."""
+    """A run; made again where its process was killed by a signal, which is no fault of the run."""
     code, message = worker.call(asked)
     for _ in range(_TRIES - 1):
         if code >= 0:
