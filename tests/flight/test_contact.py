@@ -253,7 +253,7 @@ def test_messages(argument: dict[str, float], message: str) -> None:
     ],
 )
 def test_refused_beside_what_it_does_not_know(argument: dict[str, object], found: str) -> None:
-    with pytest.raises(InputError, match=rf"contact: found together with {found}, of which it knows.*: flat ground"):
+    with pytest.raises(InputError, match=rf"contact: found together with {found}, which are not supported together; allowed: flat ground"):
         fly(stack(4), contact=Contact(), **argument)
 
 

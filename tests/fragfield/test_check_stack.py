@@ -108,7 +108,7 @@ def test_two_heights_of_the_ground_are_warned_of():
 def test_rounds_that_are_alike_are_warned_of_once():
     tube = {**ROUND, "name": "tube", "profile": "tube", "position": ["1 m", "0 m", "0 m"]}
     case = _case(round=[ROUND, tube], stack={**_row(4), "round": "shell"}, burst={"end_time": "20 us"})
-    over = [line for line in check_report(case)["warnings"] if "is over before the front" in line]
+    over = [line for line in check_report(case)["warnings"] if "ends before the front" in line]
     assert [line.split(":")[0] for line in over] == ["round[1] (shell_1 and 3 alike)", "round[5] (tube)"]
 
 

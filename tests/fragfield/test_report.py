@@ -167,7 +167,7 @@ def test_the_bound_comes_first_and_other_distances_are_named_for_what_they_are(p
     order = [page.text.index(words) for words in ("Hazard distance, upper bound", "Single events, 5", "Largest throw")]
     assert order == sorted(order)
     assert page.text.count("not a hazard distance") >= 4
-    assert "Which number for what: where people are kept away by a distance, apply the upper bound" in page.text
+    assert "Which number for what: to keep people away, apply the upper bound" in page.text
     assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
     assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text
     assert "worst sector" not in page.text.lower()
@@ -191,12 +191,12 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
 
 def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
     folder = write_run(tmp_path / "run")
-    for degrees, words in ((2.0, "tilted from plumb at random, by a standard deviation of 2° about"), (0.0, None)):
+    for degrees, words in ((2.0, "tilted at random from the vertical, by a standard deviation of 2° about"), (0.0, None)):
         found = json.loads((folder / "summary.json").read_text())
         found["break_up"]["tilt_deviation"] = math.radians(degrees)
         (folder / "summary.json").write_text(json.dumps(found))
         _, _, text = outline(folder)
-        assert ("tilted from plumb" in text) == (words is not None)
+        assert ("tilted at random" in text) == (words is not None)
         assert words is None or words in text
 
 
@@ -207,7 +207,7 @@ def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
     _, _, words = outline(folder)
-    assert "had no estimate of the hazard distance: fly again" in words
+    assert "did not estimate the hazard distance: run" in words
 
 
 def test_title_is_shown_as_text(html, page):

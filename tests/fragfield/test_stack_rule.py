@@ -76,7 +76,7 @@ def test_the_rule_stands_beside_the_direct_result(single):
         ('single = "nowhere"', "hazard.stack_rule.single: found 'nowhere', but there is no"),
         ('single = "single"', "side and top are needed where the case has no rounds"),
         ('single = "single"\ncover = "erth"', "hazard.stack_rule.cover"),
-        ('single = "single"\nside = 1\ntop = 1\n[hazard]\nenergy = "50 J"', "compares alike only"),
+        ('single = "single"\nside = 1\ntop = 1\n[hazard]\nenergy = "50 J"', "needs the same in both"),
     ],
 )
 def test_messages(single, text, message):
