@@ -190,12 +190,12 @@ def _journal_of(data: bytes, held: int) -> tuple[bytes, int, bytes] | None:
     content = text[_HEAD.size :]
     if kind not in (b"undo", b"redo") or size > held or length != len(content):
         return None
-    place = 0
-    while kind == b"redo" and place < length:
-        if place + _ENTRY.size > length:
+    position = 0
+    while kind == b"redo" and position < length:
+        if position + _ENTRY.size > length:
             return None
-        offset, count = _ENTRY.unpack_from(content, place)
-        place += _ENTRY.size + count
-        if offset + count > held or place > length:
+        offset, count = _ENTRY.unpack_from(content, position)
+        position += _ENTRY.size + count
+        if offset + count > held or position > length:
             return None
     return kind, size, content

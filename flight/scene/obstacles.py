@@ -179,10 +179,10 @@ def pack_obstacles(
     return rows
 
 
-def depth_in(rows: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How deep places (n, 3) lie in each obstacle (m), (n, obstacles); below zero outside."""
+def depth_in(rows: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How deep positions (n, 3) lie in each obstacle (m), (n, obstacles); below zero outside."""
     faces = rows[:, FIRST_FACE:].reshape(len(rows), FACES, 2, 3)
-    way = place[:, None, None, :] - faces[None, :, :, 0]
+    way = position[:, None, None, :] - faces[None, :, :, 0]
     return np.asarray(-np.einsum("nofj,ofj->nof", way, faces[:, :, 1]).max(axis=2))
 
 

@@ -54,7 +54,7 @@ class Shape:
     name : str
         Its name.
     points : (k, 2) float64
-        In the site's frame (m); one point alone is a place.
+        In the site's frame (m); one point alone is a position.
     closed : bool
         Whether the last point joins the first.
     properties : dict
@@ -85,7 +85,7 @@ def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, 
     """
     shapes = [*_distances(case, found), *_obstacles(case), *map(_exposed, exposed)]
     images = with_images(case) if case.round else np.zeros((0, 3))
-    shapes += [Shape("round", f"round {number}", place[None, :2]) for number, place in enumerate(images, 1)]
+    shapes += [Shape("round", f"round {number}", position[None, :2]) for number, position in enumerate(images, 1)]
     ground = ground_of(case)
     if isinstance(ground, float):
         return shapes
@@ -95,8 +95,8 @@ def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, 
 def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
     """Lower left and upper right corner (m) of what is to be seen: the farthest fragment counts for nothing there."""
     seen = [shape.points for shape in shapes if shape.kind not in ("max_throw", "terrain")]
-    places = np.concatenate([*seen, [[-10.0, -10.0], [10.0, 10.0]]])
-    return places.min(axis=0), places.max(axis=0)
+    positions = np.concatenate([*seen, [[-10.0, -10.0], [10.0, 10.0]]])
+    return positions.min(axis=0), positions.max(axis=0)
 
 
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:

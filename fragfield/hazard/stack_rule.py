@@ -70,16 +70,16 @@ def stack_rule_of(case: Case) -> dict[str, Any]:
     }
 
 
-def stack_counts(places: ArrayLike) -> tuple[int, int]:
+def stack_counts(positions: ArrayLike) -> tuple[int, int]:
     """Rounds on the fullest of the sides that face along x and along y, and rounds in the top layer.
 
     Parameters
     ----------
-    places : (n, 3)
-        Where the rounds stand (m), images behind planes of symmetry among them; their places are taken to
-        half of the smallest distance between two, so that rounds behind each other count once.
+    positions : (n, 3)
+        Positions of the rounds (m), with images behind planes of symmetry; they are rounded to half of the
+        smallest distance between two, so that rounds behind each other count once.
     """
-    at = np.asarray(places, dtype=np.float64).reshape(-1, 3)
+    at = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
     if len(at) == 1:
         return 1, 1
     apart = np.linalg.norm(at[:, None] - at[None], axis=-1)

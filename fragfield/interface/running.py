@@ -48,7 +48,7 @@ def run(
     only : "burst", "break-up", "fly" or "report", optional
         One stage alone, from the files of the stages before it.
     fragments : path, optional
-        With `only="fly"`: fragments or an arena table to fly in place of the run's own.
+        With `only="fly"`: fragments or an arena table to fly instead of the run's own.
     threads : int, optional
         Threads of each rank; default: all cores that this process may use.
     resume : bool

@@ -271,7 +271,7 @@ def run_uncertainty(
     out : path, optional
         Folder of the study; left out: runs/NAME_uncertainty. A case made in Python needs one.
     samples, method, seed : optional
-        In place of those of `[uncertainty]`: number, "latin_hypercube" or "sobol", seed of points and samples.
+        Instead of those of `[uncertainty]`: number, "latin_hypercube" or "sobol", seed of points and samples.
     set, cell_size
         Values that replace those of the case, see `Case.from_toml`.
     workers : int, optional

@@ -64,7 +64,7 @@ class Request:
     thorough : bool
         Other cell sizes whatever time they take, for a study of uncertainty: the same numbers on every machine.
     made : Case, optional
-        The resolved case, in place of a file's; `target` is then its run directory, and a stage's case is this one.
+        The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one.
     follow : callable, optional
         Called with the progress, on rank 0.
     """

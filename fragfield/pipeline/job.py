@@ -42,7 +42,7 @@ class Job:
     threads : int, optional
         Threads of a rank; left out: all that the rank may use.
     fragments : Path, optional
-        Fragments from another source, to fly in place of the run's own.
+        Fragments from another source, to fly instead of the run's own.
     resume : bool
         Go on from a burst's checkpoint where there is one.
     lean : bool

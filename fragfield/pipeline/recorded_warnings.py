@@ -39,7 +39,7 @@ class _Records(logging.Handler):
 
 @contextmanager
 def recorded_warnings(job: Job, stage: str) -> Iterator[None]:
-    """Put what the packages warn of during a stage into summary.json, part "findings", in place of earlier ones of it.
+    """Put what the packages warn of during a stage into summary.json, part "findings", instead of earlier ones of it.
 
     Nothing is recorded of a stage that ends with an exception, or on ranks other than the first.
     """

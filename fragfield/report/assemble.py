@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["write_page", "write_report"]
 
-_DEFERRED, _PICTURE = "deferred", "picture"  # in place of a figure, and of one by VTK, that is being drawn
+_DEFERRED, _PICTURE = "deferred", "picture"  # instead of a figure, and of one by VTK, that is being drawn
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 

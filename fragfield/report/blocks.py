@@ -115,7 +115,7 @@ class Illustration:
     wide: str = ""
     narrow: str = ""
     missing: str = ""
-    """Why the picture could not be drawn, in place of it."""
+    """Why the picture could not be drawn, instead of it."""
     kind: str = "illustration"
 
 

@@ -100,7 +100,7 @@ def row(
     digits : int
         Significant digits.
     write : callable, optional
-        Writes the numbers in place of `number` with these digits.
+        Writes the numbers instead of `number` with these digits.
     """
     write = write or (lambda amount: number(amount, digits))
     if isinstance(value, str) or value is None or (isinstance(value, float) and math.isnan(value)):
@@ -142,7 +142,7 @@ def _practical(value: float, unit: str) -> tuple[float, str]:
     if value == 0:
         return 0.0, ladder[0][1] if unit != "s" else "s"
     for factor, name in ladder:
-        minimum = 2.0 if name == "min" else 1.0  # nobody says 1.5 min
+        minimum = 2.0 if name == "min" else 1.0  # 90 s reads better than 1.5 min
         if abs(value) >= minimum * factor * (1 - 1e-12):
             return value / factor, name
     factor, name = ladder[-1]

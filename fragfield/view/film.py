@@ -204,7 +204,7 @@ def _plotter() -> pyvista.Plotter:
 
 
 def _add_coloured(plotter: pyvista.Plotter, mesh: pyvista.DataSet, fastest: float, quantity: str, **look: Any) -> None:
-    """Show the mesh in place of that of the frame before."""
+    """Show the mesh instead of that of the frame before."""
     bar = {"title": quantity, "color": INK, "n_labels": 4, "fmt": "%.0f", "position_x": 0.25, "width": 0.5}
     plotter.add_mesh(
         mesh, name="coloured", scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), scalar_bar_args=bar, ambient=0.45,

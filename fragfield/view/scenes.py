@@ -136,7 +136,7 @@ def _whole(
 
 
 def _section_plane(run: RunFiles, mirrors: Sequence[Image]) -> float:
-    """The y (m) at which the rounds are cut at all times: through the round next to the middle, or before it."""
+    """The y (m) at which the rounds are cut at all times: through the round next to the centre, or before it."""
     centres: list[NDArray[np.float64]] = []
     for item in run.rounds:
         position, axis = (np.asarray(item.attributes[key], dtype=np.float64) for key in ("position", "axis"))

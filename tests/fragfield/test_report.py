@@ -191,7 +191,10 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
 
 def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
     folder = write_run(tmp_path / "run")
-    for degrees, words in ((2.0, "tilted at random from the vertical, by a standard deviation of 2° about"), (0.0, None)):
+    for degrees, words in (
+        (2.0, "tilted at random from the vertical, by a standard deviation of 2° about"),
+        (0.0, None),
+    ):
         found = json.loads((folder / "summary.json").read_text())
         found["break_up"]["tilt_deviation"] = math.radians(degrees)
         (folder / "summary.json").write_text(json.dumps(found))

@@ -54,12 +54,12 @@ class VelocityField:
         self._interpolate = bilinear if snapshot.is_axisymmetric else trilinear
         cells = corners[:, _TENSOR_ORDER[: corners.shape[1]]]
         nodes, compact = np.unique(cells, return_inverse=True)
-        compact, places = compact.reshape(cells.shape), snapshot.reference[nodes]
+        compact, positions = compact.reshape(cells.shape), snapshot.reference[nodes]
         if snapshot.is_axisymmetric:
-            domain = compat.create_quadrilateral_mesh(MPI.COMM_SELF, compact, places)
+            domain = compat.create_quadrilateral_mesh(MPI.COMM_SELF, compact, positions)
         else:
             owner = np.zeros(len(cells), dtype=np.int32)
-            domain = compat.create_hexahedral_mesh(MPI.COMM_SELF, compact, places, owner)
+            domain = compat.create_hexahedral_mesh(MPI.COMM_SELF, compact, positions, owner)
         original = np.asarray(domain.topology.original_cell_index)
         self._local = np.empty(len(cells), dtype=np.int32)
         self._local[original] = np.arange(len(cells), dtype=np.int32)
@@ -72,5 +72,5 @@ class VelocityField:
 
         `point` is (n, 3) in hexahedra, (n, 2) in quadrilaterals, whose velocities lie in the half plane.
         """
-        places = self._interpolate(self._corners[cell], point)
-        return np.asarray(self._velocity.eval(places, self._local[cell])).reshape(-1, 3)
+        positions = self._interpolate(self._corners[cell], point)
+        return np.asarray(self._velocity.eval(positions, self._local[cell])).reshape(-1, 3)

@@ -71,7 +71,7 @@ class Quantile:
 
     A segment of mass M holds nothing heavier than M, so the law is cut there, with mu raised so that the number
     N0 = M/mean stays (`MottLaw.with_mean_below`; nothing to working precision for hundreds of fragments). Strata
-    begin at a random place, so masses differ from one realisation to the next; towards the heavy end they shrink by
+    begin at a random position, so masses differ from one realisation to the next; towards the heavy end they shrink by
     halves. Below `FEWEST_FOR_A_LAW` expected pieces `few_pieces` takes over.
     """
 
@@ -124,7 +124,7 @@ def few_pieces(law: MottLaw, mass: float, generator: np.random.Generator) -> Dra
     """Draw a few large pieces: never fewer than one, in the proportions of Mott's law, closing on the mass.
 
     The number is N0 = M/mean, at least one, rounded up or down at random so that its expectation is N0. Each piece
-    takes one of n equal parts of the law's probability, a random place in it, and all are scaled to the segment's
+    takes one of n equal parts of the law's probability, a random position in it, and all are scaled to the segment's
     mass. With so few the scaling narrows the spread of masses; the law itself would put pieces heavier than the
     whole segment into one realisation of three.
     """

@@ -70,11 +70,11 @@ def draw_attitude(seed: int, number: int, *, turned: bool, tilt: float) -> Attit
 
 def _unit_tilt(seed: int, number: int) -> tuple[float, float]:
     """Tilt of standard deviation 1 about each axis: a quarter of the quantiles for each realisation of a four."""
-    place = number % TOGETHER
-    four = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number - place, 0)))
+    position = number % TOGETHER
+    four = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number - position, 0)))
     within, direction = four.random(2).tolist()
-    quarter = int(four.permutation(TOGETHER)[place])
+    quarter = int(four.permutation(TOGETHER)[position])
     quantile = (quarter + (within if quarter % 2 == 0 else 1.0 - within)) / TOGETHER
     size = math.sqrt(-2.0 * math.log1p(-quantile))  # of two normal components (Rayleigh)
-    angle = 2.0 * math.pi * (direction + place / TOGETHER)
+    angle = 2.0 * math.pi * (direction + position / TOGETHER)
     return size * math.cos(angle), size * math.sin(angle)

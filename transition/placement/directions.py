@@ -66,7 +66,7 @@ def cell_shares(
     ----------
     cell_mass, node_velocity : (m,), (m, 8, 3)
         Casing cells and the velocities of their nodes (kg, m/s). Each cell is taken at the middles of 4 x 4 x 4 equal
-        parts: one velocity a cell would show the columns of cells in place of the velocity field.
+        parts: one velocity a cell would show the columns of cells instead of the velocity field.
     axis : tuple of float
         Axis of the round, from which polar angles count.
     """

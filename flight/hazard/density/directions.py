@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Directions", "RADIAL", "SPACING"]
 
 RADIAL = 0.04  # h: standard deviation of the radial kernel in ln r
-SPACING = 0.02  # in ln r, of the places at which the density is computed; between them it is a power of r
+SPACING = 0.02  # in ln r, of the positions at which the density is computed; between them it is a power of r
 _COSINE_MOMENT = 1.0 / 3.0 - 2.0 / math.pi**2  # second moment of the raised cosine over its half-width squared
 
 
@@ -111,7 +111,7 @@ class RadialSmoothing:
 
     Attributes
     ----------
-    places : (j,) float64
+    positions : (j,) float64
         Logarithms of distances in m.
     smooth, slope : (r, j) float64
         Smoothed number per ln r and its derivative, of one fragment in a cell, spread evenly in ln r over it.

@@ -25,7 +25,7 @@ FOLDS = 10
 
 
 class Estimate:
-    """One estimate: fields, places and draws, and the distances from them.
+    """One estimate: fields, positions and draws, and the distances from them.
 
     Fields are smoothed over distance first, group by group: all that follows is linear in them up to the density.
     """
@@ -48,7 +48,7 @@ class Estimate:
 
     @property
     def everywhere(self) -> slice:
-        """All places up to the farthest fragment."""
+        """All positions up to the farthest fragment."""
         return slice(0, self.last)
 
     def _smoothed(self, number: Array, where: slice) -> tuple[Array, Array]:
@@ -65,17 +65,17 @@ class Estimate:
 
     def _through(self, density: Array, where: slice) -> Array:
         """`ln r` (...) at which densities (..., j) fall through the limit for the last time; -inf where never above."""
-        places = self.radial.places[where]
+        positions = self.radial.places[where]
         above = density >= self.limit
         reached = above.any(axis=-1)
-        last = np.minimum(len(places) - 1 - np.argmax(above[..., ::-1], axis=-1), len(places) - 2)
+        last = np.minimum(len(positions) - 1 - np.argmax(above[..., ::-1], axis=-1), len(positions) - 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             here, there = (
                 np.log(np.take_along_axis(density, at[..., None], axis=-1)[..., 0] / self.limit)
                 for at in (last, last + 1)
             )
             share = np.clip(here / (here - there), 0.0, 1.0)
-        return np.asarray(np.where(reached, places[last] + np.nan_to_num(share) * SPACING, -np.inf))
+        return np.asarray(np.where(reached, positions[last] + np.nan_to_num(share) * SPACING, -np.inf))
 
     def _around(self, *centres: float) -> slice:
         """Places about distances (ln r)."""

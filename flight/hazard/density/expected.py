@@ -2,7 +2,7 @@
 
 The acceptable density is about the expected number per area, so the density is the mean over realisations, never the
 largest of many small counts. Two densities are estimated, on the ground and normal to the paths; the distance is the
-larger of theirs: a person is not to be exposed by either.
+larger of the two: a person is not to be exposed by either.
 
 Density. Over distance it is estimated by local likelihood with a log-linear model and a Gaussian kernel of `RADIAL` in
 ln r: with M the number of fragments per ln r, smoothed by the kernel to S, the estimate is S exp(-(h S'/S)^2 / 2)
@@ -12,7 +12,7 @@ direction is what is estimated; symmetric directions are counted together.
 
 Worst direction. The largest of estimates is too large on average. So the direction is also chosen on nine tenths of the
 realisations and the density taken from the other tenth, ten times over (cross-fitting): that distance is too small on
-average, as the direction chosen need not be the worst. The distance reported is the middle of both, and half of their
+average, as the direction chosen need not be the worst. The distance reported is the mean of both, and half of their
 difference bounds its bias (`max_bias`).
 
 Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over

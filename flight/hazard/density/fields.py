@@ -38,10 +38,10 @@ def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.flo
     grid, criteria = counted.near.grid, counted.near.criteria
     rows = result.landing
     dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)
-    place = rows["distance"][dangerous]
-    if len(place):
-        grid = grid.up_to(max(grid.reach, float(place.max()) + grid.cell))
-    turn, cell = grid.cells_of(rows["azimuth"][dangerous], place)
+    distances = rows["distance"][dangerous]
+    if len(distances):
+        grid = grid.up_to(max(grid.reach, float(distances.max()) + grid.cell))
+    turn, cell = grid.cells_of(rows["azimuth"][dangerous], distances)
     flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
     landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
     tracks = np.zeros(grid.shape)

@@ -24,7 +24,7 @@ __all__ = ["NearGround", "PathLengths"]
 class NearGround:
     """What `flight.fly` counts along the paths: their lengths below a person's height above the ground.
 
-    A fragment counts where its kinetic energy at that place is that of `criteria.energy` or more. After a rebound its
+    A fragment counts where its kinetic energy there is that of `criteria.energy` or more. After a rebound its
     path counts on; a slide does not.
 
     Attributes

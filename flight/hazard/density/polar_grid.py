@@ -130,9 +130,9 @@ class PolarGrid:
     def cells_of(self, azimuth: ArrayLike, distance: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Azimuth cells of azimuths (degrees), and fine distance cells of distances (m); beyond the grid: -1."""
         turn = np.floor((np.asarray(azimuth, dtype=np.float64) - self.start) / self.width).astype(np.int64) % self.turns
-        place = np.asarray(distance, dtype=np.float64)
-        found = np.searchsorted(self.edges, place, side="right") - 1
-        return turn, np.where(place < self.edges[-1], found, -1)
+        distances = np.asarray(distance, dtype=np.float64)
+        found = np.searchsorted(self.edges, distances, side="right") - 1
+        return turn, np.where(distances < self.edges[-1], found, -1)
 
     def for_tables(self, field: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sums (sectors, cells) over the cells of the tables of a field (turns, r)."""

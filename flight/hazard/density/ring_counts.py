@@ -101,17 +101,17 @@ def count_by_azimuth(
         raise InputError(f"bins of {width} degrees, needed: a whole fraction of 360, such as 1")
     outward = hits["direction"] > 0
     hits, row = hits[outward], realisation[outward]
-    place = row * bins + np.minimum((hits["azimuth"] / 360.0 * bins).astype(np.int64), bins - 1)
+    bins_of = row * bins + np.minimum((hits["azimuth"] / 360.0 * bins).astype(np.int64), bins - 1)
     shape = (realisations, bins)
-    number = np.bincount(place, minlength=realisations * bins)
+    number = np.bincount(bins_of, minlength=realisations * bins)
 
     def total(name: str) -> NDArray[np.float64]:
-        sums = np.bincount(place, weights=hits[name], minlength=realisations * bins)
+        sums = np.bincount(bins_of, weights=hits[name], minlength=realisations * bins)
         return np.asarray(sums.reshape(shape), dtype=np.float64)
 
     def largest(name: str) -> NDArray[np.float64]:
         found = np.zeros(realisations * bins)
-        np.maximum.at(found, place, hits[name])
+        np.maximum.at(found, bins_of, hits[name])
         return found.reshape(shape)
 
     return RingCounts(

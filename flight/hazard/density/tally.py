@@ -121,16 +121,16 @@ def tally(
     criteria = criteria or Criteria()
     rows = landing.landing if isinstance(landing, FlightResult) else landing
     landed = rows["status"] == Status.LANDED  # columns one by one: a table of a million rows has 171 MB
-    place = rows["distance"][landed]
+    distances = rows["distance"][landed]
     sector, sectors = sectors_of(rows["azimuth"][landed], sector_width)
     throw = np.zeros(sectors)
-    np.maximum.at(throw, sector, place)
+    np.maximum.at(throw, sector, distances)
     edges = _edges(distance, float(throw.max()))
     dangerous = rows["energy"][landed] >= criteria.energy
     along = _along_paths(landing, criteria, sectors, distance)
     if along is None:
         angle = rows["angle"][landed][dangerous]
-        landings, tracks = _pile(place[dangerous], angle, sector[dangerous], sectors, edges, criteria.person_height)
+        landings, tracks = _pile(distances[dangerous], angle, sector[dangerous], sectors, edges, criteria.person_height)
     else:
         cells = max(len(edges) - 1, along[0].shape[1])
         edges = np.arange(cells + 1) * float(np.asarray(distance))
@@ -194,14 +194,14 @@ def _along_paths(
 
 
 def _pile(
-    place: NDArray[np.float64], angle: NDArray[np.float64], sector: NDArray[np.int64], sectors: int,
+    distances: NDArray[np.float64], angle: NDArray[np.float64], sector: NDArray[np.int64], sectors: int,
     edges: NDArray[np.float64], height: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
     """Landings per cell, and path lengths per cell over the height, both (sectors, cells)."""
     cells = len(edges) - 1
     angle = np.maximum(np.radians(angle), SHALLOWEST)
-    cell = np.searchsorted(edges, place, side="right") - 1
-    cell[place == edges[-1]] = cells - 1
+    cell = np.searchsorted(edges, distances, side="right") - 1
+    cell[distances == edges[-1]] = cells - 1
     within = (cell >= 0) & (cell < cells)
     flat = sector[within] * cells + cell[within]
     numbers = np.bincount(flat, minlength=sectors * cells).reshape(sectors, cells).astype(np.float64)
@@ -212,12 +212,12 @@ def _pile(
         )
     tracks = np.zeros((sectors, cells))
     # back along the path until it rises above the height; a vertical path stays where it lands
-    reach = np.minimum(height / np.tan(np.minimum(angle, math.radians(89.999))), place)
+    reach = np.minimum(height / np.tan(np.minimum(angle, math.radians(89.999))), distances)
     whole = height / np.sin(angle)  # path length within the height, shortened where the path starts inside it
     full_reach = height / np.tan(np.minimum(angle, math.radians(89.999)))
     length = whole * np.where(full_reach > 0.0, reach / full_reach, 1.0)
     for j in range(cells):
-        overlap = np.minimum(place, edges[j + 1]) - np.maximum(place - reach, edges[j])
+        overlap = np.minimum(distances, edges[j + 1]) - np.maximum(distances - reach, edges[j])
         here = np.flatnonzero(overlap > 0.0)
         if here.size:
             weights = length[here] * overlap[here] / reach[here] / height

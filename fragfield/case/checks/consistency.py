@@ -52,7 +52,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += _unique("plane", [plane.name for plane in case.plane])
     faults += _unique("obstacle", [obstacle.name for obstacle in case.obstacle])
     faults += _unique("witness", [surface.name for surface in case.witness])
-    faults += _unique("exposed", [place.name for place in case.exposed])
+    faults += _unique("exposed", [entry.name for entry in case.exposed])
     faults += check_exposed(case)
     faults += check_uncertainty(case)
     faults += check_planes(case)
@@ -249,11 +249,11 @@ def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
         yield from _offset(f"{key}.ignition[{number}]", point, float(profile.section(station).charge_radius))
 
 
-def _offset(place: str, point: IgnitionTable, radius: float) -> Iterator[str]:
+def _offset(where: str, point: IgnitionTable, radius: float) -> Iterator[str]:
     distance = math.hypot(*point.offset)
     if distance > radius * (1.0 + 1e-9):
         yield (
-            f"{place}.offset: found {_mm(distance)} from the axis, outside the charge; allowed: at most {_mm(radius)}, "
+            f"{where}.offset: found {_mm(distance)} from the axis, outside the charge; allowed: at most {_mm(radius)}, "
             f"the charge's radius at station {_mm(float(point.station))}"
         )
 

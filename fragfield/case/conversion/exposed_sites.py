@@ -143,7 +143,7 @@ def _one_of(case: Case, key: str, names: tuple[str, str], here: bool, on_earth: 
 
 
 def resolved_exposed(case: Case) -> list[ExposedTable]:
-    """The tables with x and y in place of latitude and longitude."""
+    """The tables with x and y instead of latitude and longitude."""
     site, origin = site_of(case), case.flight.origin
 
     def turned(latitude: float, longitude: float) -> tuple[float, float]:

@@ -43,7 +43,7 @@ def stacked_names(case: Case) -> list[str]:
 
 
 def expanded(case: Case) -> list[RoundTable]:
-    """The rounds of a case whose rounds are resolved, with the stack's copies in place of the round they copy."""
+    """The rounds of a case whose rounds are resolved, with the stack's copies instead of the round they copy."""
     stack = case.stack
     if stack is None:
         return list(case.round)

@@ -27,7 +27,7 @@ class TimeStepTable(Table):
     cfl: float = Field(default=0.8, gt=0.0, lt=1.0)
     """Fraction of the stable step."""
     fixed: Annotated[float | None, Quantity("s", "10 ns", above=0.0)] = None
-    """A fixed step in place of the stable one (the paper: 10 ns)."""
+    """A fixed step instead of the stable one (the paper: 10 ns)."""
     subcycling: bool = True
     """Whether cells take steps of their own, most of them long ones; not with a fixed step or with damping."""
 

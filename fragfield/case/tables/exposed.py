@@ -69,9 +69,9 @@ class PersonTable(_TargetTable):
     position: Offset | None = None
     """x and y; or latitude and longitude."""
     latitude: Latitude = None
-    """In place of `position`, with a table [site]."""
+    """Instead of `position`, with a table [site]."""
     longitude: Longitude = None
-    """In place of `position`, with a table [site]."""
+    """Instead of `position`, with a table [site]."""
     extent: Annotated[float | None, Quantity("m", "5 m", above=0.0)] = None
     """Side of the square about the position in which fragments count; left out: a tenth of the distance, 1 to 5 m."""
 
@@ -110,9 +110,9 @@ class ExposedBuildingTable(_ExposedTable):
     position: Offset | None = None
     """x and y of the centre of its plan; or latitude and longitude."""
     latitude: Latitude = None
-    """In place of `position`, with a table [site]."""
+    """Instead of `position`, with a table [site]."""
     longitude: Longitude = None
-    """In place of `position`, with a table [site]."""
+    """Instead of `position`, with a table [site]."""
     length: Annotated[float | None, Quantity("m", "12 m", above=0.0)] = None
     """Along `azimuth`."""
     width: Annotated[float | None, Quantity("m", "8 m", above=0.0)] = None

@@ -146,7 +146,7 @@ class FlightTable(Table):
     time_limit: Time = 3600.0
     """End of every flight."""
     origin: Offset = (0.0, 0.0)
-    """x and y of the place from which distances and azimuths on the ground are counted."""
+    """x and y of the position from which distances and azimuths on the ground are counted."""
     trajectories: int = Field(default=200, ge=0)
     """Number of trajectories kept for ParaView, spread over the fragments."""
 
@@ -219,9 +219,9 @@ class StackRuleTable(Table):
     cover: Literal["open", "earth"] = "open"
     """Open stack, 0.9 of the rounds on a side and 0.1 of those on top; under earth cover 0.7 and 0.1."""
     side: int | None = Field(default=None, ge=0)
-    """Rounds on the side that faces the place; left out: on the fullest side, counted from their places."""
+    """Rounds on the side that faces the position; left out: on the fullest side, counted from their positions."""
     top: int | None = Field(default=None, ge=0)
-    """Rounds in the top layer; left out: counted from their places."""
+    """Rounds in the top layer; left out: counted from their positions."""
 
 
 class HazardTable(Table):

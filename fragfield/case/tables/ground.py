@@ -21,7 +21,7 @@ class GroundTable(Table):
     height: Length = 0.0
     """z of flat ground; a casing that the burst drives below it starts its flight on it."""
     map: str | None = None
-    """A map of heights in place of flat ground: an ESRI ASCII grid (.asc) or a GeoTIFF (.tif), +x east and +y north."""
+    """A map of heights instead of flat ground: an ESRI ASCII grid (.asc) or a GeoTIFF (.tif), +x east and +y north."""
     site: Offset = (0.0, 0.0)
     """Easting and northing, on the map, of x = y = 0."""
     datum: Annotated[float | str, Quantity("m", "120 m", words=("site",))] = "site"

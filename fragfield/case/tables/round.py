@@ -127,7 +127,7 @@ class RoundTable(Table):
     profile: ProfileValue | None = None
     """Contours: a built-in name, a profile file, or the profile's tables themselves."""
     mesh: str | None = None
-    """A gmsh file of hexahedra with the physical groups "charge" and "casing", in place of a profile."""
+    """A gmsh file of hexahedra with the physical groups "charge" and "casing", instead of a profile."""
     explosive: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[ExplosiveTable, Tag("<table>")], Discriminator(_kind)
     ]

@@ -58,7 +58,7 @@ def quantity_fault(message: str) -> PydanticCustomError:
 
 
 class Measured:
-    """A value of a case with its SI unit, for tables: what `case.write.measured` puts in place of bare floats."""
+    """A value of a case with its SI unit, for tables: what `case.write.measured` puts instead of bare floats."""
 
     __slots__ = ("unit", "value")
 
@@ -89,7 +89,7 @@ class Quantity:
     above, minimum, maximum : float, optional
         Bounds in SI: greater than `above`, at least `minimum`, at most `maximum`.
     words : tuple of str
-        Words that stand for a choice in place of a value.
+        Words that stand for a choice instead of a value.
     """
 
     symbol: str

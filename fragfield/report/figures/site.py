@@ -1,4 +1,4 @@
-"""The map of the site: distances by direction, places, obstacles and terrain, with scale and north."""
+"""The map of the site: distances by direction, exposed sites, obstacles and terrain, with scale and north."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TERRAIN, _OBSTACLE = "#b7a98c", "#6b4e16"
 
 
 def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
-    """The resolved case and its shapes, where it has places, obstacles, terrain or a site; else None."""
+    """The resolved case and its shapes, with exposed sites, obstacles, terrain or a geographic position; else None."""
     case = run.case
     if run.ensemble is None or case is None:
         return None
@@ -96,9 +96,9 @@ def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], 
         color = VERDICT_COLORS[verdict]
         axis.fill(x, y, facecolor=color, alpha=0.35, edgecolor=color, linewidth=1.2, zorder=4,
                   label=_once(labels, f"exposed site, criterion {verdict}"))  # fmt: skip
-        place = points[:-1].mean(axis=0)
+        centre = points[:-1].mean(axis=0)
         if np.ptp(x) + np.ptp(y) < 12.0:  # a person's square is hardly seen
-            axis.plot(*place, marker="o", color=color, markersize=5, zorder=5)
+            axis.plot(*centre, marker="o", color=color, markersize=5, zorder=5)
         where = shape.label or _label_place(points)
         axis.annotate(shape.name, where, xytext=(0, 4), textcoords="offset points", ha="center",
                       fontsize=6.5 if narrow else 7.2, color=color, zorder=6, annotation_clip=True,
@@ -153,7 +153,7 @@ def _north(axis: Axes, azimuth: float) -> None:
 
 
 def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
-    """Every place's governing value over its criterion, with its bound, on a logarithmic axis."""
+    """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
     entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
     if not entries:
         return None

@@ -143,7 +143,7 @@ class RunFiles:
 
     @property
     def fragments_file(self) -> str | None:
-        """Name of the file whose fragments were flown in place of those of a burst; None of a run with its own."""
+        """Name of the file whose fragments were flown instead of those of a burst; None of a run with its own."""
         found = self.part("flight").get("fragments_file")
         return str(found) if found else None
 

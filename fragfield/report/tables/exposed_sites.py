@@ -26,7 +26,7 @@ def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
 
 
 def verdict_table(run: RunFiles) -> Iterator[Block]:
-    """What the safety engineer decides on, one line a place."""
+    """What the safety engineer decides on, one line a site."""
     entries = exposed_entries(run)
     if not entries:
         return
@@ -56,7 +56,7 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
 
 
 def exposed_tables(run: RunFiles) -> Iterator[Block]:
-    """All numbers of every place, and how walls were judged."""
+    """All numbers of every site, and how walls were judged."""
     entries = exposed_entries(run)
     if not entries:
         return

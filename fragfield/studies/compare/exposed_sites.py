@@ -13,16 +13,16 @@ _VALUES = {"density": ("density_normal", "density_ground"), "probability": ("pro
 
 
 def compare_places(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
-    """Rows by the name of the place: verdict, bound over the criterion, probability of a hit and margin of both.
+    """Rows by the name of the site: verdict, bound over the criterion, probability of a hit and margin of both.
 
-    A place that only one run has stands with None for the other.
+    A site that only one run has stands with None for the other.
     """
     ours, theirs = (_places(one) for one in (run, reference))
     rows = []
     for name in dict.fromkeys([*ours, *theirs]):
         row: dict[str, Any] = {"name": name}
-        for key, places in (("run", ours), ("reference", theirs)):
-            found = places.get(name)
+        for key, sites in (("run", ours), ("reference", theirs)):
+            found = sites.get(name)
             row[key] = None if found is None else _row(found)
         rows.append(row)
     return rows

@@ -48,7 +48,7 @@ def print_comparison(found: Mapping[str, Any]) -> None:
     if found["by_distance"]:
         console.print(_density_table(found["by_distance"]))
     if found["places"]:
-        console.print(_place_table(found["places"]))
+        console.print(_site_table(found["places"]))
     if found["by_zone"]:
         console.print(_zone_table(found["by_zone"]))
     for path in found.get("files", ()):
@@ -124,7 +124,7 @@ def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def _place_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+def _site_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     heads = ("exposed site", "verdict", "over", "part of criterion", "over", "margin m", "over")
     table = _table("exposed sites; upper bounds (95 %)", heads)
     for row in rows:

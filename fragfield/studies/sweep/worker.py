@@ -36,7 +36,7 @@ class Worker:
     threads : int
         Threads of a run.
     command : list of str, optional
-        What to start in place of `serve`, for tests.
+        What to start instead of `serve`, for tests.
     """
 
     def __init__(self, threads: int, command: list[str] | None = None) -> None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["RESULT", "assess", "read_results", "write_results"]
 
 RESULT = "uncertainty.json"
-_PLACE = ("density", "hits", "probability")
+_SITE = ("density", "hits", "probability")
 _LEVELS = (0.01, *(round(0.02 * step, 2) for step in range(1, 50)), 0.99)
 _FEWEST = 8  # samples with a result, below which nothing is said
 
@@ -100,8 +100,8 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     found["distance"] = entry
     found["budget"] = budget_of(spread, summary["hazard"], summary.get("convergence") or {})
     found["exposed"] = [
-        {"name": place["name"]} | {name: _of_place(study, values, number, name, place[name]) for name in _PLACE}
-        for number, place in enumerate(nominal["exposed"])
+        {"name": site["name"]} | {name: _of_site(study, values, number, name, site[name]) for name in _SITE}
+        for number, site in enumerate(nominal["exposed"])
     ]
     return found
 
@@ -152,26 +152,26 @@ def _quantity(
     return entry, spread
 
 
-def _of_place(
+def _of_site(
     study: Study, values: list[Mapping[str, Any]], number: int, name: str, nominal: float | None
 ) -> dict[str, Any] | None:
     """One number of an exposed site, of the samples that have it."""
-    places = [one["exposed"][number] if one.get("exposed") else {} for one in values]
-    found = _column(places, name)
+    sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
+    found = _column(sites, name)
     if np.isfinite(found).sum() < _FEWEST:
         return None
-    errors = _column(places, f"{name}_standard_error")
+    errors = _column(sites, f"{name}_standard_error")
     entry, _ = _quantity(study, found, errors if np.isfinite(errors).any() else None)
     return {"nominal": nominal, **entry}
 
 
 def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: Path) -> None:
     """One row a sample: its draws, its state and its results."""
-    places = [place["name"] for row in rows.values() for place in (row.get("results") or {}).get("exposed") or []]
-    names = list(dict.fromkeys(places))
+    sites = [site["name"] for row in rows.values() for site in (row.get("results") or {}).get("exposed") or []]
+    names = list(dict.fromkeys(sites))
     results = ["distance", "standard_error", "mean_initial_speed", "speed_99", "fragments"]
     heads = ["sample", *(entry.name for entry in study.inputs), "state", *results]
-    heads += [f"{place}: {what}" for place in names for what in _PLACE]
+    heads += [f"{site}: {what}" for site in names for what in _SITE]
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow([harmless(head) for head in heads])
@@ -181,8 +181,8 @@ def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: 
         state = (
             "missing" if row is None else "failed" if not found else "done" if found["determined"] else "not determined"
         )
-        at = {place["name"]: place for place in found.get("exposed") or []}
+        at = {site["name"]: site for site in found.get("exposed") or []}
         cells = [number, *study.draws(number), state, *(found.get(name) for name in results)]
-        cells += [at.get(place, {}).get(what) for place in names for what in _PLACE]
+        cells += [at.get(site, {}).get(what) for site in names for what in _SITE]
         table.writerow([harmless(cell) if isinstance(cell, str) else cell for cell in cells])
     write_text(folder / "samples.csv", text.getvalue(), InputError)

@@ -43,11 +43,11 @@ def print_study(found: Mapping[str, Any]) -> None:
         shares = [f"{100 * one[key]:.1f} ± {100 * one[f'{key}_standard_error']:.1f}" for key in ("total", "first")]
         table.add_row(one["name"], *shares, f"{bar['low']:.1f}  {bar['high']:.1f}")
     console.print(table)
-    for place in found["exposed"]:
-        if place["hits"] is not None:
-            over = place["hits"]["spread"]
+    for site in found["exposed"]:
+        if site["hits"] is not None:
+            over = site["hits"]["spread"]
             words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
-            console.print(f"{place['name']}: expected hits {words}")
+            console.print(f"{site['name']}: expected hits {words}")
     parts = (
         f"{one['name']} {'not known' if one['half_width'] is None else format(one['half_width'], '.1f')}"
         for one in budget["contributions"]

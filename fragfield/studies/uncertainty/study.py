@@ -50,7 +50,7 @@ class StudyOptions:
     folder : Path
         Holds the study.
     samples, method, seed : optional
-        In place of those of the case.
+        Instead of those of the case.
     workers : int, optional
         Samples at one time; left out: one for each core, or each thread of the cluster.
     scheduler : str, optional
