@@ -38,7 +38,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   mutants    small faults in the physics, and the share that the tests notice; arguments: N SEED MINUTES, or "chosen"
   validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
-  docs       the documentation, into build/docs; arguments go to mkdocs build
+  docs       the documentation, into build/docs; arguments go to mkdocs build; "pictures": first README's picture of a report
   help       this text
 
 Each act sets up first what is missing; a set-up that is complete costs no time.
@@ -418,6 +418,10 @@ case $act in
         ;;
     bench) exec "$bin/python" -m benchmarks "$@" ;;
     docs)
+        if [ "${1:-}" = pictures ]; then
+            shift
+            "$bin/python" docs/hooks/first_page.py
+        fi
         "$bin/python" -m mkdocs build --strict "$@"
         say "the documentation is build/docs/index.html"
         ;;

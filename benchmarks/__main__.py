@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _compared(options: Options) -> int:
     """Print the figures of a revision beside those of the working tree."""
     if not options.names:
-        print("benchmarks: --compare wants the names of benchmarks, such as: step whole", file=sys.stderr)
+        print("benchmarks: --compare needs the names of benchmarks, such as: step whole", file=sys.stderr)
         return EXIT_INPUT
     sizes = ("--cell-size", f"{1e3 * options.cell_size:g}", "--fine-cell-size", f"{1e3 * options.fine_cell_size:g}")
     try:
@@ -91,7 +91,7 @@ def _compared(options: Options) -> int:
 def _measured(names: Sequence[str], options: Options) -> dict[str, dict[str, Any]]:
     """The figures of each benchmark, and what they were taken on; the time that each takes goes to stderr.
 
-    One whose run stops, with cells of a size that nobody tried, is reported and left out.
+    One whose run stops, with an untried cell size, is reported and left out.
     """
     from benchmarks.machine import Others, machine
     from benchmarks.readme import write_tables

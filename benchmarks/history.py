@@ -108,7 +108,7 @@ def _unpack(revision: str, folder: Path) -> None:
     """The files of a revision."""
     packed = subprocess.run(["git", "archive", revision, "--"], cwd=_ROOT, capture_output=True, check=False)
     if packed.returncode != 0:
-        raise ValueError(f"git knows no revision '{revision}': {packed.stderr.decode('utf-8', 'replace').strip()}")
+        raise ValueError(f"git has no revision '{revision}': {packed.stderr.decode('utf-8', 'replace').strip()}")
     subprocess.run(["tar", "-x", "-C", str(folder)], input=packed.stdout, check=True)
 
 

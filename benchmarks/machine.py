@@ -9,7 +9,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from fragfield.provenance import versions
+from fragfield.files.provenance import versions
 
 __all__ = ["Others", "machine"]
 

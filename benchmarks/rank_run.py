@@ -22,7 +22,7 @@ from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
-from fragfield.case.convert import burst_rounds, burst_settings
+from fragfield.case.conversion.stages import burst_rounds, burst_settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -23,7 +23,7 @@ from benchmarks.goal import at_least
 from burst_fenicsx.meshing import merge, mesh_round
 from burst_fenicsx.meshing.split import split_charges
 from fragfield.case import load_case
-from fragfield.case.convert import burst_rounds
+from fragfield.case.conversion.stages import burst_rounds
 
 if TYPE_CHECKING:
     from benchmarks.options import Options

@@ -18,11 +18,13 @@ from matplotlib.figure import Figure
 import flight
 from flight import hazard
 from flight.arena import ArenaTable
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.ensemble import assess_ensemble
-from flight.hazard.expected import DensityGroups, Directions, expected_distance
-from flight.hazard.fields import fields_of
-from flight.hazard.near_ground import NearGround
-from flight.hazard.polar_grid import PolarGrid
 
 TABLE = Path(__file__).resolve().parent / "arena_test.csv"
 EVENTS = 20

@@ -1,7 +1,7 @@
 """A round of one's own contour, built in Python: an ogive from its formula, checked by its masses, then burst.
 
 The picture shows the contour and, below it, the casing's speed along the round beside Gurney's formula for the local
-charge ratio, which knows no ends. Run it: `python examples/own_profile.py [FOLDER]`.
+charge ratio, which has no end effects. Run it: `python examples/own_profile.py [FOLDER]`.
 """
 
 from __future__ import annotations

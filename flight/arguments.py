@@ -1,4 +1,4 @@
-"""Arguments that are numbers in SI units: a text, such as "7 m", is refused in words that name the unit needed.
+"""Checks of arguments in SI units: a string such as "7 m" is refused, and the message names the unit needed.
 
 The flight is a library of numbers; units are read by the case file of fragfield alone.
 """

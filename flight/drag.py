@@ -1,4 +1,4 @@
-"""Drag coefficient over Mach number: built-in tables, a table of one's own, or a constant."""
+"""Drag coefficient over Mach number: built-in tables, a user's table, or a constant."""
 
 from __future__ import annotations
 
@@ -130,8 +130,8 @@ class Drag:
 
     def at(self, mach: ArrayLike) -> NDArray[np.float64]:
         """Drag coefficient at Mach numbers."""
-        place = np.asarray(mach, dtype=np.float64)
-        return evaluate_pieces(self.mach, monotone_pieces(self.mach, self.coefficient), place)
+        values = np.asarray(mach, dtype=np.float64)
+        return evaluate_pieces(self.mach, monotone_pieces(self.mach, self.coefficient), values)
 
     def table(self) -> tuple[NDArray[np.float64], NDArray[np.int64], float]:
         """Rows for the kernels (n+1, 6), the row of each bin's lower end, and bins per Mach.

@@ -1,4 +1,4 @@
-"""Errors and warnings of the flight library, each with a message a user can act on."""
+"""Errors and warnings of the flight library, with messages that say what to do."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class FlightWarning(UserWarning):
 
 
 class DragTableWarning(FlightWarning):
-    """Fragments flew faster than the drag table reaches."""
+    """Fragments were faster than the end of the drag table reaches."""
 
     code = "drag_table"
 

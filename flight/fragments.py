@@ -1,4 +1,4 @@
-"""The fragments to fly: the contract between whatever makes fragments and the flight."""
+"""Fragments: the data that any source of fragments hands to the flight."""
 
 from __future__ import annotations
 

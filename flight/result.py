@@ -1,4 +1,4 @@
-"""What a flight gives back: one row a fragment, one row a crossing, and how each flight ended."""
+"""Result of a flight: one row for each fragment, one for each crossing, and how each flight ended."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.hazard.near_ground import PathLengths
+    from flight.hazard.density.near_ground import PathLengths
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
 
@@ -46,7 +46,7 @@ class FlightResult:
         Walls, barricades and buildings, in the order `obstacle` counts.
     obstacle_hits : (o,) structured array of dtype `OBSTACLE_HITS`
         Every impact on an obstacle, by fragment and then time.
-    near_ground : flight.hazard.near_ground.PathLengths, optional
+    near_ground : flight.hazard.density.near_ground.PathLengths, optional
         Lengths of paths below a person's height, where `fly` was asked to count them.
     """
 

@@ -1,4 +1,4 @@
-"""Rows of a result: one a fragment, one a crossing, one an impact on an obstacle; and points of paths."""
+"""Rows of a result: fragments, crossings, impacts on obstacles, and points of paths."""
 
 from __future__ import annotations
 

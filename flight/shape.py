@@ -191,7 +191,7 @@ def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
 
 
 def _uniform(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Four numbers in [0, 1) for each fragment, (n, 4): those at its place in one counter-based stream.
+    """Four numbers in [0, 1) for each fragment, (n, 4): those at its position in one counter-based stream.
 
     Philox gives four words for each count (Salmon et al. 2011), so the fragment's number is the count.
     """

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fragfield.interface.running import run
     from fragfield.interface.studies import Comparison, Sweep, Uncertainty, compare_runs, run_sweep, run_uncertainty
     from fragfield.interface.tables import Table
-    from fragfield.progress import Progress
+    from fragfield.terminal.progress import Progress
     from fragfield_base.errors import InputError, NumericalStop
 
 __all__ = [
@@ -63,7 +63,7 @@ _HOMES = {
     "InputError": "fragfield_base.errors",
     "NotDeterminedError": "fragfield.errors",
     "NumericalStop": "fragfield_base.errors",
-    "Progress": "fragfield.progress",
+    "Progress": "fragfield.terminal.progress",
     "Run": "fragfield.interface.results",
     "Table": "fragfield.interface.tables",
     "check": "fragfield.interface.checking",

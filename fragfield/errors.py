@@ -1,4 +1,4 @@
-"""Which failures are the user's to mend, which are numerical, and which exit code each has.
+"""Input errors, numerical stops and program faults, with their exit codes.
 
 In Python `fragfield.InputError` and `fragfield.NumericalStop` are those of `fragfield_base.errors`, which the errors of
 every stage are; a distance that is not determined is a `NotDeterminedError` once it is asked for.

@@ -1,4 +1,4 @@
-"""The version of the program, which its files carry."""
+"""Version of the program, written to its files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays of an HDF5 file against what they must be: kind, shape, range, finite; looked at before they are read."""
+"""Checks of HDF5 arrays before they are read: kind, shape, range, finite values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What burst_snapshot.h5 holds: one schema for the burst that writes it, the break-up and the report that read it."""
+"""Schema of burst_snapshot.h5, shared by the burst that writes it and by break-up and report that read it."""
 
 from __future__ import annotations
 

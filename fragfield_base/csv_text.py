@@ -1,4 +1,4 @@
-"""Cells of text in CSV files: quoted where they must be, and never a formula to the program that opens the file."""
+"""Text cells of CSV files: quoted where necessary, and never a formula for a spreadsheet."""
 
 from __future__ import annotations
 

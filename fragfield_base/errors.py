@@ -1,4 +1,4 @@
-"""What the errors of all stages have in common, so that one name catches them."""
+"""Common base of the errors of all stages, so that one name catches them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The body of an HDF5 file: what the HDF5 library writes to in place of the disk.
+"""The body of an HDF5 file: the buffer that the HDF5 library writes to instead of the disk.
 
 HDF5 does not recover from a failed write: a full disk ends it by signal 11, now or when the process exits. It can
 always write to a `Body`, which passes the bytes on and keeps the first OSError to itself, to be raised once, later.
@@ -23,7 +23,7 @@ _PAGE = 4096
 class Body(io.RawIOBase):
     """A file as h5py's driver for Python objects uses it: no method raises, the first fault is kept.
 
-    Bytes below `base` are not touched on the disk: changed pages of theirs are kept in `pages`.
+    Bytes below `base` are not touched on the disk: their changed pages are kept in `pages`.
     """
 
     def __init__(self, descriptor: int, base: int) -> None:
@@ -49,13 +49,13 @@ class Body(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Move to a place of the body (as `io.RawIOBase`) and return it."""
+        """Move to a position of the body (as `io.RawIOBase`) and return it."""
         start = {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         self._at = start + offset
         return self._at
 
     def tell(self) -> int:
-        """Return the place in the body."""
+        """Return the position in the body."""
         return self._at
 
     def readinto(self, buffer: Any) -> int:  # noqa: ANN401 - any buffer

@@ -1,4 +1,4 @@
-"""HDF5 files, written whole or added to in one move, and read after a look at their seal.
+"""HDF5 files: written whole or extended atomically, and read after a check of their seal.
 
 The HDF5 library never meets the disk while it writes (`fragfield_base.hdf5_body`). A new file is a draft that is
 renamed; a file that grows is changed by way of a journal (`fragfield_base.hdf5_journal`); a file that is read is
@@ -146,7 +146,7 @@ def appending(path: Path, error: type[Exception], **options: Any) -> Iterator[h5
 
 @contextmanager
 def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5py.File]:
-    """Open an HDF5 file that may be damaged, or come from elsewhere; every fault ends in one message.
+    """Open an HDF5 file that may be damaged, or be of unknown origin; every fault ends in one message.
 
     A seal is checked before HDF5 sees the file. A file without one is looked at by another process first, which may
     fail as it likes (`fragfield_base.probe`).

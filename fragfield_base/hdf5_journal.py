@@ -1,4 +1,4 @@
-"""The journal beside an HDF5 file that grows: whatever ends the writer, the file has all of a write or none of it.
+"""The journal of a growing HDF5 file: after any end of the writer, a write is complete or absent.
 
 A write puts its new bytes behind the old ones, and the pages that change in the old part through the journal:
 
@@ -177,7 +177,7 @@ def replay(path: Path, descriptor: int) -> None:
 def _journal_of(data: bytes, held: int) -> tuple[bytes, int, bytes] | None:
     """Kind, size and content of a journal; None for one that is not whole, or not of a file of `held` bytes.
 
-    A run directory may come from elsewhere, its journal with it: what it says is done only where a journal of this
+    A run directory may be of unknown origin, its journal with it: what it says is done only where a journal of this
     program could have said it. Both kinds are written when the file has at least the bytes that they leave it.
     """
     start = len(_MARK) + 32
@@ -190,12 +190,12 @@ def _journal_of(data: bytes, held: int) -> tuple[bytes, int, bytes] | None:
     content = text[_HEAD.size :]
     if kind not in (b"undo", b"redo") or size > held or length != len(content):
         return None
-    place = 0
-    while kind == b"redo" and place < length:
-        if place + _ENTRY.size > length:
+    position = 0
+    while kind == b"redo" and position < length:
+        if position + _ENTRY.size > length:
             return None
-        offset, count = _ENTRY.unpack_from(content, place)
-        place += _ENTRY.size + count
-        if offset + count > held or place > length:
+        offset, count = _ENTRY.unpack_from(content, position)
+        position += _ENTRY.size + count
+        if offset + count > held or position > length:
             return None
     return kind, size, content

@@ -1,4 +1,4 @@
-"""Whether an HDF5 file is sound, found out before the HDF5 library of this process sees it.
+"""Whether an HDF5 file is sound, checked before the HDF5 library of this process opens it.
 
 A file of this program is checked against its seal. One without a seal is looked at by another process first, which may
 fail as it likes (`fragfield_base.probe`).

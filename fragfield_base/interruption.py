@@ -1,4 +1,4 @@
-"""Signals that end a run, deferred to where a run may end: the only place that takes them over."""
+"""Signals that end a run, deferred to points where a run may end."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Interruption:
     SIGINT raises KeyboardInterrupt at once, for a user who does not want to wait; nothing may be written then. Further
     SIGTERM are noted only: launchers send several.
 
-    Where the block ends without an error, a signal that nobody has asked for is delivered again to the handler that
+    Where the block ends without an error, a signal that the block did not defer is delivered again to the handler that
     was there before, so that blocks may be nested and no signal is lost. A signal that the process ignores (nohup,
     background jobs of a shell) stays ignored. Outside the main thread Python takes no signals and nothing is changed.
 

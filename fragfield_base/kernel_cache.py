@@ -91,7 +91,7 @@ def cache_root() -> Path | None:
 
 
 def is_private(folder: Path) -> bool:
-    """Whether nobody but the user and root can put something into a folder, or another folder in its place."""
+    """Whether only the user and root can put something into a folder, or another folder in its place."""
     try:
         place = folder.resolve(strict=True)
         if place.stat().st_uid != os.geteuid() or not _closed(place, sticky=False):

@@ -1,4 +1,4 @@
-"""One writer at a time in a folder, by a lock that ends with its process, however that ends."""
+"""One writer at a time in a folder, by a lock that ends with its process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A script of ours in a process of its own: where a file of unknown origin may crash, hang or fill what reads it."""
+"""Runs a script in a separate process, where a file of unknown origin may crash, hang or fill its reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Looks through an HDF5 file of unknown origin, in a process of its own that may crash: `python probe.py FILE`.
+"""Checks an HDF5 file of unknown origin in a separate process that may crash: `python probe.py FILE`.
 
 Prints what is wrong and ends with 1, or ends with 0. Refused are links (they may lead to other files or in circles),
 data outside of the file, filters that load code, and data larger than the file or the memory can hold.

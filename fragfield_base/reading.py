@@ -1,4 +1,4 @@
-"""Text files from anywhere, read with a limit: no device or pipe that never ends, no file larger than memory."""
+"""Text files of unknown origin, read with a limit on size and no devices or pipes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The seal of an HDF5 file: digests of its blocks behind its last byte, looked at before HDF5 sees the file.
+"""The seal of an HDF5 file: digests of its blocks after its last byte, checked before HDF5 opens the file.
 
 HDF5 itself notices little: a flipped bit changes a number, or sends the library into memory that it does not own. A
 file's own end is where HDF5 does not read, and where other programs (ParaView, h5dump) do not mind a few bytes more:
@@ -6,7 +6,7 @@ file's own end is where HDF5 does not read, and where other programs (ParaView, 
     ... HDF5 ... | digest of each block of 1 MiB (16 bytes each) | size | digest of size and digests | mark
 
 Where blocks change, their digests alone are made again, so that a growing file costs what was added. A file that was
-cut or edited has no seal or a wrong one; one from elsewhere has none (`fragfield_base.hdf5_files` looks closer then).
+cut or edited has no seal or a wrong one; one of other origin has none (`fragfield_base.hdf5_files` looks closer then).
 """
 
 from __future__ import annotations

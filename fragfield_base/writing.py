@@ -1,4 +1,4 @@
-"""Every output file is written here: under a temporary name, flushed to the disk, then renamed in one move.
+"""Writes every output file: under a temporary name, flushed to disk, then renamed atomically.
 
 A reader, another process and a run that is killed therefore see the old file or the new one, never a part of it. No
 file is written through a symbolic link: a link planted under an expected name would redirect the output elsewhere.

@@ -1,4 +1,4 @@
-"""XDMF files with a checksum, looked at before VTK reads them: it trusts the sizes that they declare."""
+"""XDMF files with a checksum, checked before VTK reads them, because VTK trusts the sizes they declare."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
         found_items = [(item.text or "", item.get("Dimensions", "")) for item in ET.fromstring(text).iter("DataItem")]
     except ET.ParseError as fault:
         raise error(f"{path}: cut off, or not XML ({fault}){end}") from None
-    items = [place for place, _ in found_items]
+    items = [position for position, _ in found_items]
     own = f"{path.with_suffix('.h5').name}:/"
     if other := next((item for item in items if not item.strip().startswith(own)), None):
         raise error(f"{path}: takes data from {other.strip()[:60]!r}; allowed: {own}...{end}")
-    _check_shapes(path, {(place.strip(), size) for place, size in found_items}, error, advice)
+    _check_shapes(path, {(position.strip(), size) for position, size in found_items}, error, advice)
 
 
 def _check_shapes(path: Path, items: set[tuple[str, str]], error: type[Exception], advice: str) -> None:
     """Refuse an HDF5 file that lacks an array, or has it in another shape: VTK would read beyond its end."""
     with reading(path.with_suffix(".h5"), error, advice) as file:
-        for place, size in sorted(items):
-            name = place.partition(":")[2]
+        for position, size in sorted(items):
+            name = position.partition(":")[2]
             shape = getattr(file.get(name), "shape", None)
             if shape is None or " ".join(map(str, shape)) != size.strip():
                 raise error(

@@ -84,7 +84,7 @@ def mpirun() -> Callable[..., subprocess.CompletedProcess[str]]:
             # A bound rank has one core, and then no second thread.
             bound = threads == 1 and ranks <= len(os.sched_getaffinity(0)) and not WORKER  # others are on these cores
             options += ["--oversubscribe", "--bind-to", "core" if bound else "none"]
-        # The ranks share the cores: one thread each, unless a test wants both.
+        # The ranks share the cores: one thread each, unless a test needs both.
         environment = {**os.environ, "NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"}
         command = ["mpirun", *options, sys.executable, *map(str, arguments)]
         done = subprocess.run(

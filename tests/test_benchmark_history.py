@@ -69,9 +69,9 @@ def test_an_unknown_revision_is_refused(capsys):
     from benchmarks.__main__ import main
 
     assert main(["step", "--compare", "no-such-revision"]) == 2
-    assert "git knows no revision 'no-such-revision'" in capsys.readouterr().err
+    assert "git has no revision 'no-such-revision'" in capsys.readouterr().err
     assert main(["--compare", "HEAD"]) == 2
-    assert "--compare wants the names of benchmarks" in capsys.readouterr().err
+    assert "--compare needs the names of benchmarks" in capsys.readouterr().err
 
 
 def test_a_revision_is_unpacked_whole(tmp_path):

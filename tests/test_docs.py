@@ -237,7 +237,7 @@ def test_the_search_finds_without_a_server(site):
     assert any("Gurney" in page["text"] for page in pages)
     html = (site / "search.html").read_text(encoding="utf-8")
     assert 0 < html.index("/search/index.js") < html.index("/search.js")
-    assert "search/main.js" not in html, "MkDocs' own search wants a server"
+    assert "search/main.js" not in html, "MkDocs' own search needs a server"
 
 
 @needs_chromium

@@ -81,8 +81,8 @@ def test_modules_with_physics_are_in_one_area_each():
     for module in (
         "burst_fenicsx/kernels/solid.py",
         "burst_fenicsx/mechanics/solver.py",
-        "transition/mott.py",
-        "flight/hazard/expected.py",
+        "transition/law/mott.py",
+        "flight/hazard/density/expected.py",
     ):
         assert module in together
 
@@ -125,8 +125,8 @@ def test_importers_are_found_through_others():
     assert "burst_fenicsx/kernels/solid.py" in found
     assert "burst_fenicsx/kernels/assembly.py" in found
     assert "burst_fenicsx/kernels/springs.py" not in found
-    assert importers(ROOT / "flight", "flight/hazard/expected.py") >= {
-        "flight/hazard/expected.py",
+    assert importers(ROOT / "flight", "flight/hazard/density/expected.py") >= {
+        "flight/hazard/density/expected.py",
         "flight/hazard/stack_rules.py",
     }
 
@@ -192,7 +192,7 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
             return Outcome("passed" if len(tried) == 2 else "failed", 1.0, "test_x")
 
     fault = faults_of("x = 1.0 - 2.0\n")[0]
-    faults = [(AREAS[number % 2].name, "flight/hazard/expected.py", fault) for number in range(10)]
+    faults = [(AREAS[number % 2].name, "flight/hazard/density/expected.py", fault) for number in range(10)]
     monkeypatch.setattr(mutants, "Workshop", Fake)
     monkeypatch.setattr(mutants, "_ROOT", ROOT)
     monkeypatch.setattr(mutants, "chosen_faults", lambda root, seed: iter(faults))
@@ -203,7 +203,7 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
     assert len(tried) == 6
     reported = capsys.readouterr().out
     assert "5 of 6 caught: 83.3 %" in reported.replace("\u202f", " ").replace("%", " %").replace("  ", " ")
-    assert "SURVIVED flight/hazard/expected.py line 1: " in reported
+    assert "SURVIVED flight/hazard/density/expected.py line 1: " in reported
 
 
 def test_caches_of_workers_are_linked_and_taken_over(tmp_path):

@@ -23,6 +23,7 @@ from tests import vocabulary
         ("at_least, at least, least squares, least_speed, _LEAST", ["least_speed", "_LEAST"]),
         ("cases/grenade_155_tnt.toml of a grenade", ["grenade"]),
         ("`min_speed`, before `least_speed`; now `least_speed`", ["least_speed"]),
+        ("It goes on with the run; goes on", ["goes on with"]),
         ("thrown back; for the eye; no number; dimensions", ["thrown back", "for the eye", "no number"]),
     ],
 )

@@ -83,6 +83,7 @@ TERMS = (
     Term("rooms|rooms? and rules", "folders, architecture"),
     Term("front doors?", "command line, interface"),
     Term("grenades?", "projectile, shell", allowed=r"grenade_155|grenade, hence the file's name"),
+    Term("(go|goes|going) on with", "continue"),
     Term("(?<!at_)least_[a-z_]+|(?<!at)_least", "min_..., minimum", allowed=r"least_squares"),
 )
 """Kept in the order of the glossary."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fragfield_base.burst_snapshot import SegmentRecord
 from transition.break_up import BreakUp, break_up, realisations
+from transition.cells.points import MaterialPoints
 from transition.errors import InputError
-from transition.mott import MottLaw
-from transition.points import MaterialPoints
+from transition.law.mott import MottLaw
+from transition.law.samplers import Graded, Quantile, Sampler
 from transition.results import BreakUpResult, SegmentResult
-from transition.samplers import Graded, Quantile, Sampler
 from transition.settings import BreakUpSettings
 from transition.snapshot import RoundData, Snapshot
 

@@ -1,4 +1,4 @@
-"""From the burst casing to fragments: law, sampling, placing, velocity and what is handed over."""
+"""From the burst casing to fragments: law, sampling, placing, velocity, and the hand-over to the flight."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.attitude import Attitude, draw_attitude
 from transition.casing import casing_of
-from transition.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
-from transition.directions import Directions, Shares, compare_directions
+from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
+from transition.cells.points import MaterialPoints
 from transition.errors import InputError
-from transition.isometry import Isometry, rotation
-from transition.laws import outside_of, segment_law
+from transition.law.samplers import Graded, Quantile, Sampler
+from transition.law.segment_law import outside_of, segment_law
+from transition.law.segments import CasingSegment, casing_segments
 from transition.ledger import CasingSums, ledger
-from transition.mirroring import Image, images
-from transition.placing import Clusters, place
-from transition.points import MaterialPoints
+from transition.placement.attitude import Attitude, draw_attitude
+from transition.placement.directions import Directions, Shares, compare_directions
+from transition.placement.isometry import Isometry, rotation
+from transition.placement.mirroring import Image, images
+from transition.placement.placing import Clusters, place
 from transition.results import BreakUpResult, BrokenRound, SegmentResult
-from transition.samplers import Graded, Quantile, Sampler
-from transition.segments import CasingSegment, casing_segments
 from transition.settings import BreakUpSettings
 from transition.snapshot import Snapshot
 from transition.summary import summarised
@@ -97,7 +97,7 @@ class BreakUp:
 
         Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
         on which others are computed, in which order, or on which rank; so has every image. Turns have streams of their
-        own too; tilts are drawn by fours, see `transition.attitude`.
+        own too; tilts are drawn in groups of four, see `transition.placement.attitude`.
 
         Parameters
         ----------

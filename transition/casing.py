@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from transition.cell_points import CellPoints, numbers
-from transition.directions import Shares, cell_shares, ring_shares
+from transition.cells.cell_points import CellPoints, numbers
+from transition.cells.meridian import bilinear
+from transition.cells.ring_points import POINTS_TOGETHER, RingPoints
+from transition.cells.shape_functions import trilinear
 from transition.ledger import CasingSums, casing_sums, ring_sums
-from transition.meridian import bilinear
-from transition.ring_points import POINTS_TOGETHER, RingPoints
-from transition.shape_functions import trilinear
+from transition.placement.directions import Shares, cell_shares, ring_shares
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from transition.dolfinx_field import VelocityField
-    from transition.isometry import Isometry
-    from transition.points import MaterialPoints, PointSource
-    from transition.segments import CasingSegment
+    from transition.cells.dolfinx_field import VelocityField
+    from transition.cells.points import MaterialPoints, PointSource
+    from transition.law.segments import CasingSegment
+    from transition.placement.isometry import Isometry
     from transition.snapshot import Snapshot
 
 __all__ = ["Casing", "HexahedralCasing", "RingCasing", "casing_of"]
@@ -94,7 +94,7 @@ class HexahedralCasing:
 
     @cached_property
     def _field(self) -> VelocityField:
-        from transition.dolfinx_field import VelocityField
+        from transition.cells.dolfinx_field import VelocityField
 
         return VelocityField(self._snapshot)
 
@@ -144,7 +144,7 @@ class RingCasing:
 
     @cached_property
     def _field(self) -> VelocityField:
-        from transition.dolfinx_field import VelocityField
+        from transition.cells.dolfinx_field import VelocityField
 
         return VelocityField(self._snapshot)
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.shape_functions import field_angular_momentum, modes
+from transition.cells.shape_functions import field_angular_momentum, modes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-    from transition.isometry import Isometry
-    from transition.meridian import HalfPlane
+    from transition.cells.meridian import HalfPlane
+    from transition.placement.isometry import Isometry
 
 __all__ = ["CasingSums", "BreakUpLedger", "casing_sums", "ledger", "ring_sums"]
 
@@ -126,7 +126,7 @@ def ring_sums(
     Parameters
     ----------
     ring_mass, shares : (m,), (m, 4)
-        Masses (kg) and their shares at the nodes (`transition.meridian.node_shares`).
+        Masses (kg) and their shares at the nodes (`transition.cells.meridian.node_shares`).
     state : (m, 4, 4)
         Radius and height (m), radial and axial velocity (m/s) of the nodes.
     half : HalfPlane

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from flight.fragments import Fragments
-    from transition.attitude import Attitude
-    from transition.directions import Directions
-    from transition.laws import SegmentLaw
+    from transition.cells.points import MaterialPoints
+    from transition.law.samplers import Draw
+    from transition.law.segment_law import SegmentLaw
+    from transition.law.segments import CasingSegment
     from transition.ledger import BreakUpLedger
-    from transition.mirroring import Image
-    from transition.placing import Clusters
-    from transition.points import MaterialPoints
-    from transition.samplers import Draw
-    from transition.segments import CasingSegment
+    from transition.placement.attitude import Attitude
+    from transition.placement.directions import Directions
+    from transition.placement.mirroring import Image
+    from transition.placement.placing import Clusters
 
 __all__ = ["BreakUpResult", "BrokenRound", "SegmentResult"]
 

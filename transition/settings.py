@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Literal
 
 from transition.errors import InputError, nearest
-from transition.mean_mass_data import FACTOR_SOURCE, FACTORS
+from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
 __all__ = ["BreakUpSettings", "Stations"]
 

@@ -22,11 +22,11 @@ from fragfield_base.burst_snapshot import (
     SegmentRecord,
 )
 from fragfield_base.hdf5_files import reading
+from transition.cells.meridian import HalfPlane, node_shares
+from transition.cells.meridian_checks import check_meridian
 from transition.errors import InputError
-from transition.expansion import Expansion
-from transition.meridian import HalfPlane, node_shares
-from transition.meridian_checks import check_meridian
-from transition.mirroring import SymmetryPlane
+from transition.law.expansion import Expansion
+from transition.placement.mirroring import SymmetryPlane
 
 if TYPE_CHECKING:
     import h5py

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from transition.attitude import Attitude
-    from transition.directions import Directions
     from transition.ledger import BreakUpLedger
+    from transition.placement.attitude import Attitude
+    from transition.placement.directions import Directions
     from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard.ring_counts import RingCounts, count_by_azimuth
+from flight.hazard.density.ring_counts import RingCounts, count_by_azimuth
 from transition import BreakUp, Snapshot
-from transition.mirroring import images
+from transition.placement.mirroring import images
 from validation.runs import StudyError
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def ring_ensemble_of_run(
         The run has not the number of `rounds` that it should, those behind planes of symmetry included.
     """
     from fragfield.case import read_resolved
-    from fragfield.case.convert import break_up_settings, flight_arguments
+    from fragfield.case.conversion.stages import break_up_settings, flight_arguments
 
     snapshot = Snapshot.read(folder / "burst_snapshot.h5")
     found = len(snapshot.rounds) * (len(images(snapshot.planes)) + 1)

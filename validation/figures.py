@@ -6,7 +6,7 @@ import shutil
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.drawing import drawing_style, new_figure, to_bytes
+from fragfield.report.figures.drawing import drawing_style, new_figure, to_bytes
 from validation.readme import PICTURES
 
 if TYPE_CHECKING:

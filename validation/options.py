@@ -48,7 +48,9 @@ def read_options(arguments: Sequence[str] | None, cases: Iterable[str], descript
     parser.add_argument("--json", action="store_true", help="rows as JSON on stdout")
     parser.add_argument("--readme", action="store_true", help="write the README's tables and pictures from the runs")
     parser.add_argument("--record", action="store_true", help="keep the rows where the report finds them")
-    parser.add_argument("--resume", action="store_true", help="keep finished runs of the same case, go on with others")
+    parser.add_argument(
+        "--resume", action="store_true", help="keep finished runs of the same case, continue the others"
+    )
     parser.add_argument("--threads", type=int, metavar="N", help="threads of each rank of a run")
     parser.add_argument("--ranks", type=int, default=1, metavar="N", help="MPI ranks of a run")
     parser.add_argument("--out", type=Path, metavar="DIR", help="make the runs here; default runs/validation")

@@ -43,7 +43,7 @@ class Outcome:
 
 def entry(outcome: Outcome, *, quick: bool) -> dict[str, Any]:
     """The record of a case that was computed now, by this version."""
-    from fragfield.provenance import revision, versions
+    from fragfield.files.provenance import revision, versions
 
     found = versions()
     return {

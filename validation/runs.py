@@ -40,7 +40,7 @@ class Runs:
     folder : Path
         Holds one run directory a run.
     resume : bool
-        Keep finished runs and go on with begun ones, of the same case only. Left out, every run is made again: what
+        Keep finished runs and continue unfinished ones, of the same case only. Left out, every run is made again: what
         an earlier version left proves nothing of this one.
     threads : int, optional
         Threads of a run.
@@ -116,7 +116,7 @@ class Runs:
 def _finished(out: Path, case: Path, size: str, stage: str) -> bool:
     """Whether a directory holds this very case, computed to the end."""
     from fragfield.case import differences, load_case
-    from fragfield.run_directory import STAGES, RunDirectory
+    from fragfield.files.run_directory import STAGES, RunDirectory
 
     directory = RunDirectory(out)
     if not directory.exists or differences(directory.stored_case(), load_case(case, cell_size=size)):

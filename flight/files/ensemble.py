@@ -3,7 +3,8 @@
 ensemble.h5 holds, beside provenance and the criteria as attributes:
 
 /counts
-    what landed where, by realisation, sector and distance cell (`flight.hazard.tally.Tally`): all else follows from it;
+    what landed where, by realisation, sector and distance cell (`flight.hazard.density.tally.Tally`);
+    all else follows from it;
 /realisations
     one value a realisation of every distance (m);
 /bands/NAME
@@ -15,7 +16,7 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 /all_round
     densities over all azimuths by group of realisations (`flight.hazard.DensityGroups`);
 /witness/I
-    hits on every witness surface by realisation and sector (`flight.hazard.witness_hazard.SECTOR_HITS`).
+    hits on every witness surface by realisation and sector (`flight.hazard.density.witness_hazard.SECTOR_HITS`).
 """
 
 from __future__ import annotations
@@ -33,11 +34,13 @@ from flight.files.hdf5 import open_checked, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import Tally
+from flight.hazard.density.witness_hazard import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
-from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance
-from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import Tally
-from flight.hazard.witness_hazard import SECTOR_HITS
 from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating
 
@@ -47,7 +50,7 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-    from flight.hazard.ensemble import Curve
+    from flight.hazard.bands import Curve
 
 __all__ = [
     "CSV_FILES",

@@ -1,4 +1,4 @@
-"""fragments.h5 and fragments.csv, written and read."""
+"""Reading and writing fragments.h5 and fragments.csv."""
 
 from __future__ import annotations
 

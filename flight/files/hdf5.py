@@ -1,4 +1,4 @@
-"""Opening and stamping HDF5 files, with messages a user can act on."""
+"""Opening HDF5 files and writing their attributes, with messages that say what to do."""
 
 from __future__ import annotations
 

@@ -58,9 +58,9 @@ def _read_ascii(path: Path) -> Grid:
             header[key] = float(words[1])
         except ValueError:
             raise InputError(f"{path}: line {start + 1}: {key} is {words[1]!r}, needed: a number") from None
-    place = "center" if "xllcenter" in header else "corner"
+    position = "center" if "xllcenter" in header else "corner"
     step = header.get("dx", header.get("cellsize", 0.0)), header.get("dy", header.get("cellsize", 0.0))
-    for key in ("ncols", "nrows", f"xll{place}", f"yll{place}", *(() if "dx" in header else ("cellsize",))):
+    for key in ("ncols", "nrows", f"xll{position}", f"yll{position}", *(() if "dx" in header else ("cellsize",))):
         if key not in header:
             raise InputError(
                 f"{path}: {key} missing; an ESRI grid begins with ncols, nrows, xllcorner, yllcorner, cellsize"
@@ -84,8 +84,8 @@ def _read_ascii(path: Path) -> Grid:
         )
     heights = heights.reshape(shape)[::-1].copy()  # the file begins in the north
     heights[heights == header.get("nodata_value", -9999.0)] = np.nan
-    half = 0.0 if place == "center" else 0.5  # values belong to the cells' centres
-    return Grid(heights, step, (header[f"xll{place}"] + half * step[0], header[f"yll{place}"] + half * step[1]))
+    half = 0.0 if position == "center" else 0.5  # values belong to the cells' centres
+    return Grid(heights, step, (header[f"xll{position}"] + half * step[0], header[f"yll{position}"] + half * step[1]))
 
 
 def _read_geotiff(path: Path) -> Grid:
@@ -146,7 +146,9 @@ def _placed(path: Path, geo: dict[str, Any]) -> tuple[tuple[float, float], tuple
         column, row, _, x, y, _ = np.asarray(geo["ModelTiepoint"], dtype=np.float64).ravel()[:6]
         x, y, turned = x - column * step_x, y + row * step_y, False
     else:
-        raise InputError(f"{path}: no place and scale in it; needed: a GeoTIFF with ModelPixelScale and ModelTiepoint")
+        raise InputError(
+            f"{path}: no position and scale in it; needed: a GeoTIFF with ModelPixelScale and ModelTiepoint"
+        )
     if turned or not (step_x > 0.0 and step_y > 0.0):
         raise InputError(f"{path}: the map is turned or mirrored; resample it to north up first")
     return (float(x), float(step_x)), (float(y), float(step_y))

@@ -5,15 +5,18 @@ from __future__ import annotations
 from flight.hazard.assessment import Hazard, assess, hit_probability
 from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import Tally, tally
+from flight.hazard.density.witness_hazard import by_azimuth, density_on
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
-from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, expected_distance
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.hazard.fields import fields_of
-from flight.hazard.near_ground import NearGround
-from flight.hazard.polar_grid import PolarGrid
 from flight.hazard.stack_rules import effective_number, stack_rule
-from flight.hazard.tally import Tally, tally
-from flight.hazard.witness_hazard import by_azimuth, density_on
 
 __all__ = [
     "Criteria",

@@ -27,8 +27,8 @@ import numpy as np
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
 from flight.hazard.criteria import Criteria
-from flight.hazard.tally import Tally, tally
-from flight.hazard.witness_hazard import by_azimuth, density_on
+from flight.hazard.density.tally import Tally, tally
+from flight.hazard.density.witness_hazard import by_azimuth, density_on
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -203,9 +203,9 @@ def hit_probability(density: ArrayLike, person_area: float = 0.58) -> NDArray[np
 def falling_through(
     distance: NDArray[np.float64], density: NDArray[np.float64], limit: float, end: float = math.inf
 ) -> float:
-    """Farthest distance (m) at which the density falls through the limit, linear between the places given.
+    """Farthest distance (m) at which the density falls through the limit, linear between the positions given.
 
-    Beyond the last place it falls linearly to zero at `end` (inf: at once). 0 where the limit is never reached.
+    Beyond the last position it falls linearly to zero at `end` (inf: at once). 0 where the limit is never reached.
     """
     return float(distances_through(distance, density, limit, end))
 
@@ -213,15 +213,15 @@ def falling_through(
 def distances_through(
     distance: NDArray[np.float64], density: NDArray[np.float64], limit: float, end: float = math.inf
 ) -> NDArray[np.float64]:
-    """`falling_through` of many densities (..., r) at the same places (r,): distances of shape (...)."""
+    """`falling_through` of many densities (..., r) at the same positions (r,): distances of shape (...)."""
     above = density >= limit
     reached = above.any(axis=-1)
     last = distance.size - 1 - np.argmax(above[..., ::-1], axis=-1)
     further = np.append(distance, end if math.isfinite(end) else distance[-1])
     after = np.concatenate([density, np.zeros((*density.shape[:-1], 1))], axis=-1)
 
-    def at(place: NDArray[np.int64]) -> NDArray[np.float64]:
-        return np.take_along_axis(after, place[..., None], axis=-1)[..., 0]
+    def at(position: NDArray[np.int64]) -> NDArray[np.float64]:
+        return np.take_along_axis(after, position[..., None], axis=-1)[..., 0]
 
     fall = np.where(reached, at(last) - at(last + 1), 1.0)
     share = (at(last) - limit) / fall

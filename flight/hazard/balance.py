@@ -1,4 +1,4 @@
-"""Whether a hazard distance can be determined: what became of the fragments that could be hazardous."""
+"""Whether a hazard distance can be determined, from the end of every potentially hazardous fragment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distance contours on a map: how far hazard and fragments reach in every direction, as GeoJSON and KML.
+"""Distance contours on a map, as GeoJSON and KML: hazard distance and largest throw in every direction.
 
 A contour follows each azimuth sector's distance as an arc of a geodesic circle about the origin on WGS 84 (geodesics
 by GeographicLib, Karney 2013), with points every degree or closer: the chord then falls short of the arc by less than
@@ -69,7 +69,7 @@ class Site:
         if abs(self.latitude) > 89.0:
             raise InputError(f"site: latitude is {self.latitude} degrees, allowed: -89 to 89")
 
-    def places(self, azimuth: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
+    def coordinates(self, azimuth: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
         """Longitudes and latitudes (k, 2) in degrees at azimuths (degrees from +x counter-clockwise) and distances (m).
 
         Raises
@@ -77,15 +77,12 @@ class Site:
         InputError
             geographiclib is not installed.
         """
-        try:
-            from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
-        except ImportError:
-            raise InputError("contours on a map need geographiclib: pip install geographiclib") from None
-        mask = Geodesic.LATITUDE | Geodesic.LONGITUDE | Geodesic.LONG_UNROLL
+        geodesic = _geodesic("contours on a map")
+        mask = geodesic.LATITUDE | geodesic.LONGITUDE | geodesic.LONG_UNROLL
         east = (self.longitude + 180.0) % 360.0 - 180.0
         pairs = np.broadcast_arrays(np.asarray(azimuth, dtype=np.float64), np.asarray(distance, dtype=np.float64))
         ends = (
-            Geodesic.WGS84.Direct(self.latitude, east, self.bearing - float(turn), float(length), mask)
+            geodesic.WGS84.Direct(self.latitude, east, self.bearing - float(turn), float(length), mask)
             for turn, length in zip(*(values.ravel() for values in pairs), strict=True)
         )
         return np.array([(end["lon2"], end["lat2"]) for end in ends], dtype=np.float64).reshape(-1, 2)
@@ -98,15 +95,21 @@ class Site:
         InputError
             geographiclib is not installed.
         """
-        try:
-            from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
-        except ImportError:
-            raise InputError("places on a map need geographiclib: pip install geographiclib") from None
+        geodesic = _geodesic("positions on a map")
         pairs = zip(np.atleast_1d(longitude).tolist(), np.atleast_1d(latitude).tolist(), strict=True)
-        found = [Geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
+        found = [geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
         turn = np.radians([self.bearing - way["azi1"] for way in found])
         distance = np.array([way["s12"] for way in found])
         return np.column_stack([distance * np.cos(turn), distance * np.sin(turn)])
+
+
+def _geodesic(what: str) -> Any:  # noqa: ANN401 - a class of a library without types
+    """GeographicLib's geodesics; raises InputError where it is not installed."""
+    try:
+        from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
+    except ImportError:
+        raise InputError(f"{what} need geographiclib: pip install geographiclib") from None
+    return Geodesic
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +139,7 @@ def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
                 name = f"hazard distance, {_STATISTICS[statistic]}"
                 made += _contour(site, distance, name, "hazard_distance", statistic, expected.realisations, converged)
     throw = found.by_sector["max_throw"].pooled
-    name = f"farthest fragment by sector, {_LARGEST} (no hazard distance)"
+    name = f"farthest fragment by sector, {_LARGEST} (not a hazard distance)"
     return made + _contour(site, throw, name, "max_throw", "pooled", found.realisations, converged=None)
 
 
@@ -147,7 +150,7 @@ def _contour(
     if not distance.max(initial=0.0) > 0.0:
         return []
     azimuth, reach = outline(distance)
-    ring = site.places(azimuth, reach)
+    ring = site.coordinates(azimuth, reach)
     kept = np.concatenate([[True], (np.diff(ring, axis=0) != 0.0).any(axis=1)])
     ring = ring[kept]
     properties = {

@@ -1,4 +1,4 @@
-"""Names of the distances that an assessment gives, and how many realisations a band of them needs."""
+"""Names of the distances of an assessment, and the number of realisations that a band needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The certainty of a hazard: bands over many realisations of one break-up, and whether there are enough of them.
+"""Hazard over the realisations of one break-up: bands of distances, and whether there are enough realisations.
 
 A distance is given three ways. The median and the band of 5 to 95 % of the realisations show what single events do.
 The pooled one is that of the mean density over all realisations, the quantity that the criterion of one hazardous
@@ -22,67 +22,20 @@ import numpy as np
 from flight.arguments import require_number
 from flight.errors import InputError
 from flight.hazard.assessment import Hazard, distances_through, hazard_of, hit_probability
+from flight.hazard.bands import DRAWS, HIGH, LOW, Band, Curve, band_of, bootstrap_draws, curve_of
 from flight.hazard.criteria import Criteria
-from flight.hazard.distances import DISTANCES, FEWEST
-from flight.hazard.tally import Tally
+from flight.hazard.density.tally import Tally
+from flight.hazard.distances import DISTANCES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from flight.hazard.expected import DensityGroups, ExpectedDistance
+    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.groups import DensityGroups
 
-__all__ = ["Band", "Curve", "EnsembleHazard", "assess_ensemble", "band_of"]
-
-LOW, HIGH = 0.05, 0.95
-DRAWS = 200  # of the bootstrap: the standard error itself is then known to 5 %
-
-
-@dataclass(frozen=True)
-class Band:
-    """A distance (m) over an ensemble.
-
-    Attributes
-    ----------
-    median, low, high : float
-        Of the realisations: the middle one, and the quantiles of 5 and 95 %.
-    pooled : float
-        Of all realisations together; for a throw the largest of all.
-    realisations : int
-        How many.
-    standard_error, pooled_standard_error : float or None
-        Bootstrap standard errors of the median and of the pooled distance; None for one realisation, and for the
-        largest throw, which grows with the number of realisations.
-    change_between_halves : float or None
-        Median of the second half less that of the first.
-    converged : bool
-        Whether there are `FEWEST` realisations or more, and both standard errors are within the tolerance.
-    needed : int or None
-        Realisations at which the standard errors would be within it, since they fall with the root of the number;
-        None where one realisation cannot show.
-    """
-
-    median: float
-    low: float
-    high: float
-    pooled: float
-    realisations: int
-    standard_error: float | None
-    pooled_standard_error: float | None
-    change_between_halves: float | None
-    converged: bool
-    needed: int | None
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """Median, quantiles of 5 and 95 %, and pooled value of something by sector or by distance, shapes (k,)."""
-
-    median: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    pooled: NDArray[np.float64]
+__all__ = ["EnsembleHazard", "assess_ensemble"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -182,12 +135,12 @@ class EnsembleHazard:
         pooled = self.pooled
         larger = np.maximum(pooled.ground_distance, pooled.normal_distance)
         return {
-            "hazardous_fragment_distance": _curve(np.maximum(ground, normal), larger),
-            "hazardous_fragment_distance_ground": _curve(ground, pooled.ground_distance),
-            "hazardous_fragment_distance_normal": _curve(normal, pooled.normal_distance),
-            "max_throw": _curve(self.counts.throw, pooled.max_throw),
-            "fragments": _curve(self.counts.fragments, pooled.fragments),
-            "hazardous": _curve(self.counts.hazardous, pooled.hazardous),
+            "hazardous_fragment_distance": curve_of(np.maximum(ground, normal), larger),
+            "hazardous_fragment_distance_ground": curve_of(ground, pooled.ground_distance),
+            "hazardous_fragment_distance_normal": curve_of(normal, pooled.normal_distance),
+            "max_throw": curve_of(self.counts.throw, pooled.max_throw),
+            "fragments": curve_of(self.counts.fragments, pooled.fragments),
+            "hazardous": curve_of(self.counts.hazardous, pooled.hazardous),
         }
 
     @cached_property
@@ -203,13 +156,13 @@ class EnsembleHazard:
             ("ground", self.ground_density, self.pooled.ground_density),
             ("normal", self.normal_density, self.pooled.normal_density),
         ):
-            found[f"{name}_density"] = _curve(each.mean(axis=1), mean.mean(axis=0))
-            found[f"worst_{name}_density"] = _curve(each.max(axis=1), mean.max(axis=0))
+            found[f"{name}_density"] = curve_of(each.mean(axis=1), mean.mean(axis=0))
+            found[f"worst_{name}_density"] = curve_of(each.max(axis=1), mean.max(axis=0))
         area = self.criteria.person_area
         for prefix in ("", "worst_"):
             normal = self.normal_density.max(axis=1) if prefix else self.normal_density.mean(axis=1)
             probability = hit_probability(normal, area)
-            found[f"{prefix}probability"] = _curve(probability, probability.mean(axis=0))
+            found[f"{prefix}probability"] = curve_of(probability, probability.mean(axis=0))
         return found
 
     @cached_property
@@ -321,7 +274,7 @@ class EnsembleHazard:
         """Mean densities (DRAWS, s, r) of the bootstrap's draws, on the ground and normal to the path."""
         n = self.realisations
         weight = np.zeros((DRAWS, n))
-        np.add.at(weight, (np.arange(DRAWS)[:, None], _draws(n)), 1.0 / n)
+        np.add.at(weight, (np.arange(DRAWS)[:, None], bootstrap_draws(n)), 1.0 / n)
         return [
             (weight @ density.reshape(n, -1)).reshape(DRAWS, *density.shape[1:])
             for density in (self.ground_density, self.normal_density)
@@ -346,7 +299,7 @@ def assess_ensemble(
     Parameters
     ----------
     counts : Tally or sequence of Tally
-        `flight.hazard.tally.tally` of every realisation, with the same sectors and distance cells.
+        `flight.hazard.density.tally.tally` of every realisation, with the same sectors and distance cells.
     criteria : Criteria, optional
         Those that were counted with.
     tolerance : float
@@ -365,53 +318,3 @@ def assess_ensemble(
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)
     criteria = criteria or Criteria()
     return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round)
-
-
-def band_of(
-    each: NDArray[np.float64], pooled: float, pooled_draws: NDArray[np.float64] | None, tolerance: float
-) -> Band:
-    """Band of a distance.
-
-    Parameters
-    ----------
-    each : (n,) float64
-        The distance in every realisation (m), in their order.
-    pooled : float
-        That of all together.
-    pooled_draws : (b,) float64 or None
-        That of every draw of the bootstrap; None where the pooled one is not judged.
-    tolerance : float
-        Largest standard error as a fraction of the distance.
-    """
-    n = len(each)
-    low, median, high = (float(value) for value in np.quantile(each, [LOW, 0.5, HIGH]))
-    if n < 2:
-        return Band(median, low, high, pooled, n, None, None, None, converged=False, needed=None)
-    error = float(np.median(each[_draws(n)], axis=1).std(ddof=1))
-    pooled_error = None if pooled_draws is None else float(pooled_draws.std(ddof=1))
-    change = float(np.median(each[n // 2 :]) - np.median(each[: n // 2]))
-    excess = max(
-        _over(error, median, tolerance), 0.0 if pooled_error is None else _over(pooled_error, pooled, tolerance)
-    )
-    needed = max(FEWEST, math.ceil(n * excess**2)) if math.isfinite(excess) else None
-    return Band(
-        median, low, high, pooled, n, error, pooled_error, change, converged=n >= FEWEST and excess <= 1.0,
-        needed=needed,
-    )  # fmt: skip
-
-
-def _over(error: float, value: float, tolerance: float) -> float:
-    """How many times the tolerance an error is."""
-    if error == 0.0:
-        return 0.0
-    return error / (tolerance * value) if value > 0.0 else math.inf
-
-
-def _draws(number: int) -> NDArray[np.int64]:
-    """Realisations of every draw of the bootstrap (DRAWS, number): the same for the same number."""
-    return np.random.default_rng(number).integers(number, size=(DRAWS, number))
-
-
-def _curve(each: NDArray[Any], pooled: NDArray[np.float64]) -> Curve:
-    low, median, high = np.quantile(each, [LOW, 0.5, HIGH], axis=0)
-    return Curve(median, low, high, np.asarray(pooled, dtype=np.float64))

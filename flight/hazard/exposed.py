@@ -1,4 +1,4 @@
-"""What fragments do at exposed places: upright prisms over polygons, counted by witness panels around them.
+"""Fragments at exposed sites: upright prisms over polygons, counted by witness panels around them.
 
 A prism's sides and roof are witness surfaces. Between two crossings a path lies inside or outside; inside, its length
 is that of the chord: over the few metres of a prism a path of a hazardous fragment departs from it by less than 1e-5

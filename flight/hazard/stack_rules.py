@@ -1,9 +1,9 @@
 """The rule of DDESB Technical Paper 12 for stacks: one round's field times an effective number of rounds.
 
-Of a stack, the rounds on the side that faces a place and those on top throw fragments there freely; the others are
-shielded. Fragments of N_E = 0.9 N_S + 0.1 N_T single rounds are taken (open stack; 0.7 N_S + 0.1 N_T under earth
-cover), with N_S rounds on that side and N_T in the top layer. The rule knows no interaction between the rounds: casings
-that meet throw fast, dense jets between them, which only the direct computation of the stack shows.
+The rounds of a stack on the side that faces a position and those on top throw fragments there freely; the others are
+shielded. The rule counts the fragments of N_E = 0.9 N_S + 0.1 N_T single rounds (open stack; 0.7 N_S + 0.1 N_T under
+earth cover), with N_S rounds on that side and N_T in the top layer. It includes no interaction between the rounds:
+colliding casings throw fast, dense jets between them, which only the direct computation of the stack shows.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 from flight.arguments import require_number
 from flight.errors import InputError, nearest
-from flight.hazard.expected import expected_distance
+from flight.hazard.density.expected import expected_distance
 
 if TYPE_CHECKING:
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.expected import ExpectedDistance
 
 __all__ = ["COVERS", "effective_number", "stack_rule"]
 
@@ -55,7 +55,7 @@ def effective_number(side: float, top: float, cover: str = "open") -> float:
 def stack_rule(single: EnsembleHazard, number: float) -> ExpectedDistance:
     """Hazard distance of a stack by the rule: the single round's expected density times the effective number.
 
-    Over all azimuths: the rule knows no directions.
+    Over all azimuths: the rule has no directions.
 
     Raises
     ------

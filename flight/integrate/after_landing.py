@@ -1,4 +1,4 @@
-"""A chunk of fragments from launch to rest: one flight after the other, joined by impacts."""
+"""A chunk of fragments from launch to rest: successive flights, joined by impacts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class FlownChunk:
     status : (n,) int8
         Status there.
     rest : (n, 7) float64
-        Time, place, velocity at the very end.
+        Time, position, velocity at the very end.
     rest_status : (n,) int8
         Status there.
     stopped_by : (n, 2) int64

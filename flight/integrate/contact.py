@@ -1,4 +1,4 @@
-"""Contact between fragments in the first metres: where the clouds of a stack cross, fragments strike each other."""
+"""Collisions between fragments in the first metres, where the clouds of a stack cross."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Contact:
     taken as they come, in order of time (event-driven), each as the limit of a linear spring and dashpot with Coulomb
     friction for a contact that is short beside the flight between two: at 1000 m/s a spring would need steps below
     a microsecond. Windows in which pairs are looked for grow as the cloud thins out; a fragment takes no part beyond
-    `distance` from its launch or below the ground, and when nobody is left the rest is normal flight.
+    `distance` from its launch or below the ground, and when no fragment is left the rest is normal flight.
 
     Pairs that overlap at launch, as pieces of one casing do when they are drawn as spheres, are separated before they
     can strike. Pairs that close slower than `min_speed` pass each other: otherwise a heavy fragment that pushes a

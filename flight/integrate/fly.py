@@ -1,4 +1,4 @@
-"""`fly`: fragments in, landings and hits out."""
+"""`fly`: computes landings and hits of fragments."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fragments import Fragments
-    from flight.hazard.near_ground import NearGround
+    from flight.hazard.density.near_ground import NearGround
     from flight.integrate.integrator import Integrator
     from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Obstacle
@@ -98,7 +98,7 @@ def fly(
     time_limit : float
         End of every flight (s).
     origin : (2,) floats
-        Place from which distance and azimuth are counted (m).
+        Position from which distance and azimuth are counted (m).
     near_ground : NearGround, optional
         Lengths of paths below a person's height to count, by azimuth and distance; needs a ground.
     sample : int or indices
@@ -210,8 +210,8 @@ def _check(
         raise InputError(f"gravity is {gravity}, needed: a finite number (m/s2)")
     if not (math.isfinite(time_limit) and time_limit > 0.0):
         raise InputError(f"time_limit is {time_limit} s, needed: finite and above zero")
-    place = real_array("fly", "origin", origin, "m")
-    if place.shape != (2,) or not np.isfinite(place).all():
+    position = real_array("fly", "origin", origin, "m")
+    if position.shape != (2,) or not np.isfinite(position).all():
         raise InputError(f"origin is {origin}, needed: two finite numbers (m)")
     if threads is not None:
         require_number("fly", "threads", threads, "")

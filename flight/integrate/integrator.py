@@ -1,4 +1,4 @@
-"""How a flight is stepped and where it ends."""
+"""Settings of the integration: steps, tolerances, and the end of a flight."""
 
 from __future__ import annotations
 

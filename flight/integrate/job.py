@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.hazard.criteria import Criteria
-from flight.hazard.near_ground import NearGround, PathLengths
-from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.density.near_ground import NearGround, PathLengths
+from flight.hazard.density.polar_grid import PolarGrid
 from flight.integrate.after_landing import FlownChunk, fly_chunk_to_rest
 from flight.integrate.integrator import Adaptive, FixedStep
 from flight.result import HITS, LANDING, OBSTACLE_HITS, Trajectories

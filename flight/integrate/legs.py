@@ -1,4 +1,4 @@
-"""Flights in legs: from launch to the first impact, from impact to impact, and from the last one to the end.
+"""Flights in legs: from launch to the first impact, from one impact to the next, and from the last one to the end.
 
 Every leg is flown by the same kernel, with the same witnesses and the same errors as a flight without impacts; a
 fragment that is never struck has one leg and flies as if contact were off, to the last bit.

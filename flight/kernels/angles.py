@@ -1,4 +1,4 @@
-"""Lengths and angles of rows, one by one: numpy's vectorised functions round by a row's place in the array."""
+"""Lengths and angles of rows, one by one: numpy rounds vectorised functions differently by a row's index."""
 
 from __future__ import annotations
 

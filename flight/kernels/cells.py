@@ -1,4 +1,4 @@
-"""Cell lists of swept boxes: which fragments may meet within a window of time.
+"""Cell lists of swept boxes: pairs of fragments that may collide within a window of time.
 
 A fragment stands in every cell that the box about its path touches, so a fast or a large one is found from all of
 them. A pair shares several cells; it is looked at in one only, the lowest that both touch. Cells are kept in buckets by

@@ -1,4 +1,4 @@
-"""When two spheres on curved paths first touch, and what the impact does to them.
+"""First contact of two spheres on curved paths, and the impact.
 
 Nothing here allocates, so the compiler is instructed to leave out the counting of references to arrays (`_nrt=False`),
 which costs more than the sums.
@@ -27,7 +27,7 @@ TOUCHING = 1e-9  # share of the reach; closer than that counts as touching, not 
 
 @njit(error_model="numpy", _nrt=False)
 def _restrict(path: Array, theta: float, out: Array) -> None:
-    """Bernstein coefficients (3, 6) of the part of a path from its place `theta` to its end (de Casteljau)."""
+    """Bernstein coefficients (3, 6) of the part of a path from its position `theta` to its end (de Casteljau)."""
     for axis in range(3):
         row = out[axis]
         for i in range(6):
@@ -125,12 +125,12 @@ def _stays_apart(relative: Array, reach: float) -> bool:
         chord = p[5] - p[0]
         along -= p[0] * chord
         square += chord * chord
-    place = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    position = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
     nearest = bulge = 0.0
     for axis in range(3):
         p = relative[axis]
         chord = p[5] - p[0]
-        nearest += (p[0] + place * chord) ** 2
+        nearest += (p[0] + position * chord) ** 2
         off = 0.0
         for k in range(1, 5):
             off = max(off, abs(p[k] - p[0] - 0.2 * k * chord))
@@ -141,7 +141,7 @@ def _stays_apart(relative: Array, reach: float) -> bool:
 
 @njit(error_model="numpy", _nrt=False)
 def _closing(relative: Array, length: float, theta: float, min_speed: float) -> bool:
-    """Return whether the distance falls faster than `min_speed` at a place of the relative path."""
+    """Return whether the distance falls faster than `min_speed` at a position of the relative path."""
     s, t = 1.0 - theta, theta
     w0, w1, w2, w3, w4 = s * s * s * s, 4.0 * s * s * s * t, 6.0 * s * s * t * t, 4.0 * s * t * t * t, t * t * t * t
     distance = rate = 0.0
@@ -149,9 +149,9 @@ def _closing(relative: Array, length: float, theta: float, min_speed: float) -> 
         p = relative[axis]
         low = w0 * p[0] + w1 * p[1] + w2 * p[2] + w3 * p[3] + w4 * p[4]
         high = w0 * p[1] + w1 * p[2] + w2 * p[3] + w3 * p[4] + w4 * p[5]
-        place = s * low + t * high
-        distance += place * place
-        rate += place * 5.0 * (high - low) / length
+        position = s * low + t * high
+        distance += position * position
+        rate += position * 5.0 * (high - low) / length
     return rate < -min_speed * math.sqrt(distance)
 
 

@@ -1,4 +1,4 @@
-"""Compiled kernels with a cache that knows all of their sources and belongs to the user alone."""
+"""Compiled kernels with a per-user cache that is invalidated by a change of any of their sources."""
 
 from __future__ import annotations
 

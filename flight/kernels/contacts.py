@@ -1,4 +1,4 @@
-"""One window of the flight of fragments that may strike each other: paths, first collisions, impacts by time."""
+"""One time window of the flight of colliding fragments: paths, first collisions, impacts by time."""
 
 from __future__ import annotations
 

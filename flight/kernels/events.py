@@ -1,4 +1,4 @@
-"""Events of a step: the flight's end, and the witness surfaces on the way."""
+"""Events within a step: the end of the flight, and crossings of witness surfaces."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits"]
 
-# time, place (3), velocity (3), witness, fragment, sense of the crossing
+# time, position (3), velocity (3), witness, fragment, sense of the crossing
 HIT_COLUMNS = 10
 
 
@@ -89,16 +89,16 @@ def ending_in_scene(
 ) -> tuple[float, int, int, int]:  # fmt: skip
     """As `ending`, whose answer is given, on a height map and among obstacles; with obstacle and face, or -1."""
     if terrain.heights.shape[0] > 0:
-        place = cross_edges(points, terrain, stack, roots)
-        if place < theta:
-            theta, status = place, LEFT_DOMAIN
-        place = cross_terrain(points, terrain, theta, terrain_pieces, events, stack, roots)
-        if place <= 1.0 and place <= theta:
-            theta, status = place, LANDED
+        position = cross_edges(points, terrain, stack, roots)
+        if position < theta:
+            theta, status = position, LEFT_DOMAIN
+        position = cross_terrain(points, terrain, theta, terrain_pieces, events, stack, roots)
+        if position <= 1.0 and position <= theta:
+            theta, status = position, LANDED
     if obstacles.shape[0] > 0:
-        place, obstacle, face = enter_obstacles(points, obstacles, theta, events, stack, roots)
-        if place <= 1.0:
-            return place, STOPPED, obstacle, face
+        position, obstacle, face = enter_obstacles(points, obstacles, theta, events, stack, roots)
+        if position <= 1.0:
+            return position, STOPPED, obstacle, face
     return theta, status, -1, -1
 
 
@@ -126,7 +126,7 @@ def record_hits(
     hits: Array,
     count: int,
 ) -> int:
-    """Append the crossings of this step up to its place `until`; returns the new count, -1 if `hits` is full."""
+    """Append the crossings of this step up to its position `until`; returns the new count, -1 if `hits` is full."""
     index = 0
     while index < witnesses.shape[0]:
         row = witnesses[index]

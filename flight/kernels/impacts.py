@@ -1,4 +1,4 @@
-"""The impacts at the ends of a chunk's flights: which fragments fly on, from where, and where the others rest."""
+"""Impacts at the ends of a chunk's flights: which fragments continue, from where, and where the others rest."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["STRUCK_COLUMNS", "settle"]
 
-# time, place (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
+# time, position (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
 STRUCK_COLUMNS = 11
 NORMAL, TANGENTIAL, FRICTION, REST_SPEED = 0, 1, 2, 3  # columns of a surface; row 0 the ground, then the obstacles
 
@@ -77,7 +77,7 @@ def _compile() -> Callable[..., tuple[int, int]]:
         """Bring the fragments `moving` (rows of the chunk), whose flights have just ended, to rest or to the next one.
 
         `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
-        the end of a fragment that has none; last state (time, place, velocity), with which those that fly on start;
+        the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
         which obstacle and face stopped it, (rows, 2); bounces on the ground; all impacts. Returns how many fly on, now
         first in `moving`, and the rows used of `struck`.
         """

@@ -1,4 +1,4 @@
-"""Lanes: bringing fragments to their start, and the size of their next step."""
+"""Lanes: setting fragments to their start, and the size of their next step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where and when a flight ends, and how it is stepped."""
+"""Limits of a flight: its end in space and time, and the steps."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Acceleration of fragments and one Dormand-Prince step, for a block of fragments side by side.
 
 The equation of motion is x'' = a(z, v): gravity, and drag that depends on height and velocity only (Eqs. 32-33). So the
-stages need no horizontal place, and the Runge-Kutta formulas for places are collapsed once, here, into sums over
+stages need no horizontal position, and the Runge-Kutta formulas for positions are collapsed once, here, into sums over
 accelerations.
 
 A stage waits for the one before it, and within it the drag for the air: one fragment alone leaves the processor idle.
@@ -28,11 +28,11 @@ __all__ = ["LANES", "ROWS", "Surroundings", "accelerate", "place_points", "take_
 
 LANES = 32
 
-# rows of the scratch array; place and velocity at the start and at the end of the step, accelerations of the stages
+# rows of the scratch array; position and velocity at the start and at the end of the step, accelerations of the stages
 STATE, NEW, SLOPE = 0, 6, 12
-# velocity relative to the air, then its size; place in the air table and drag factor
+# velocity relative to the air, then its size; position in the air table and drag factor
 RELATIVE, SPEED, HEIGHT, FACTOR = 33, 36, 37, 38
-# step size (s); A / (2 m) (m2/kg); squared errors of place and velocity; Mach number
+# step size (s); A / (2 m) (m2/kg); squared errors of position and velocity; Mach number
 STEP, AREA, PLACE_ERROR, VELOCITY_ERROR, MACH = 39, 40, 41, 42, 43
 # time since the launch (s)
 TIME = 44
@@ -65,7 +65,7 @@ _A[4, :4] = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
 _A[5, :5] = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
 _A[6, :6] = 35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
 _E = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
-_PLACE = _A @ _A  # second-order sums: place of stage s = x + c_s h v + h^2 sum_k _PLACE[s, k] a_k
+_PLACE = _A @ _A  # second-order sums: position of stage s = x + c_s h v + h^2 sum_k _PLACE[s, k] a_k
 _PLACE_E = _E @ _A
 
 C2, C3, C4, C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
@@ -115,9 +115,9 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
         q[SPEED * LANES + i] = math.sqrt(u * u + v * v + w * w)
         altitude = q[HEIGHT * LANES + i] + around.site_altitude
         geopotential = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude)
-        place = (geopotential - around.air_bottom) * pieces_per_metre
-        place = max(0.0, place)  # also where it is not a number
-        q[HEIGHT * LANES + i] = min(top, place)
+        position = (geopotential - around.air_bottom) * pieces_per_metre
+        position = max(0.0, position)  # also where it is not a number
+        q[HEIGHT * LANES + i] = min(top, position)
     table, bins = around.drag_rows, around.drag_bins
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
@@ -252,17 +252,17 @@ def take_step(q: Array, around: Surroundings) -> None:
             a, b, c = q[(SLOPE + j) * LANES + i], q[(SLOPE + 3 + j) * LANES + i], q[(SLOPE + 6 + j) * LANES + i]
             d, e = q[(SLOPE + 9 + j) * LANES + i], q[(SLOPE + 12 + j) * LANES + i]
             f, g = q[(SLOPE + 15 + j) * LANES + i], q[(SLOPE + 18 + j) * LANES + i]
-            place = h * h * (F1 * a + F2 * b + F3 * c + F4 * d + F5 * e + F6 * f)
+            position = h * h * (F1 * a + F2 * b + F3 * c + F4 * d + F5 * e + F6 * f)
             speed = h * (E1 * a + E3 * c + E4 * d + E5 * e + E6 * f + E7 * g)
-            q[PLACE_ERROR * LANES + i] += place * place
+            q[PLACE_ERROR * LANES + i] += position * position
             q[VELOCITY_ERROR * LANES + i] += speed * speed
 
 
 @njit(error_model="numpy")
 def place_points(q: Array, lane: int, points: Array) -> None:
-    """Bernstein coefficients (degree 5) of one lane's places along the step, into points[:3].
+    """Bernstein coefficients (degree 5) of one lane's positions along the step, into points[:3].
 
-    The quintic through place, velocity and acceleration at both ends of the step: its error is of the sixth order,
+    The quintic through position, velocity and acceleration at both ends of the step: its error is of the sixth order,
     like that of the step, its ends are the step's ends exactly, and the hull of its coefficients holds the curve.
     """
     h = q[STEP * LANES + lane]
@@ -279,7 +279,7 @@ def place_points(q: Array, lane: int, points: Array) -> None:
 
 @njit(error_model="numpy")
 def velocity_points(q: Array, lane: int, points: Array) -> None:
-    """Bernstein coefficients (degree 4) of one lane's velocities, the derivative of its places, into points[3:]."""
+    """Bernstein coefficients (degree 4) of one lane's velocities, the derivative of its positions, into points[3:]."""
     h = q[STEP * LANES + lane]
     for j in range(3):
         start, end = q[(STATE + 3 + j) * LANES + lane], q[(NEW + 3 + j) * LANES + lane]

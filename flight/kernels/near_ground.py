@@ -1,4 +1,4 @@
-"""Lengths of paths below a person's height, by azimuth and distance, taken along the dense output of every step.
+"""Lengths of paths below a person's height, by azimuth and distance, along the dense output of every step.
 
 Lengths are summed as whole multiples of 2^-32 m, so that their sums do not depend on the order of the fragments, nor
 on the number of threads.
@@ -32,10 +32,10 @@ MOST_PIECES = 1_000_000
 
 
 class NearGround(NamedTuple):
-    """What is counted, and in which cells; see flight.hazard.polar_grid. Units: m, J, rad."""
+    """What is counted, and in which cells; see flight.hazard.density.polar_grid. Units: m, J, rad."""
 
     height: float  # of a person above the ground
-    energy: float  # from which a fragment is hazardous at the place that it passes
+    energy: float  # from which a fragment is hazardous at the position that it passes
     cell: float  # width of the distance cells of the tables
     per_cell: float
     shortest: float  # pieces of paths are no shorter for the sake of their distance
@@ -54,7 +54,7 @@ def highest_counted(limits: Limits, terrain: Terrain, near: NearGround) -> float
 
 @njit(error_model="numpy", _nrt=False)
 def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
-    """Azimuth cell of a place; the angle to 2e-8 (Abramowitz and Stegun 4.4.49), in half the time of atan2."""
+    """Azimuth cell of a position; the angle to 2e-8 (Abramowitz and Stegun 4.4.49), in half the time of atan2."""
     u, v = abs(x), abs(y)
     t = min(u, v) / max(u, v) if max(u, v) > 0.0 else 0.0
     s = t * t
@@ -121,7 +121,7 @@ def count_path(
     points: Array, until: float, h: float, mass: float, limits: Limits, terrain: Terrain, near: NearGround,
     lengths: NDArray[np.int64], stack: Array, roots: Array, out: Array,
 ) -> bool:  # fmt: skip
-    """Add the step's path up to its place `until`; returns whether all of it lies within the cells."""
+    """Add the step's path up to its position `until`; returns whether all of it lies within the cells."""
     if terrain.heights.shape[0] > 0:
         return _count_part(points, 0.0, until, h, mass, limits, terrain, near, lengths, out)
     top = limits.ground + near.height
@@ -140,7 +140,7 @@ def _count_part(
     points: Array, begin: float, end: float, h: float, mass: float, limits: Limits, terrain: Terrain,
     near: NearGround, lengths: NDArray[np.int64], out: Array,
 ) -> bool:  # fmt: skip
-    """`count_path` from one place on the step to another; on a map of heights only what lies below the height there."""
+    """`count_path` between two positions on the step; on a map of heights only what lies below the height there."""
     hilly = terrain.heights.shape[0] > 0
     dense_state(points, end, out)
     x1, y1 = out[0] - limits.origin_x, out[1] - limits.origin_y
@@ -154,7 +154,7 @@ def _count_part(
     inside = True
     before = out[2] - height_at(terrain, out[0], out[1]) - near.height if hilly else -1.0
     for k in range(number):
-        place, part = begin + (k + 0.5) * share, share
+        position, part = begin + (k + 0.5) * share, share
         if hilly:
             dense_state(points, begin + (k + 1) * share, out)
             after = out[2] - height_at(terrain, out[0], out[1]) - near.height
@@ -168,8 +168,8 @@ def _count_part(
             before = after
             if high <= low:
                 continue
-            place, part = begin + (k + 0.5 * (low + high)) * share, (high - low) * share
-        dense_state(points, place, out)
+            position, part = begin + (k + 0.5 * (low + high)) * share, (high - low) * share
+        dense_state(points, position, out)
         squared = out[3] * out[3] + out[4] * out[4] + out[5] * out[5]
         if 0.5 * mass * squared < near.energy:
             continue

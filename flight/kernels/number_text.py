@@ -61,18 +61,18 @@ def _scaled(value: float, high: float, low: float) -> tuple[float, float]:
 
 
 @kernel
-def _put_whole(text: NDArray[Any], place: int, value: int, number: int) -> int:
-    """Put the last `number` digits of a whole number from zero; gives the place behind."""
+def _put_whole(text: NDArray[Any], offset: int, value: int, number: int) -> int:
+    """Put the last `number` digits of a whole number from zero; gives the offset behind."""
     rest = np.uint64(value)  # divided sooner than a number with a sign
     for back in range(number):
         tenth = rest // _TEN
-        text[place + number - 1 - back] = np.uint8(rest - tenth * _TEN) + _ZERO
+        text[offset + number - 1 - back] = np.uint8(rest - tenth * _TEN) + _ZERO
         rest = tenth
-    return place + number
+    return offset + number
 
 
 @kernel
-def _put_digits(text: NDArray[Any], place: int, digits: int, exponent: int) -> int:
+def _put_digits(text: NDArray[Any], offset: int, digits: int, exponent: int) -> int:
     """Put a number of ten digits with its point behind the first one times 10^exponent, in the form of "%.10g"."""
     rest, held = np.uint64(digits), DIGITS
     tenth = rest // _TEN
@@ -80,29 +80,29 @@ def _put_digits(text: NDArray[Any], place: int, digits: int, exponent: int) -> i
         rest, tenth, held = tenth, tenth // _TEN, held - 1
     kept = np.int64(rest)
     if exponent < -4 or exponent >= DIGITS:
-        end = _put_whole(text, place + 1, kept, held)
-        text[place] = text[place + 1]
-        text[place + 1] = _POINT
+        end = _put_whole(text, offset + 1, kept, held)
+        text[offset] = text[offset + 1]
+        text[offset + 1] = _POINT
         if held == 1:
-            end = place + 1
+            end = offset + 1
         text[end] = _E
         text[end + 1] = _MINUS if exponent < 0 else _PLUS
         return int(_put_whole(text, end + 2, abs(exponent), 2))  # below 100 within the table
     if exponent < 0:
-        text[place], text[place + 1] = _ZERO, _POINT
+        text[offset], text[offset + 1] = _ZERO, _POINT
         for zero in range(-exponent - 1):
-            text[place + 2 + zero] = _ZERO
-        return int(_put_whole(text, place + 1 - exponent, kept, held))
+            text[offset + 2 + zero] = _ZERO
+        return int(_put_whole(text, offset + 1 - exponent, kept, held))
     if held <= exponent + 1:
-        end = _put_whole(text, place, kept, held)
+        end = _put_whole(text, offset, kept, held)
         for zero in range(exponent + 1 - held):
             text[end + zero] = _ZERO
         return int(end + exponent + 1 - held)
-    _put_whole(text, place + 1, kept, held)
+    _put_whole(text, offset + 1, kept, held)
     for ahead in range(exponent + 1):
-        text[place + ahead] = text[place + ahead + 1]
-    text[place + exponent + 1] = _POINT
-    return int(place + held + 1)
+        text[offset + ahead] = text[offset + ahead + 1]
+    text[offset + exponent + 1] = _POINT
+    return int(offset + held + 1)
 
 
 @kernel
@@ -127,14 +127,14 @@ def append_numbers(
     """
     unsure = 0
     for row in range(values.size):
-        value, place = abs(values[row]), ends[row]
+        value, offset = abs(values[row]), ends[row]
         if math.copysign(1.0, values[row]) < 0.0:
-            text[row, place] = _MINUS
-            place += 1
+            text[row, offset] = _MINUS
+            offset += 1
         if value == 0.0:
-            text[row, place] = _ZERO
-            text[row, place + 1] = mark
-            ends[row] = place + 2
+            text[row, offset] = _ZERO
+            text[row, offset + 1] = mark
+            ends[row] = offset + 2
             continue
         if not 1e-45 < value < 1e45:
             left[unsure] = row
@@ -160,9 +160,9 @@ def append_numbers(
             continue
         if digits == 10_000_000_000:
             digits, exponent = 1_000_000_000, exponent + 1
-        place = _put_digits(text[row], place, digits, exponent)
-        text[row, place] = mark
-        ends[row] = place + 1
+        offset = _put_digits(text[row], offset, digits, exponent)
+        text[row, offset] = mark
+        ends[row] = offset + 1
     return unsure
 
 
@@ -170,16 +170,16 @@ def append_numbers(
 def append_whole_numbers(values: NDArray[Any], mark: int, text: NDArray[Any], ends: NDArray[Any]) -> None:
     """Append a whole number (n,) int64 above -2^63 and a mark to every row; see `append_numbers`."""
     for row in range(values.size):
-        value, place = values[row], ends[row]
+        value, offset = values[row], ends[row]
         if value < 0:
-            text[row, place] = _MINUS
-            place, value = place + 1, -value
+            text[row, offset] = _MINUS
+            offset, value = offset + 1, -value
         number, rest = 1, value // 10
         while rest > 0:
             number, rest = number + 1, rest // 10
-        place = _put_whole(text[row], place, value, number)
-        text[row, place] = mark
-        ends[row] = place + 1
+        offset = _put_whole(text[row], offset, value, number)
+        text[row, offset] = mark
+        ends[row] = offset + 1
 
 
 @kernel
@@ -188,20 +188,20 @@ def append_texts(
 ) -> None:
     """Append one of some texts (`letters` end to end, from `starts` on) by its number, and a mark, to every row."""
     for row in range(which.size):
-        place = ends[row]
+        offset = ends[row]
         for letter in range(starts[which[row]], starts[which[row] + 1]):
-            text[row, place] = letters[letter]
-            place += 1
-        text[row, place] = mark
-        ends[row] = place + 1
+            text[row, offset] = letters[letter]
+            offset += 1
+        text[row, offset] = mark
+        ends[row] = offset + 1
 
 
 @kernel
 def packed(text: NDArray[Any], ends: NDArray[Any], joined: NDArray[Any]) -> int:
     """Put the filled parts of all rows end to end; gives their length."""
-    place = 0
+    offset = 0
     for row in range(ends.size):
         for letter in range(ends[row]):
-            joined[place + letter] = text[row, letter]
-        place += ends[row]
-    return place
+            joined[offset + letter] = text[row, letter]
+        offset += ends[row]
+    return offset

@@ -1,4 +1,4 @@
-"""Where a step enters a wall, a barricade or a building: convex bodies, each what lies behind all of its faces."""
+"""Entry of a step into a wall, a barricade or a building: convex bodies, each the points behind all of its faces."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NOWHERE = 2.0
 def enter_obstacles(
     points: Array, obstacles: Array, until: float, events: Array, stack: Array, roots: Array
 ) -> tuple[float, int, int]:
-    """Find the first place on the step, before `until`, where it enters an obstacle (2.0: none), and the face."""
+    """Find the first position on the step, before `until`, where it enters an obstacle (2.0: none), and the face."""
     theta, which, face = NOWHERE, -1, -1
     x_low, x_high = lowest_of(points[0], 0), highest_of(points[0], 0)
     y_low, y_high = lowest_of(points[1], 0), highest_of(points[1], 0)
@@ -38,9 +38,9 @@ def enter_obstacles(
         row = obstacles[index]
         if x_high < row[1] or x_low > row[2] or y_high < row[3] or y_low > row[4] or z_high < row[5] or z_low > row[6]:
             continue
-        place, on = _enter(points, row, events, stack, roots)
-        if place <= until and place < theta:
-            theta, which, face = place, index, on
+        position, on = _enter(points, row, events, stack, roots)
+        if position <= until and position < theta:
+            theta, which, face = position, index, on
     return theta, which, face
 
 
@@ -49,7 +49,7 @@ def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array)
     """Place where the step enters one body, and the face.
 
     The step is behind a face or before it, and changes over at the sign changes of its distance; it is inside once it
-    is behind all. Nothing is asked of a computed place, so no path slips in between two faces or through a thin body.
+    is behind all. No computed position is tested, so no path slips in between two faces or through a thin body.
     """
     count = before = outside = 0  # `outside`: one bit a face that the step is before
     nearest, nearest_face = -np.inf, 0
@@ -75,11 +75,11 @@ def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array)
             nearest, nearest_face = stack[0, 0], face
         if above:
             for k in range(sign_changes(stack, 5, scale, roots)):
-                place = count  # kept in order
-                while place > 0 and events[0, place - 1] > roots[k]:
-                    events[0, place], events[1, place] = events[0, place - 1], events[1, place - 1]
-                    place -= 1
-                events[0, place], events[1, place] = roots[k], face
+                position = count  # kept in order
+                while position > 0 and events[0, position - 1] > roots[k]:
+                    events[0, position], events[1, position] = events[0, position - 1], events[1, position - 1]
+                    position -= 1
+                events[0, position], events[1, position] = roots[k], face
                 count += 1
     if before == 0:
         return 0.0, nearest_face
@@ -112,9 +112,9 @@ def enter_on_chord(start: Array, end: Array, obstacles: Array) -> tuple[float, i
                 high = -1.0
                 break
             if first >= 0.0:
-                place = first / (first - last)
-                if place >= low:
-                    low, entered = place, face
+                position = first / (first - last)
+                if position >= low:
+                    low, entered = position, face
             elif last >= 0.0:
                 high = min(high, first / (first - last))
         if low < high and low < theta:

@@ -1,4 +1,4 @@
-"""Areas of boxes and shape factors drawn at random, one by one: numpy's vectorised functions round by a row's place."""
+"""Areas of boxes and random shape factors, one by one: numpy rounds vectorised functions differently by index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What follows an impact: the rebound, and once it has died out the slide to rest.
+"""After an impact: the rebound, and the slide to rest once it has died out.
 
 The rebound takes a share of the velocity along the normal and another one along the surface. The slide is that of a
 point held to the surface: gravity along it, and Coulomb friction by the weight's part normal to it. The air's drag and
@@ -37,7 +37,7 @@ LARGEST_SHARE, LARGEST_TURN = 0.25, 0.02  # of a cell, and of the velocity sidew
 
 @njit(error_model="numpy")
 def rebound(state: Array, nx: float, ny: float, nz: float, normal: float, tangential: float) -> float:
-    """Turn the velocity in `state` (time, place, velocity) at a surface of unit normal (nx, ny, nz).
+    """Turn the velocity in `state` (time, position, velocity) at a surface of unit normal (nx, ny, nz).
 
     Returns the speed off the surface after it (m/s).
     """
@@ -53,7 +53,7 @@ def rebound(state: Array, nx: float, ny: float, nz: float, normal: float, tangen
 def slide(
     state: Array, friction: float, gravity: float, limits: Limits, terrain: Terrain, obstacles: Array, chord: Array
 ) -> tuple[int, int, int]:
-    """Slide from `state` (time, place, velocity) to rest, an obstacle, the domain's edge or the time limit.
+    """Slide from `state` (time, position, velocity) to rest, an obstacle, the domain's edge or the time limit.
 
     Returns how it ended (LANDED: at rest), and the obstacle and its face that stopped it, or -1. Parts of a slide are
     of constant acceleration; along a straight way on a plane the first one is exact.
@@ -113,9 +113,9 @@ def slide(
         end[0], end[1] = state[1] + dt * (u + 0.5 * dt * a), state[2] + dt * (v + 0.5 * dt * b)
         end[2] = height_at(terrain, end[0], end[1]) if hilly else start[2]
         share, status = _leave_on_chord(start, end, limits, terrain), LEFT_DOMAIN
-        place, which, face = enter_on_chord(start, end, obstacles)
-        if place <= 1.0 and place <= share:
-            share, status = place, STOPPED
+        position, which, face = enter_on_chord(start, end, obstacles)
+        if position <= 1.0 and position <= share:
+            share, status = position, STOPPED
         else:
             which, face = -1, -1
         if share <= 1.0:
@@ -142,11 +142,11 @@ def slide(
 
 
 @njit(error_model="numpy")
-def _time_to_line(place: float, line: float, step: float, speed: float, acceleration: float) -> float:
+def _time_to_line(position: float, line: float, step: float, speed: float, acceleration: float) -> float:
     """Time until a cell's lower or upper line is passed along one axis; infinite if neither is."""
     earliest = np.inf
     for k in range(2):
-        way = line + k * step - place
+        way = line + k * step - position
         if abs(way) < ON_A_LINE * step:
             way = 0.0
         root = speed * speed + 2.0 * acceleration * way

@@ -1,4 +1,4 @@
-"""Every place where a polynomial changes its sign on a step, none missed and none twice.
+"""All sign changes of a polynomial on a step, none missed and none counted twice.
 
 Polynomials are in Bernstein form on [0, 1]. The number of sign changes among the coefficients bounds the number of
 roots (Descartes' rule) and is exact for 0 and 1, so intervals are halved until each holds at most one (Lane and

@@ -1,4 +1,4 @@
-"""Where a step crosses the ground, the edge of the domain and the witness surfaces."""
+"""Crossings of a step with the ground, the edge of the domain and the witness surfaces."""
 
 from __future__ import annotations
 

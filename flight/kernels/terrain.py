@@ -1,4 +1,4 @@
-"""Ground that rises and falls: where a step comes down on a map of heights, bilinear on each of its cells.
+"""Landing on a height map, bilinear on each of its cells.
 
 A step is halved until it lies above everything below it, by a pyramid of the cells' greatest heights, or over at most
 two by two cells. There it is cut where it passes from cell to cell, by the same sign changes that find crossings, and
@@ -48,9 +48,9 @@ class Terrain(NamedTuple):
 
 
 @njit(error_model="numpy", _nrt=False)
-def _index(place: float, start: float, step: float, cells: int) -> int:
-    """Cell of a place along one axis; the nearest one beyond the edges."""
-    index = math.floor((place - start) / step)
+def _index(position: float, start: float, step: float, cells: int) -> int:
+    """Cell of a position along one axis; the nearest one beyond the edges."""
+    index = math.floor((position - start) / step)
     return int(min(max(index, 0.0), cells - 1.0))
 
 
@@ -75,7 +75,7 @@ def height_at(terrain: Terrain, x: float, y: float) -> float:
 
 @njit(error_model="numpy", _nrt=False)
 def cell_ahead(terrain: Terrain, x: float, y: float, u: float, v: float) -> tuple[int, int]:
-    """Row and column of the cell at a place, on a line between cells the one towards (u, v)."""
+    """Row and column of the cell at a position, on a line between cells the one towards (u, v)."""
     ahead_x, ahead_y = x + np.sign(u) * ON_A_LINE * terrain.step_x, y + np.sign(v) * ON_A_LINE * terrain.step_y
     row = _index(ahead_y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
     return row, _index(ahead_x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
@@ -99,7 +99,7 @@ def slope_in(terrain: Terrain, x: float, y: float, row: int, column: int) -> tup
 
 @njit(error_model="numpy", _nrt=False)
 def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> float:
-    """Find the place on the step where it leaves the map; 2.0 if it stays."""
+    """Find the position on the step where it leaves the map; 2.0 if it stays."""
     theta = NOWHERE
     east = terrain.west + (terrain.heights.shape[1] - 1) * terrain.step_x
     north = terrain.south + (terrain.heights.shape[0] - 1) * terrain.step_y
@@ -122,9 +122,9 @@ def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> 
 def cross_terrain(
     points: Array, terrain: Terrain, until: float, pieces: Array, events: Array, stack: Array, roots: Array
 ) -> float:
-    """Find the first place on the step, before `until`, that lies below the ground; 2.0 if none does.
+    """Find the first position on the step, before `until`, that lies below the ground; 2.0 if none does.
 
-    Landing is the first place below, not a sign change: a step that is below by rounding between two cells lands there.
+    Landing is the first position below, not a sign change: a step below by rounding between two cells lands there.
     """
     if lowest_of(points[2], 0) > terrain.highest:
         return NOWHERE
@@ -178,7 +178,7 @@ def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) ->
 
 @njit(error_model="numpy", _nrt=False)
 def _cut(piece: Array, at: float, left: Array) -> None:
-    """Cut the curve at a place in [0, 1] (de Casteljau): the left part into `left`, the right part stays."""
+    """Cut the curve at a position in [0, 1] (de Casteljau): the left part into `left`, the right part stays."""
     for j in range(0, 18, 6):
         left[j] = piece[j]
         for level in range(1, 6):
@@ -192,7 +192,7 @@ def _cross_cells(
     piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, pieces: Array, events: Array,
     stack: Array, roots: Array,
 ) -> float:  # fmt: skip
-    """`cross_terrain` of a piece over at most two by two cells; the place on the piece."""
+    """`cross_terrain` of a piece over at most two by two cells; the position on the piece."""
     joints, turns_x = events[0], events[1]  # where it passes a line, and 1 for a line of constant x
     count = 0
     row, column = south, west
@@ -210,11 +210,11 @@ def _cross_cells(
             stack[0, i] = piece[6 + i] - line
         row = north if stack[0, 0] >= 0.0 else south
         for k in range(sign_changes(stack, 5, abs(line) + terrain.step_y, roots)):
-            place = count  # kept in order
-            while place > 0 and joints[place - 1] > roots[k]:
-                joints[place], turns_x[place] = joints[place - 1], turns_x[place - 1]
-                place -= 1
-            joints[place], turns_x[place] = roots[k], 0.0
+            position = count  # kept in order
+            while position > 0 and joints[position - 1] > roots[k]:
+                joints[position], turns_x[position] = joints[position - 1], turns_x[position - 1]
+                position -= 1
+            joints[position], turns_x[position] = roots[k], 0.0
             count += 1
     rest, part = pieces[_FIRST], pieces[_SECOND]
     for i in range(18):
@@ -242,7 +242,7 @@ def _cross_cells(
 
 @njit(error_model="numpy", _nrt=False)
 def _cross_cell(part: Array, terrain: Terrain, row: int, column: int, stack: Array, roots: Array) -> float:
-    """`cross_terrain` of a part over one cell; the place on the part."""
+    """`cross_terrain` of a part over one cell; the position on the part."""
     corner, rise_x, rise_y, twist = _shape(terrain, row, column)
     x, y = terrain.west + column * terrain.step_x, terrain.south + row * terrain.step_y
     coefficients = stack[0]

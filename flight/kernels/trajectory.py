@@ -1,4 +1,4 @@
-"""From launch to its end, fragment by fragment: the loop over steps, crossings and endings."""
+"""The loop over fragments and steps, from launch to the end, with crossings and endings."""
 
 from __future__ import annotations
 

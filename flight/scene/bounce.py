@@ -1,4 +1,4 @@
-"""How a fragment rebounds from the ground or an obstacle, and slides on it."""
+"""Rebound of a fragment from the ground or an obstacle, and its slide."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ground as a map of heights: a regular grid of nodes, bilinear between them."""
+"""Ground as a height map: a regular grid of nodes, bilinear between them."""
 
 from __future__ import annotations
 
@@ -85,8 +85,8 @@ class HeightMap:
         steps = np.broadcast_to(real_array(name, "step", step, "m"), 2)
         if not (np.isfinite(steps).all() and (steps > 0.0).all()):
             raise InputError(f"{name}: step is {step}, needed: above zero (m)")
-        place = real_array(name, "corner", corner, "m")
-        if place.shape != (2,) or not np.isfinite(place).all():
+        position = real_array(name, "corner", corner, "m")
+        if position.shape != (2,) or not np.isfinite(position).all():
             raise InputError(f"{name}: corner is {corner}, needed: two finite numbers (m)")
         object.__setattr__(self, "filled", _fill(grid, holes, name))
         object.__setattr__(self, "heights", grid)
@@ -129,8 +129,8 @@ class HeightMap:
         from flight.files.height_map import read_grid
 
         path = Path(path)
-        place = real_array(str(path), "site", site, "m")
-        if place.shape != (2,) or not np.isfinite(place).all():
+        position = real_array(str(path), "site", site, "m")
+        if position.shape != (2,) or not np.isfinite(position).all():
             raise InputError(f"{path}: site is {site}, needed: two finite numbers (m)")
         grid = read_grid(path)
         corner = (grid.corner[0] - site[0], grid.corner[1] - site[1])
@@ -164,13 +164,13 @@ class HeightMap:
         )
 
     def contains(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
-        """Whether places lie on the map, its edges included."""
+        """Whether positions lie on the map, its edges included."""
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         (west, south), (east, north) = self.corner, self.end
         return np.asarray((x >= west) & (x <= east) & (y >= south) & (y <= north))
 
     def at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Heights (m) at places; off the map those of the nearest cell's plane."""
+        """Heights (m) at positions; off the map those of the nearest cell's plane."""
         rows, columns = self.heights.shape
         u = (np.asarray(x, dtype=np.float64) - self.corner[0]) / self.step[0]
         v = (np.asarray(y, dtype=np.float64) - self.corner[1]) / self.step[1]

@@ -1,4 +1,4 @@
-"""Walls, barricades and buildings: they stop fragments or turn them off, and count their hits by face."""
+"""Walls, barricades and buildings: they stop or deflect fragments and count hits by face."""
 
 from __future__ import annotations
 
@@ -28,16 +28,27 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class Wall:
+class _AlongLine:
+    """An obstacle along a line on the ground, from `start` to `end` (x, y), with its height (m)."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    height: float
+
+    @property
+    def plan_centre(self) -> tuple[float, float]:
+        """Centre of its plan (x, y)."""
+        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
+
+
+@dataclass(frozen=True)
+class Wall(_AlongLine):
     """An upright wall from `start` to `end` (x, y) along its centre line, with its height and thickness (m).
 
     Its height counts from `base` (z; None: the ground at its centre); it reaches down to the ground everywhere. Faces:
     left and right as seen from start to end, start, end, top.
     """
 
-    start: tuple[float, float]
-    end: tuple[float, float]
-    height: float
     thickness: float = 0.2
     base: float | None = None
     ricochet: Bounce | str | None = None
@@ -49,27 +60,19 @@ class Wall:
         _check(self, ("start", "end"), ("height", "thickness"))
         _direction(self)
 
-    @property
-    def plan_centre(self) -> tuple[float, float]:
-        """Centre of its plan (x, y)."""
-        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
-
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
         """Faces from `bottom` to `top` (z, m), and the corners of their hull (n, 3)."""
-        middle, along, half = _direction(self)
-        return _prism(middle, along, half, 0.5 * self.thickness, 0.0, top, bottom)
+        centre, along, half = _direction(self)
+        return _prism(centre, along, half, 0.5 * self.thickness, 0.0, top, bottom)
 
 
 @dataclass(frozen=True)
-class Barricade:
+class Barricade(_AlongLine):
     """An earth barricade: a bank along its crest from `start` to `end` (x, y), with sloped sides and upright ends.
 
     Height and width of the crest (m); `slope` is how far the sides run out for each unit of height. Else as `Wall`.
     """
 
-    start: tuple[float, float]
-    end: tuple[float, float]
-    height: float
     crest_width: float = 1.0
     slope: float = 2.0
     base: float | None = None
@@ -85,15 +88,10 @@ class Barricade:
             raise InputError(f"obstacle {self.name}: slope is {self.slope}, needed: zero (upright) or more")
         _direction(self)
 
-    @property
-    def plan_centre(self) -> tuple[float, float]:
-        """Centre of its plan (x, y)."""
-        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
-
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
         """As of `Wall`."""
-        middle, along, half = _direction(self)
-        return _prism(middle, along, half, 0.5 * self.crest_width, self.slope, top, bottom)
+        centre, along, half = _direction(self)
+        return _prism(centre, along, half, 0.5 * self.crest_width, self.slope, top, bottom)
 
 
 @dataclass(frozen=True)
@@ -129,8 +127,8 @@ class Building:
         """As of `Wall`."""
         turn = math.radians(self.azimuth)
         along = np.array([math.cos(turn), math.sin(turn), 0.0])
-        middle = np.array([*self.centre, 0.0])
-        return _prism(middle, along, 0.5 * self.length, 0.5 * self.width, 0.0, top, bottom)
+        centre = np.array([*self.centre, 0.0])
+        return _prism(centre, along, 0.5 * self.length, 0.5 * self.width, 0.0, top, bottom)
 
 
 Obstacle = Wall | Barricade | Building
@@ -181,10 +179,10 @@ def pack_obstacles(
     return rows
 
 
-def depth_in(rows: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How deep places (n, 3) lie in each obstacle (m), (n, obstacles); below zero outside."""
+def depth_in(rows: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How deep positions (n, 3) lie in each obstacle (m), (n, obstacles); below zero outside."""
     faces = rows[:, FIRST_FACE:].reshape(len(rows), FACES, 2, 3)
-    way = place[:, None, None, :] - faces[None, :, :, 0]
+    way = position[:, None, None, :] - faces[None, :, :, 0]
     return np.asarray(-np.einsum("nofj,ofj->nof", way, faces[:, :, 1]).max(axis=2))
 
 
@@ -253,7 +251,7 @@ def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]
 
 
 def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Middle, unit vector from start to end, half the length."""
+    """Centre, unit vector from start to end, half the length."""
     way = np.array([obstacle.end[0] - obstacle.start[0], obstacle.end[1] - obstacle.start[1], 0.0])
     length = float(np.linalg.norm(way))
     if not length > 0.0:
@@ -262,18 +260,18 @@ def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray
 
 
 def _prism(
-    middle: NDArray[np.float64], along: NDArray[np.float64], half_length: float, half_width: float, slope: float,
+    centre: NDArray[np.float64], along: NDArray[np.float64], half_length: float, half_width: float, slope: float,
     top: float, bottom: float,
 ) -> tuple[list[Face], NDArray[np.float64]]:  # fmt: skip
     """Faces left, right, start, end, top, under, of a body whose left and right run out by `slope` below its top."""
     left = np.array([-along[1], along[0], 0.0])
-    crest = middle + top * UP
+    crest = centre + top * UP
     faces = [(crest + s * half_width * left, (s * left + slope * UP) / math.hypot(1.0, slope)) for s in (1.0, -1.0)]
     faces += [(crest + s * half_length * along, s * along) for s in (-1.0, 1.0)]
-    faces += [(crest, UP), (middle + bottom * UP, -UP)]
+    faces += [(crest, UP), (centre + bottom * UP, -UP)]
     foot = half_width + slope * (top - bottom)
     corners = [
-        middle + s * half_length * along + t * width * left + z * UP
+        centre + s * half_length * along + t * width * left + z * UP
         for s in (-1.0, 1.0) for t in (-1.0, 1.0) for z, width in ((top, half_width), (bottom, foot))
     ]  # fmt: skip
     return faces, np.array(corners)

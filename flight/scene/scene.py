@@ -1,4 +1,4 @@
-"""What fragments may meet: the ground, flat or a map of heights, and obstacles; and checks of where they start."""
+"""The scene of a flight: ground, flat or a height map, and obstacles; checks of where fragments start."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class Scene:
             self._check_above(fragments, np.full(len(fragments), float(self.ground)), f"at {self.ground} m")
 
     def check_contact(self) -> None:
-        """Refuse contact between fragments over anything but flat ground where they stay: it knows nothing else."""
+        """Refuse contact between fragments over anything but flat ground where they stay: nothing else is supported."""
         meets = {
             "a height map": isinstance(self.ground, HeightMap),
             "bounce": self.bounce is not None,
@@ -99,8 +99,8 @@ class Scene:
         }
         if found := [name for name, there in meets.items() if there]:
             raise InputError(
-                f"contact: found together with {' and '.join(found)}, of which it knows nothing; allowed: flat ground "
-                "or none, without bounce and obstacles"
+                f"contact: found together with {' and '.join(found)}, which are not supported "
+                "together; allowed: flat ground or none, without bounce and obstacles"
             )
 
     def check_places(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:

@@ -1,4 +1,4 @@
-"""Piecewise cubics: the one form in which air, wind and drag reach the kernels.
+"""Piecewise cubics, the form in which air, wind and drag are passed to the kernels.
 
 Monotone-safe: between two entries an interpolated value never leaves the interval they span.
 """
@@ -76,9 +76,9 @@ def monotone_pieces(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[n
 def evaluate_pieces(
     x: NDArray[np.float64], pieces: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Values at the places `at`, constant beyond the first and the last entry of x."""
-    place = np.clip(at, x[0], x[-1])
-    index = np.clip(np.searchsorted(x, place, side="right") - 1, 0, len(pieces) - 1)
-    offset = place - x[index]
+    """Values at the positions `at`, constant beyond the first and the last entry of x."""
+    position = np.clip(at, x[0], x[-1])
+    index = np.clip(np.searchsorted(x, position, side="right") - 1, 0, len(pieces) - 1)
+    offset = position - x[index]
     c0, c1, c2, c3 = pieces[index].T
     return np.asarray(c0 + offset * (c1 + offset * (c2 + offset * c3)))

@@ -66,9 +66,9 @@ class Wind:
             if isinstance(error, InputError):
                 raise
             raise InputError(f"wind: heights, speeds and azimuths do not fit together ({error})") from None
-        place, amount, angle = arrays
+        position, amount, angle = arrays
         velocity = np.stack([amount * np.cos(np.radians(angle)), amount * np.sin(np.radians(angle))], axis=1)
-        return cls(np.ascontiguousarray(place), velocity)
+        return cls(np.ascontiguousarray(position), velocity)
 
     @classmethod
     def power_law(
@@ -94,10 +94,10 @@ class Wind:
 
     def at(self, height: ArrayLike) -> NDArray[np.float64]:
         """Velocity (..., 2) in m/s at heights z (m)."""
-        place = np.asarray(height, dtype=np.float64)
+        position = np.asarray(height, dtype=np.float64)
         if self.height.size == 1:
-            return np.broadcast_to(self.velocity[0], (*place.shape, 2)).copy()
-        parts = [evaluate_pieces(self.height, monotone_pieces(self.height, c), place) for c in self.velocity.T]
+            return np.broadcast_to(self.velocity[0], (*position.shape, 2)).copy()
+        parts = [evaluate_pieces(self.height, monotone_pieces(self.height, c), position) for c in self.velocity.T]
         return np.stack(parts, axis=-1)
 
     def table(self) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Which keys of a resolved case take part in a run: the others keep their defaults and change nothing.
+"""Keys of a resolved case that apply to a run: the others keep their defaults and change nothing.
 
 A key that only one choice reads ("for model = "power_law"") is not active under another choice; a table that a switch
 turns off is not active as a whole. What is meant is the choice in the case, not whether a value matters much.

@@ -1,4 +1,4 @@
-"""Values of a case replaced by their dotted keys: `--set`, sweeps and studies of sensitivities."""
+"""Replaces values of a case by their dotted keys: `--set`, sweeps and sensitivity studies."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
-from fragfield.visible_text import visible
+from fragfield.terminal.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

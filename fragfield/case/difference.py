@@ -1,11 +1,11 @@
-"""In which keys two cases differ."""
+"""Keys in which two cases differ."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.quantities import show
+from fragfield.case.units.quantities import show
 from fragfield.case.write import plain
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""From a file to a resolved case: read, check, and replace every name by what it stands for."""
+"""From a file to a resolved case: read, check, and replace names by their data."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from fragfield.case.checks import check_case, check_charges
-from fragfield.case.exposed_places import places_of, resolved_exposed
-from fragfield.case.flight_table import StackRuleTable
-from fragfield.case.geometry import check_geometry
+from fragfield.case.checks.consistency import check_case, check_charges
+from fragfield.case.conversion.exposed_sites import exposed_sites_of, resolved_exposed
+from fragfield.case.conversion.geometry import check_geometry
+from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.messages import explain, join_faults
-from fragfield.case.plane_table import resolved_plane
-from fragfield.case.round_table import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
 from fragfield.case.schema import Case
-from fragfield.case.stack import expanded, stacked_names
+from fragfield.case.tables.flight import StackRuleTable
+from fragfield.case.tables.plane import resolved_plane
+from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
 from fragfield.errors import InputError
-from fragfield.file_sizes import MOST_CASE
-from fragfield.visible_text import hidden_in, visible
+from fragfield.files.file_sizes import MOST_CASE
+from fragfield.terminal.visible_text import hidden_in, visible
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -109,13 +109,13 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
 def _check_flight(case: Case, source: str) -> None:
     """What only the flight can judge: drag tables, maps, surfaces, obstacles, the integrator's bounds."""
     from flight.errors import InputError as FlightInputError
-    from fragfield.case.convert import flight_arguments
-    from fragfield.case.surroundings import check_surroundings
+    from fragfield.case.conversion.stages import flight_arguments
+    from fragfield.case.conversion.surroundings import check_surroundings
 
     try:
         flight_arguments(case)
         check_surroundings(case)
-        places_of(case)
+        exposed_sites_of(case)
     except FlightInputError as error:
         raise InputError(f"{source}: flight.{error}") from None
 
@@ -173,7 +173,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
 
 
 def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleTable:
-    """The rule with the place of the single round's run, which must be there: nobody wants to learn it afterwards."""
+    """The rule with the path of the single round's run, which must exist: its absence is reported at once."""
     single = (folder / rule.single).resolve()
     if not (single / "ensemble.h5").is_file():
         raise InputError(
@@ -225,7 +225,7 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.convert_burst import burst_round
+    from fragfield.case.conversion.burst import burst_round
 
     mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

@@ -1,4 +1,4 @@
-"""Turns what pydantic found into messages that a user can act on: key, what was found, what is allowed."""
+"""Messages for faults that pydantic found: key, what was found, what is allowed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
 
-from fragfield.case.quantities import NumberOrWord, Quantity, Vector, show
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity, show
 from fragfield.errors import nearest, nearest_name
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ _LIMITS = {
     "less_than": ("less than", "lt"),
     "less_than_equal": ("at most", "le"),
 }
+
+_RENAMED = {("exposed", "place"): "position"}
+"""Table and former key of a case file: the key that replaced it."""
 
 
 def key_path(location: Sequence[int | str]) -> str:
@@ -80,6 +84,8 @@ def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
         return fault["msg"]
     if kind == "extra_forbidden":
         names, key = sorted(_keys_beside(fault["loc"], model)), str(fault["loc"][-1])
+        if (now := _RENAMED.get((str(fault["loc"][0]), key))) in names:
+            return f'this key is now called "{now}"'
         hint = nearest(key, names) or _belongs(key, model)
         return f"unknown key{hint}; allowed here: {', '.join(names)}"
     if kind == "missing":

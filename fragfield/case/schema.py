@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from fragfield.case.break_up_table import BreakUpTable
-from fragfield.case.burst_table import BurstTable
-from fragfield.case.document_table import DocumentTable
-from fragfield.case.exposed_table import ExposedTable
-from fragfield.case.flight_table import FlightTable, HazardTable, WitnessTable
-from fragfield.case.ground_table import ObstacleTable
-from fragfield.case.plane_table import PlaneTable
-from fragfield.case.round_table import RoundTable
-from fragfield.case.site_table import SiteTable
-from fragfield.case.stack_table import StackTable
-from fragfield.case.table import Table
-from fragfield.case.uncertainty_table import UncertaintyTable
+from fragfield.case.tables.base import Table
+from fragfield.case.tables.break_up import BreakUpTable
+from fragfield.case.tables.burst import BurstTable
+from fragfield.case.tables.document import DocumentTable
+from fragfield.case.tables.exposed import ExposedTable
+from fragfield.case.tables.flight import FlightTable, HazardTable, WitnessTable
+from fragfield.case.tables.ground import ObstacleTable
+from fragfield.case.tables.plane import PlaneTable
+from fragfield.case.tables.round import RoundTable
+from fragfield.case.tables.site import SiteTable
+from fragfield.case.tables.stack import StackTable
+from fragfield.case.tables.uncertainty import UncertaintyTable
 
 __all__ = ["Case"]
 

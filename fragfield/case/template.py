@@ -1,4 +1,4 @@
-"""A commented case file from the schema: comments are the fields' docstrings, so that they cannot grow stale."""
+"""A commented case file generated from the schema; its comments are the docstrings of the fields."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.quantities import NumberOrWord, Quantity, Vector
 from fragfield.case.schema import Case
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity
 from fragfield.case.write import toml_value
 
 if TYPE_CHECKING:

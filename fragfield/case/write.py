@@ -1,10 +1,8 @@
-"""A case as TOML: what it says, every default spelled out, in SI; reading it gives the same case."""
+"""Writes a case as TOML with every default, in SI; reading it gives the same case."""
 
 from __future__ import annotations
 
 import json
-import math
-import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -13,9 +11,6 @@ if TYPE_CHECKING:
     from fragfield.case.schema import Case
 
 __all__ = ["measured", "plain", "tables_to_toml", "to_toml", "toml_value"]
-
-_COMMENT = "#"  # no key of a case
-_BARE_KEY = re.compile(r"^[A-Za-z0-9_-]+$")
 
 
 def plain(case: Case, *, units: bool = False) -> dict[str, Any]:
@@ -35,9 +30,49 @@ def to_toml(case: Case, *, brief: bool = False) -> str:
     """
     if not brief:
         return tables_to_toml(plain(case, units=True))
-    tables = case.model_dump(mode="json", exclude_none=True, context={"units": "readable"})
-    tables["round"] = list(_brief(tables["round"]))
-    return tables_to_toml(_ten_digits(tables))
+    import tomlkit
+
+    tables = _ten_digits(case.model_dump(mode="json", exclude_none=True, context={"units": "readable"}))
+    rounds = list(_brief(tables["round"]))
+    document = tomlkit.item({**tables, "round": [entry for entry, _ in rounds]})
+    for table, (_, comment) in zip(document["round"], rounds, strict=True):
+        if comment:
+            table.comment(comment)
+    return document.as_string().strip() + "\n"
+
+
+def tables_to_toml(tables: Mapping[str, Any]) -> str:
+    """Nested dicts and lists as the text of a TOML file."""
+    import tomlkit
+
+    return tomlkit.item(tables).as_string().strip() + "\n"
+
+
+def toml_value(value: object) -> str:
+    """A value as TOML has it in a line."""
+    import tomlkit
+
+    if isinstance(value, dict):
+        table = tomlkit.inline_table()
+        table.update(value)
+        return table.as_string()
+    if isinstance(value, (list, tuple)):
+        array = tomlkit.array()
+        array.extend(value)
+        return array.as_string()
+    return tomlkit.item(value).as_string()
+
+
+def _brief(rounds: list[dict[str, Any]]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Rounds, each with the keys in which it differs from the first one that differs in few, and a comment."""
+    long = ("profile", "mesh", "explosive", "casing")
+    for number, entry in enumerate(rounds):
+        like = next((one for one in rounds[:number] if all(one.get(key) == entry.get(key) for key in long)), None)
+        if like is None:
+            yield entry, ""
+        else:
+            words = f"{', '.join(key for key in long if key in entry)} as of {json.dumps(like['name'])}"
+            yield {key: value for key, value in entry.items() if key not in long}, words
 
 
 def _ten_digits(value: Any) -> Any:  # noqa: ANN401 - any value of a table
@@ -47,65 +82,3 @@ def _ten_digits(value: Any) -> Any:  # noqa: ANN401 - any value of a table
     if isinstance(value, list):
         return [_ten_digits(entry) for entry in value]
     return float(f"{value:.10g}") if isinstance(value, float) else value
-
-
-def tables_to_toml(tables: Mapping[str, Any]) -> str:
-    """Nested dicts and lists as the text of a TOML file."""
-    return "\n".join(_table((), tables)).lstrip("\n") + "\n"
-
-
-def _brief(rounds: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Rounds of which each keeps the keys in which it differs from the first one that differs in few."""
-    long = ("profile", "mesh", "explosive", "casing")
-    for number, entry in enumerate(rounds):
-        like = next((one for one in rounds[:number] if all(one.get(key) == entry.get(key) for key in long)), None)
-        if like is None:
-            yield entry
-        else:
-            words = f"{', '.join(key for key in long if key in entry)} as of {json.dumps(like['name'])}"
-            yield {_COMMENT: words, **{key: value for key, value in entry.items() if key not in long}}
-
-
-def _is_table_list(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)
-
-
-def _table(path: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[str]:
-    # TOML wants a table's own values before its sub-tables.
-    for key, value in table.items():
-        if key == _COMMENT:
-            yield f"# {value}"
-        elif not isinstance(value, dict) and not _is_table_list(value):
-            yield f"{_key(key)} = {toml_value(value)}"
-    for key, value in table.items():
-        name = ".".join(_key(step) for step in (*path, key))
-        if isinstance(value, dict):
-            yield f"\n[{name}]"
-            yield from _table((*path, key), value)
-        elif _is_table_list(value):
-            for entry in value:
-                yield f"\n[[{name}]]"
-                yield from _table((*path, key), entry)
-
-
-def _key(name: str) -> str:
-    return name if _BARE_KEY.match(name) else json.dumps(name)
-
-
-def toml_value(value: object) -> str:
-    """A value as TOML has it in a line."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        # JSON's escapes are TOML's, but for DEL, which TOML wants escaped.
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, float) and not math.isfinite(value):
-        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
-    if isinstance(value, (int, float)):
-        return repr(value)
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(key)} = {toml_value(entry)}" for key, entry in value.items()) + "}"
-    message = f"a case holds no {type(value).__name__}"
-    raise TypeError(message)

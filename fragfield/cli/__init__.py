@@ -40,7 +40,7 @@ def main() -> None:
     except KeyboardInterrupt:  # before or after the guarded part
         sys.exit(EXIT_INTERRUPTED)
     except SystemExit as ended:
-        if ended.code == 1:  # of typer and rich, where nobody reads what they print
+        if ended.code == 1:  # of typer and rich, where the reader of the output is gone
             sys.exit(EXIT_INPUT)
         raise
     except InputError as error:  # before the guarded part

@@ -1,4 +1,4 @@
-"""The application that the commands belong to, and what comes before each of them."""
+"""The command line application, and what is done before each command."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import fragfield
-from fragfield.parallel import launched_rank
+from fragfield.pipeline.parallel import launched_rank
 
 __all__ = ["app"]
 

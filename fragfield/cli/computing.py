@@ -1,4 +1,4 @@
-"""The commands that check and compute a case, whole or by stages: each is one call of the Python interface."""
+"""Commands that check and compute a case, whole or by stages; each calls the Python interface once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fragfield.cli.options import (
     Threads,
 )
 from fragfield.errors import EXIT_NUMERICAL
-from fragfield.parallel import launched_rank
+from fragfield.pipeline.parallel import launched_rank
 
 if TYPE_CHECKING:
     from fragfield.interface.results import Run
@@ -43,7 +43,7 @@ def check(
 ) -> None:
     """Read a case, print its masses, speeds, mesh and cost, and warn of what may be wrong."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.show_check import print_check
+        from fragfield.checking.show import print_check
 
         done = fragfield.check(case, cell_size=cell_size, set=settings or ())
         shown = done.case.values if resolved else None
@@ -128,10 +128,10 @@ def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = 
 
 def _give_summary(done: Run, *, json: bool, quiet: bool, flown: bool) -> None:
     """Print the summary of a run; one that was `flown` and has no hazard distance ends with the exit code for that."""
-    from fragfield.show import print_summary
+    from fragfield.terminal.show import print_summary
 
     if launched_rank() == 0:
-        from fragfield.certainty import is_determined
+        from fragfield.hazard.certainty import is_determined
 
         summary = {"directory": str(done.path), **done.summary}
         give(summary, json=json, quiet=quiet, show=print_summary)

@@ -1,4 +1,4 @@
-"""How a command ends: its result on stdout, its errors as one message each with its exit code."""
+"""The end of a command: its result on stdout, or one error message and an exit code."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import typer
 
 from fragfield.cli.streams import to_stdout
 from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
-from fragfield.parallel import launched_rank
-from fragfield.visible_text import visible
+from fragfield.pipeline.parallel import launched_rank
+from fragfield.terminal.visible_text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,7 +28,7 @@ def print_paths(found: dict[str, Any]) -> None:
 
 
 def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
-    """Print a result: as one JSON object, or for people."""
+    """Print a result: as one JSON object, or as text."""
     with to_stdout():
         if json:
             from json import dumps
@@ -41,7 +41,7 @@ def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict
 @contextmanager
 def guarded(*, json: bool, quiet: bool) -> Iterator[None]:
     """End every error with one message and its exit code; the traceback of one of the program goes to a log."""
-    from fragfield.logs import to_stderr
+    from fragfield.terminal.logs import to_stderr
 
     try:
         with to_stderr(quiet=quiet or launched_rank() > 0):

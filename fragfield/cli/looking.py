@@ -1,4 +1,4 @@
-"""The commands that show and compare what is there, and write a new case."""
+"""Commands that show and compare results, and write a new case."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def info(
 ) -> None:
     """Say what a run directory or an HDF5 file holds and where it comes from."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.info import describe
-        from fragfield.show import print_info
+        from fragfield.files.info import describe
+        from fragfield.terminal.show import print_info
 
         give(describe(path), json=json, quiet=quiet, show=print_info)
 
@@ -54,7 +54,7 @@ def new(
         str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
     ] = None,
     stack: Annotated[
-        str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Copies of the round: row, triangle, pallet.")
+        str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Arrangement of copies: row, triangle, pallet.")
     ] = None,
     lying: Annotated[bool, typer.Option("--lying", help="The round lies on the ground, its axis along y.")] = False,
     every_key: Annotated[
@@ -65,7 +65,7 @@ def new(
 ) -> None:
     """Write a commented case file to start from."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.new_case import write_new_case
+        from fragfield.case.new_case import write_new_case
 
         written = write_new_case(name, round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key)
         give({"case": [str(written)]}, json=json, quiet=quiet, show=print_paths)
@@ -73,8 +73,8 @@ def new(
 
 @app.command()
 def compare(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as a pair's.")],
-    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The run it is divided by, such as the single's.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as that of a pair.")],
+    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The reference run, such as the single round's.")],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Write tables (CSV, JSON) and a picture there.")
     ] = None,
@@ -90,7 +90,7 @@ def compare(
 ) -> None:
     """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.compare import print_comparison
+        from fragfield.studies.compare import print_comparison
 
         done = fragfield.compare_runs(run, reference, sector=sector, all_round=all_round)
         if out is not None:

@@ -1,4 +1,4 @@
-"""What a command stands on before it begins: open standard streams that take any text, and room for open files."""
+"""Preparation of the process: standard streams that accept any text, and enough open files."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def silence() -> None:
 
 @contextmanager
 def to_stdout() -> Iterator[None]:
-    """Write a result; raises InputError where it cannot be written, and ends without a word where nobody reads it."""
+    """Write a result; raises InputError where it cannot be written, and ends silently where the reader is gone."""
     try:
         yield
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""The commands that make many runs of one case."""
+"""Commands that compute many runs of one case."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ def sweep(
         list[str], typer.Argument(metavar="KEY=VALUE,...", help='Values of a key: burst.cell_size="8 mm,6 mm".')
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Holds the runs; default runs/NAME_sweep.")
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the runs; default runs/NAME_sweep.")
     ] = None,
     stage: Annotated[str, typer.Option("--stage", metavar="run|burst", help="The whole chain, or the burst.")] = "run",
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
     ] = None,
     jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs side by side; default all cores.")
+        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs at the same time; default all cores.")
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, go on with begun ones.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, continue the others.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
     scheduler: Scheduler = None,
     quiet: Quiet = False,
@@ -46,7 +46,7 @@ def sweep(
     if a key or a value is not allowed: then nothing runs.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.sweep import print_sweep
+        from fragfield.studies.sweep import print_sweep
 
         found = fragfield.run_sweep(
             case, values, out=out, stage=stage, threads=threads, jobs=jobs, resume=resume, overwrite=overwrite,
@@ -70,16 +70,16 @@ def uncertainty(
         int | None, typer.Option("--seed", min=0, metavar="N", help="Of points and samples; default the case's.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Holds the study; default runs/NAME_uncertainty.")
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the study; default runs/NAME_uncertainty.")
     ] = None,
     cell_size: CellSize = None,
     settings: Settings = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, metavar="N", help="Samples side by side; default all cores.")
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Samples at the same time; default all cores.")
     ] = None,
     scheduler: Scheduler = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the study in DIR; nothing is made twice.")
+        bool, typer.Option("--resume", help="Continue the study in DIR; nothing is computed twice.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the study in DIR.")] = False,
     quiet: Quiet = False,
@@ -93,7 +93,7 @@ def uncertainty(
     Exit code 3 where a sample failed or has no distance; they are counted and left out.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.uncertainty.show import print_study
+        from fragfield.studies.uncertainty.show import print_study
 
         found = fragfield.run_uncertainty(
             case, out=out, samples=samples, method=method, seed=seed, set=settings or (), cell_size=cell_size,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fragfield.report.run_files import RoundTables, RunFiles
+    from fragfield.report.reading.run_files import RoundTables, RunFiles
 
 __all__ = ["Burst"]
 

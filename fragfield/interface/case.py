@@ -1,4 +1,4 @@
-"""A case in Python: from a file, or from tables as the file has them, with the same checks and the same messages."""
+"""A case in Python: from a file or from tables, with the same checks and messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fragfield.case.changes import changed_document, read_settings, set_document
 from fragfield.case.load import case_from_document, read_document
 from fragfield.case.write import plain, to_toml
 from fragfield.errors import InputError
-from fragfield.run_directory import RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:

@@ -1,11 +1,11 @@
-"""`fragfield.check`: what follows from a case before anything is computed."""
+"""`fragfield.check`: quantities that follow from a case before anything is computed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield import checking
+from fragfield.checking import check as checking
 from fragfield.interface.case import Case, case_of
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class CheckResult:
         return f"<fragfield.CheckResult {self.case.title!r}: {cells} cells, {warnings} warnings>"
 
     def __str__(self) -> str:
-        from fragfield.show_check import check_text
+        from fragfield.checking.show import check_text
 
         return check_text(self.found)
 

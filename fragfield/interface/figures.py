@@ -1,4 +1,4 @@
-"""The report's figures as figures of matplotlib, drawn by the report's own functions."""
+"""The report's figures as matplotlib figures, drawn by the report's functions."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fragfield.report.blocks import Block, Illustration
-    from fragfield.report.run_files import RunFiles
-    from fragfield.report.side_by_side import Drawing
+    from fragfield.report.figures.side_by_side import Drawing
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["draw", "figures_of"]
 
@@ -37,8 +37,8 @@ def figures_of(run: RunFiles) -> dict[str, tuple[str, Drawing]]:
 
 def draw(run: RunFiles, name: str, *, narrow: bool = False) -> Figure:
     """A figure by its name; raises InputError for another name, or where the run has no data for it."""
-    from fragfield.report.drawing import drawing_style
-    from fragfield.report.layout import place_panels, prepare
+    from fragfield.report.figures.drawing import drawing_style
+    from fragfield.report.figures.layout import place_panels, prepare
 
     known = figures_of(run)
     if name not in known:

@@ -1,11 +1,11 @@
-"""The hazard distance of a run: numbers where it is determined, and the reason where it is not."""
+"""The hazard distance of a run: its numbers if it is determined, otherwise the reason."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.certainty import basis_words, is_determined, metres
 from fragfield.errors import InputError, NotDeterminedError
+from fragfield.hazard.certainty import basis_words, is_determined, metres
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -86,7 +86,8 @@ class HazardDistance:
             raise NotDeterminedError(f"{self._directory}: the hazard distance is not determined: {self.reason}")
         if "distance" not in self._found:
             raise InputError(
-                f"{self._directory}: holds no hazard distance, it was flown by another version; fly it again"
+                f"{self._directory}: contains no hazard distance, because another version computed the flight; "
+                "run `fragfield fly` again"
             )
         return self._found.get(key)
 

@@ -1,4 +1,4 @@
-"""`fragfield.open`: what a run directory holds, read when it is asked for."""
+"""`fragfield.open`: the content of a run directory, read on demand."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
+from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.interface.case import Case
-from fragfield.run_directory import STAGES, RunDirectory
 
 if TYPE_CHECKING:
     import os
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fragfield.interface.burst import Burst
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.tables import Table
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["Run", "open"]
 
@@ -97,7 +97,7 @@ class Run:
     def realisations(self) -> Sequence[Fragments]:
         """Fragments of every realisation of the break-up; those after the first are read one by one."""
         from flight.files.ensemble import read_fragment_ensemble
-        from fragfield.stages import WithFirst
+        from fragfield.pipeline.stages import WithFirst
 
         others = self.path / "ensemble_fragments.h5"
         return WithFirst(self.fragments, read_fragment_ensemble(others) if others.is_file() else ())
@@ -126,13 +126,13 @@ class Run:
 
     @property
     def exposed(self) -> list[dict[str, Any]]:
-        """Exposed places with their densities and verdicts, as in summary.json."""
+        """Exposed sites with their densities and verdicts, as in summary.json."""
         return self.summary.get("exposed") or []
 
     @property
     def findings(self) -> list[str]:
         """What a reader must know before using the numbers, the gravest first, as the report has it."""
-        from fragfield.report.findings import findings
+        from fragfield.report.findings.findings import findings
 
         return [f"{one.label}: {one.text}" for one in findings(self.files)]
 
@@ -188,6 +188,6 @@ class Run:
         return f"<fragfield.Run {str(self.path)!r}: {done or 'nothing'} done>"
 
     def __str__(self) -> str:
-        from fragfield.show import summary_text
+        from fragfield.terminal.show import summary_text
 
         return summary_text({"title": self.case.title, **self.summary, "directory": str(self.path)})

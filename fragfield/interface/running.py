@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from fragfield.interface.results import Run
-    from fragfield.pipeline import Request
-    from fragfield.progress import Progress
+    from fragfield.pipeline.chain import Request
+    from fragfield.terminal.progress import Progress
 
 __all__ = ["limit_threads", "request_of", "run"]
 
@@ -48,7 +48,7 @@ def run(
     only : "burst", "break-up", "fly" or "report", optional
         One stage alone, from the files of the stages before it.
     fragments : path, optional
-        With `only="fly"`: fragments or an arena table to fly in place of the run's own.
+        With `only="fly"`: fragments or an arena table to fly instead of the run's own.
     threads : int, optional
         Threads of each rank; default: all cores that this process may use.
     resume : bool
@@ -79,18 +79,18 @@ def run(
     A hazard distance that is not determined is no error here: all files are written. `run.hazard.determined` says so,
     and `run.hazard.distance` raises `NotDeterminedError`.
     """
-    from fragfield.run_directory import STAGES
+    from fragfield.files.run_directory import STAGES
 
     if only is not None and only not in STAGES:
         raise InputError(f"only: found {only!r}{nearest(str(only), STAGES)}; allowed: {', '.join(STAGES)}")
     if fragments is not None and only != "fly":
-        raise InputError('fragments: found without only="fly"; allowed: with it, since nothing else takes them')
+        raise InputError('fragments: found without only="fly"; allowed: only together with it')
     request = request_of(
         case, out=out, set=set, cell_size=cell_size, fragments=fragments, threads=threads, resume=resume,
         overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),
     )  # fmt: skip
     from fragfield.interface.results import Run
-    from fragfield.pipeline import run_chain, run_stage
+    from fragfield.pipeline.chain import run_chain, run_stage
 
     if only is None:
         run_chain(request)
@@ -116,9 +116,9 @@ def request_of(
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
     if threads is not None:
         limit_threads(threads)
-    from fragfield.case.checks import check_case
+    from fragfield.case.checks.consistency import check_case
     from fragfield.case.messages import join_faults
-    from fragfield.pipeline import Request
+    from fragfield.pipeline.chain import Request
 
     made = None
     if isinstance(case, Case) or not _is_settings(set):

@@ -1,4 +1,4 @@
-"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and two beside each other."""
+"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and the comparison of two."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.certainty import metres
 from fragfield.errors import InputError, NotDeterminedError, nearest
+from fragfield.hazard.certainty import metres
 from fragfield.interface.case import Case
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
@@ -90,7 +90,7 @@ def run_sweep(
     threads, jobs : int, optional
         Threads of a run (default 1), and runs at one time (default: all cores).
     resume, overwrite : bool
-        Keep finished runs and go on with begun ones; replace runs of another case.
+        Keep finished runs and continue unfinished ones; replace runs of another case.
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the runs.
     progress : bool
@@ -106,7 +106,7 @@ def run_sweep(
     InputError
         A key or a value is not allowed, or the folder holds runs of another case.
     """
-    from fragfield import sweep
+    from fragfield.studies import sweep
 
     folder, file = _folder(case, out, "sweep")
     options = sweep.SweepOptions(folder, stage, threads, resume, overwrite, not progress, jobs, scheduler)
@@ -144,13 +144,13 @@ class Comparison:
 
     def write(self, folder: str | os.PathLike[str]) -> Path:
         """Write comparison.json, the tables as CSV files and comparison.png into a folder."""
-        from fragfield.compare import write_comparison
+        from fragfield.studies.compare import write_comparison
 
         write_comparison(self.found, Path(folder))
         return Path(folder)
 
     def _rows(self) -> dict[str, list[dict[str, Any]]]:
-        from fragfield.compare.files import azimuth_rows, flat_row
+        from fragfield.studies.compare.files import azimuth_rows, flat_row
 
         rows = {name: self.found[name] for name in ("casing", "distances", "by_distance", "by_zone", "places")}
         rows["by_azimuth"] = list(azimuth_rows(self.found["witness"]))
@@ -193,7 +193,7 @@ def compare_runs(
     InputError
         A directory is no run, the witness surfaces differ, or the sector is not possible.
     """
-    from fragfield import compare
+    from fragfield.studies import compare
 
     folders = [one.path if isinstance(one, Run) else Path(one) for one in (run, reference)]
     return Comparison(compare.compare_runs(*folders, sector=sector, all_round=all_round))
@@ -271,7 +271,7 @@ def run_uncertainty(
     out : path, optional
         Folder of the study; left out: runs/NAME_uncertainty. A case made in Python needs one.
     samples, method, seed : optional
-        In place of those of `[uncertainty]`: number, "latin_hypercube" or "sobol", seed of points and samples.
+        Instead of those of `[uncertainty]`: number, "latin_hypercube" or "sobol", seed of points and samples.
     set, cell_size
         Values that replace those of the case, see `Case.from_toml`.
     workers : int, optional
@@ -279,7 +279,7 @@ def run_uncertainty(
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the samples.
     resume, overwrite : bool
-        Go on with the study in the folder, or replace it.
+        Continue the study in the folder, or replace it.
     progress : bool
         Lines on stderr while samples are made.
 
@@ -294,7 +294,7 @@ def run_uncertainty(
         The case or the folder is at fault, or the nominal run stopped.
     """
     from fragfield.interface.running import request_of
-    from fragfield.uncertainty import StudyOptions, run_study
+    from fragfield.studies.uncertainty import StudyOptions, run_study
 
     folder, file = _folder(case, out, "uncertainty")
     options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, not progress)

@@ -1,4 +1,4 @@
-"""Tables of a run as NumPy's structured arrays, and as pandas' frames where pandas is installed.
+"""Tables of a run as structured NumPy arrays, or as pandas data frames.
 
 They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost.
 """

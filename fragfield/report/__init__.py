@@ -6,14 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fragfield.report.assemble import write_report
-    from fragfield.report.run_files import RunFiles, read_run
+    from fragfield.report.reading.run_files import RunFiles, read_run
 
 __all__ = ["RunFiles", "read_run", "write_report"]
+
+_HOMES = {
+    "RunFiles": "fragfield.report.reading.run_files",
+    "read_run": "fragfield.report.reading.run_files",
+    "write_report": "fragfield.report.assemble",
+}
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - what is asked for; the process that draws needs little of it
     from importlib import import_module
 
-    if name in __all__:
-        return getattr(import_module(f"{__name__}.{'assemble' if name == 'write_report' else 'run_files'}"), name)
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""Putting the report together: figures to files and into one HTML page that needs nothing else."""
+"""Assembles the report: figures to files, and one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.report.blocks import Beside, Illustration
 from fragfield.report.document import code_words, css_text, identity_line
+from fragfield.report.figures.side_by_side import FigureQueue
 from fragfield.report.map_page import write_map
-from fragfield.report.run_files import read_run
+from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import sections
-from fragfield.report.side_by_side import FigureQueue
 from fragfield.version import __version__
 from fragfield_base.writing import write_files, write_text
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fragfield.report.blocks import Block, Section
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
     from fragfield.report.sections import Draw
 
 __all__ = ["write_page", "write_report"]
 
-_DEFERRED, _PICTURE = "deferred", "picture"  # in place of a figure, and of one by VTK, that is being drawn
+_DEFERRED, _PICTURE = "deferred", "picture"  # instead of a figure, and of one by VTK, that is being drawn
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 
@@ -197,7 +197,7 @@ def _render(run: RunFiles, parts: list[object] | object, figures: int, written: 
 
 
 def _readable(date: str) -> str:
-    """A date of the provenance, in ISO form, as a reader wants it; another text stays as it is."""
+    """A date of the provenance, in ISO form, for the reader; another text stays as it is."""
     try:
         return datetime.fromisoformat(date).astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
     except ValueError:

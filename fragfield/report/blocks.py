@@ -1,4 +1,4 @@
-"""The pieces a report is made of; the template knows one way to draw each."""
+"""The blocks of a report; the template draws each in one way."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class Illustration:
     wide: str = ""
     narrow: str = ""
     missing: str = ""
-    """Why the picture could not be drawn, in place of it."""
+    """Why the picture could not be drawn, instead of it."""
     kind: str = "illustration"
 
 

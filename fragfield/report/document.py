@@ -1,4 +1,4 @@
-"""Texts of the page: the document's number, revision and classification in one line, code words, CSS strings."""
+"""Texts of the page: document number, revision and classification, code words, CSS strings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["code_words", "css_text", "identity_line"]
 

@@ -1,4 +1,4 @@
-"""The map as a page of its own: pan and zoom in the browser, from one file, without a network."""
+"""The map as a separate page: pan and zoom in the browser, in one file, without a network."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import json
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.site_figure import north_of, site_shapes
-from fragfield.site_map import KINDS, extent_of
+from fragfield.hazard.site_map import KINDS, extent_of
+from fragfield.report.figures.site import north_of, site_shapes
 from fragfield.version import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["map_data", "write_map"]
 
@@ -23,7 +23,7 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
     found = site_shapes(run)
     if found is None:
         return None
-    from fragfield.case.exposed_places import site_of
+    from fragfield.case.conversion.exposed_sites import site_of
 
     case, shapes = found
     site = site_of(case)

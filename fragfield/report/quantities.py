@@ -1,4 +1,4 @@
-"""Numbers as the report shows them: a practical value beside the SI value, and words for what is unknown."""
+"""Formatting of numbers: a practical value beside the SI value, and words for missing values."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield.case.quantities import Measured
+from fragfield.case.units.quantities import Measured
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["UNKNOWN", "Row", "number", "of_case", "row"]
+__all__ = ["UNKNOWN", "Row", "explosive_title", "number", "of_case", "row"]
 
 UNKNOWN = "not computed"
 SPACE, NARROW_SPACE = "\u00a0", "\u202f"
 """No-break spaces: a value and its unit stay on one line."""
+_EXPLOSIVES = {"tnt": "TNT", "comp_b": "Composition B"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # SI unit -> (largest factor first) practical units; a value takes the first in which it is at least 1.
@@ -60,6 +61,11 @@ def number(value: float | int | None, digits: int = 4) -> str:
     return _minus(f"{value:,.{max(0, digits - 1 - size)}f}")
 
 
+def explosive_title(name: str) -> str:
+    """Name of an explosive as text shows it: built-in ones by their usual name, others as the case has them."""
+    return _EXPLOSIVES.get(name, name)
+
+
 def _minus(text: str) -> str:
     return text.replace("-", "−")
 
@@ -94,7 +100,7 @@ def row(
     digits : int
         Significant digits.
     write : callable, optional
-        Writes the numbers in place of `number` with these digits.
+        Writes the numbers instead of `number` with these digits.
     """
     write = write or (lambda amount: number(amount, digits))
     if isinstance(value, str) or value is None or (isinstance(value, float) and math.isnan(value)):
@@ -136,7 +142,7 @@ def _practical(value: float, unit: str) -> tuple[float, str]:
     if value == 0:
         return 0.0, ladder[0][1] if unit != "s" else "s"
     for factor, name in ladder:
-        minimum = 2.0 if name == "min" else 1.0  # nobody says 1.5 min
+        minimum = 2.0 if name == "min" else 1.0  # 90 s reads better than 1.5 min
         if abs(value) >= minimum * factor * (1 - 1e-12):
             return value / factor, name
     factor, name = ladder[-1]

@@ -1,4 +1,4 @@
-"""A study of uncertainty as a short page of its own, with the template and figures of the report."""
+"""A study of uncertainty as a short separate page, with the template and figures of the report."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.report.assemble import write_page
 from fragfield.report.blocks import Section
-from fragfield.report.run_files import read_run
-from fragfield.report.uncertainty_tables import uncertainty_blocks
+from fragfield.report.reading.run_files import read_run
+from fragfield.report.tables.uncertainty import uncertainty_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
     from fragfield.report.blocks import Block
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["write_uncertainty_page"]
 
@@ -56,4 +56,4 @@ def _place_of(block: Block) -> int:
     title = getattr(block, "title", "")
     if title.startswith("Uncertain inputs"):
         return 2
-    return 1 if title.startswith(("What moves", "Share of each", "Exposed places")) else 0
+    return 1 if title.startswith(("What moves", "Share of each", "Exposed sites")) else 0

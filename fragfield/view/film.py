@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.report.drawing import GREY, INK, RULE, SPEED_MAP
+from fragfield.report.figures.drawing import GREY, INK, RULE, SPEED_MAP
 from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
 from fragfield.view.scenes import burst_at, burst_times, final_burst, section
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     import pyvista
     from numpy.typing import NDArray
 
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["FILM_OF_BURST", "FILM_OF_FLIGHT", "Paths", "film_fault", "film_of_burst", "film_of_flight", "read_paths"]
 
 FILM_OF_BURST, FILM_OF_FLIGHT = "film_of_burst.mp4", "film_of_flight.mp4"
-_SIZE = (1280, 960)  # pixels; the coder of H.264 wants multiples of 16
+_SIZE = (1280, 960)  # pixels; H.264 needs multiples of 16
 _SECONDS = 8.0  # that a film lasts, when there are frames enough
 _MOST_FRAMES, _FEWEST_A_SECOND = 96, 4.0
 
@@ -204,7 +204,7 @@ def _plotter() -> pyvista.Plotter:
 
 
 def _add_coloured(plotter: pyvista.Plotter, mesh: pyvista.DataSet, fastest: float, quantity: str, **look: Any) -> None:
-    """Show the mesh in place of that of the frame before."""
+    """Show the mesh instead of that of the frame before."""
     bar = {"title": quantity, "color": INK, "n_labels": 4, "fmt": "%.0f", "position_x": 0.25, "width": 0.5}
     plotter.add_mesh(
         mesh, name="coloured", scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), scalar_bar_args=bar, ambient=0.45,

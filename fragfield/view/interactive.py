@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.report.drawing import SPEED_MAP
+from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
 from fragfield.view.scenes import burst_states, fragment_points, section
 from fragfield_base.writing import write_text
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     import pyvista
 
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = [
     "VIEW_OF_BURST",

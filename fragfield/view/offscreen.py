@@ -1,4 +1,4 @@
-"""May VTK draw without a window here? Asked before the first picture, because otherwise it ends the process."""
+"""Whether VTK can draw without a window here, checked first because VTK would end the process."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def library_fault() -> str | None:
     """
     library = next((name for name in _WINDOWS if _loadable(name)), None)
     if library is None:
-        return f"VTK needs libEGL or libOSMesa to draw without a window, and finds neither; {_CURE}"
+        return f"VTK needs libEGL or libOSMesa to draw without a window, neither of which is installed; {_CURE}"
     if not display_available():
         # Otherwise VTK asks for an X server first, and complains that there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _WINDOWS[library])

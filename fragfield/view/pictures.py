@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.drawing import SPEED_MAP, drawing_style, to_bytes
-from fragfield.report.run_files import RunFiles, read_run
+from fragfield.report.figures.drawing import SPEED_MAP, drawing_style, to_bytes
+from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
 from fragfield.view.scenes import burst_states, cut, fragment_points, section
 
@@ -101,7 +101,7 @@ def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
 def _render_section(
     grid: pyvista.UnstructuredGrid, fastest: float
 ) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
-    """Picture of the half behind the section, looked at along +y, and its extent in x and z (m)."""
+    """Picture of the half behind the section, viewed along +y, and its extent in x and z (m)."""
     import pyvista
 
     bounds = np.asarray(grid.bounds, dtype=float)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.files.revolve import Revolution
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["MOST_CELLS", "Revolved", "revolved"]
 

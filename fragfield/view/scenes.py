@@ -1,4 +1,4 @@
-"""What there is to look at: the burst's grids over time, and the fragments, as VTK data."""
+"""The burst's grids over time, and the fragments, as VTK data."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import pyvista
     from numpy.typing import NDArray
 
-    from fragfield.report.run_files import RunFiles
-    from transition.mirroring import Image
+    from fragfield.report.reading.run_files import RunFiles
+    from transition.placement.mirroring import Image
 
 __all__ = [
     "burst_at",
@@ -70,7 +70,9 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
     speed = np.linalg.norm(grid.point_data["velocity"], axis=1)
     cells, corners = grid.cell_connectivity, run.cells["nodes"].shape[1]
     if len(cells) % corners or cells.min() < 0 or cells.max() >= grid.n_points:
-        raise InputError(f"{run.folder / 'burst.h5'}: cells name nodes that are not there; run `fragfield burst` again")
+        raise InputError(
+            f"{run.folder / 'burst.h5'}: cells refer to nodes that do not exist; run `fragfield burst` again"
+        )
     cells = cells.reshape(-1, corners)
     return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])
 
@@ -102,7 +104,7 @@ def _whole(
     """The cells that were computed, or their revolution, and the images of both, with speed and part."""
     import pyvista
 
-    from transition.mirroring import images
+    from transition.placement.mirroring import images
 
     mirrors = images(run.planes, str(run.folder))
     part = np.asarray(part).astype(np.int32)
@@ -134,7 +136,7 @@ def _whole(
 
 
 def _section_plane(run: RunFiles, mirrors: Sequence[Image]) -> float:
-    """The y (m) at which the rounds are cut at all times: through the round next to the middle, or before it."""
+    """The y (m) at which the rounds are cut at all times: through the round next to the centre, or before it."""
     centres: list[NDArray[np.float64]] = []
     for item in run.rounds:
         position, axis = (np.asarray(item.attributes[key], dtype=np.float64) for key in ("position", "axis"))

@@ -1,4 +1,4 @@
-"""`fragfield view RUN`: a window where there is a display, pictures and films otherwise, pages where asked for."""
+"""`fragfield view RUN`: a window where there is a display, otherwise pictures and films; pages on request."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import logging
 from pathlib import Path
 
 from fragfield.errors import InputError
-from fragfield.report.drawing import SPEED_MAP
-from fragfield.report.run_files import RunFiles, read_run
+from fragfield.report.figures.drawing import SPEED_MAP
+from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.film import film_fault, film_of_burst, film_of_flight
 from fragfield.view.interactive import write_interactive_views
 from fragfield.view.offscreen import display_available
@@ -45,7 +45,7 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     """
     run = read_run(Path(run_dir))
     if not run.nodes and not run.fragments:
-        raise InputError(f"{run.folder}: nothing to look at; run `fragfield burst` or `fragfield break-up` first")
+        raise InputError(f"{run.folder}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
     if html:
         return write_interactive_views(run)
     if display_available() if window is None else window:

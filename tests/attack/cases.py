@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.quantities import Quantity, Vector
 from fragfield.case.schema import Case
+from fragfield.case.units.compound import Vector
+from fragfield.case.units.quantities import Quantity
 from fragfield.case.write import toml_value
 from tests.fragfield.short_run import SHORT
 

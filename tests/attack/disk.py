@@ -10,7 +10,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
-from fragfield.run_directory import STAGES
+from fragfield.files.run_directory import STAGES
 from fragfield_base.hdf5_files import check_sound
 from tests.attack.runs import different, run
 

@@ -22,7 +22,7 @@ __all__ = ["READERS", "attack", "damaged", "outcome"]
 
 def _burst(path: Path) -> Any:
     from fragfield.errors import InputError
-    from fragfield.report.run_files import RunFiles
+    from fragfield.report.reading.run_files import RunFiles
     from fragfield.view.scenes import burst_times
     from fragfield_base.hdf5_files import check_sound
 
@@ -70,13 +70,13 @@ def _ensemble(path: Path) -> Any:
 
 
 def _case(path: Path) -> Any:
-    from fragfield.run_directory import RunDirectory
+    from fragfield.files.run_directory import RunDirectory
 
     return repr(RunDirectory(path.parent).stored_case())
 
 
 def _summary(path: Path) -> Any:
-    from fragfield.run_directory import RunDirectory
+    from fragfield.files.run_directory import RunDirectory
 
     return repr(RunDirectory(path.parent).summary())
 

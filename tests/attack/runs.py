@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fragfield.run_directory import STAGES
+from fragfield.files.run_directory import STAGES
 from tests.fragfield.short_run import SHORT, command, environment
 
 __all__ = ["CASE", "FILES", "different", "run", "start"]
@@ -32,7 +32,9 @@ _DATED = re.compile(r'^# (date|revision) = .*$|<Information Name="(date|revision
 _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checksum", "versions", "phases", "seconds")
 
 
-_WITHOUT_REPORT = "import fragfield.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: None; "
+_WITHOUT_REPORT = (
+    "import fragfield.pipeline.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: None; "
+)
 _OFTEN = "import burst_fenicsx.simulation as one; one._CHECKPOINT_SECONDS = 0.2; "
 _COMMAND = "import sys; from fragfield.cli import main; sys.argv[0] = 'fragfield'; main()"
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.run_directory import STAGES, RunDirectory
+from fragfield.files.run_directory import STAGES, RunDirectory
 from tests.attack.runs import CASE, different, run, start
 
 if TYPE_CHECKING:

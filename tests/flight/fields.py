@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, expected_distance
-from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.polar_grid import PolarGrid
 
 LIMIT = 1.0 / 55.7
 

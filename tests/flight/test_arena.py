@@ -8,10 +8,12 @@ import pytest
 import flight
 from flight.arena import ArenaTable, is_arena_file
 from flight.hazard.criteria import Criteria
-from flight.hazard.expected import DensityGroups, Directions, expected_distance
-from flight.hazard.fields import fields_of
-from flight.hazard.near_ground import NearGround
-from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
 
 
 def burst(seed: int, number: int = 700) -> flight.Fragments:

@@ -10,12 +10,14 @@ from flight import hazard
 from flight.arena import ArenaTable, is_arena_file
 from flight.hazard import Criteria
 from flight.hazard.contours import Site
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.ensemble import assess_ensemble
-from flight.hazard.expected import DensityGroups, Directions, expected_distance
 from flight.hazard.exposed import Prism
-from flight.hazard.fields import fields_of
-from flight.hazard.near_ground import NearGround
-from flight.hazard.polar_grid import PolarGrid
 from flight.hazard.stack_rules import effective_number
 from flight.scene.walls import Wall as StoppingWall
 

@@ -217,7 +217,7 @@ def test_a_dilute_cloud_and_the_distance_end_contact() -> None:
     assert near.summary["contact"]["windows"] < 60
 
 
-def test_one_fragment_or_none_meets_nobody() -> None:
+def test_one_fragment_or_none_has_no_collision() -> None:
     one = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
     assert (fly(one, contact=Contact()).landing == fly(one).landing).all()
     assert len(fly(one.select(slice(0, 0)), contact=Contact()).landing) == 0
@@ -253,7 +253,10 @@ def test_messages(argument: dict[str, float], message: str) -> None:
     ],
 )
 def test_refused_beside_what_it_does_not_know(argument: dict[str, object], found: str) -> None:
-    with pytest.raises(InputError, match=rf"contact: found together with {found}, of which it knows.*: flat ground"):
+    with pytest.raises(
+        InputError,
+        match=rf"contact: found together with {found}, which are not supported together; allowed: flat ground",
+    ):
         fly(stack(4), contact=Contact(), **argument)
 
 

@@ -12,10 +12,11 @@ import pytest
 
 from flight import InputError
 from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import tally
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
-from flight.hazard.expected import Directions, expected_distance
-from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import tally
 from flight.result import LANDING, Status
 from tests.flight.fields import distance_of_landings, groups_of_landings
 
@@ -53,13 +54,13 @@ def area(ring: np.ndarray) -> float:
 @pytest.mark.parametrize("site", [SITE, Site(-33.0, 179.9999, -120.0), Site(70.0, -180.0, 400.0), Site(0.0, 0.0, 0.0)])
 def test_points_lie_at_their_distance_and_bearing(site: Site) -> None:
     azimuth, distance = np.arange(0.0, 360.0, 7.0), np.linspace(1.0, 3000.0, 52)
-    length, bearing = inverse(site, site.places(azimuth, distance))
+    length, bearing = inverse(site, site.coordinates(azimuth, distance))
     assert length == pytest.approx(distance, abs=1e-6)
     assert (np.abs((bearing + azimuth - site.bearing + 180.0) % 360.0 - 180.0) < 1e-6).all()
 
 
 def test_longitudes_do_not_jump_at_the_date_line() -> None:
-    longitude = Site(10.0, 179.9999, 90.0).places(np.arange(0.0, 360.0, 5.0), 2000.0)[:, 0]
+    longitude = Site(10.0, 179.9999, 90.0).coordinates(np.arange(0.0, 360.0, 5.0), 2000.0)[:, 0]
     assert np.ptp(longitude) < 0.1
 
 
@@ -165,7 +166,7 @@ def test_places_without_a_map_are_refused(values: tuple[float, float, float], me
 def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "geographiclib.geodesic", None)
     with pytest.raises(InputError, match="need geographiclib: pip install geographiclib"):
-        SITE.places(0.0, 1.0)
+        SITE.coordinates(0.0, 1.0)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

@@ -19,14 +19,17 @@ from flight.files.ensemble import (
 )
 from flight.files.text_tables import read_columns
 from flight.hazard.assessment import assess, falling_through, hazard_of
+from flight.hazard.bands import Band, band_of
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import Tally, tally
+from flight.hazard.density.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from flight.hazard.distances import DISTANCES, FEWEST
-from flight.hazard.ensemble import Band, EnsembleHazard, assess_ensemble, band_of
-from flight.hazard.expected import Directions, ExpectedDistance, expected_distance
-from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.hazard.stack_rules import effective_number, stack_rule
-from flight.hazard.tally import Tally, tally
-from flight.hazard.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from flight.result import HITS, LANDING, Status
 from tests.flight.fields import groups_of_landings
 

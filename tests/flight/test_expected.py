@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.expected import DensityGroups, Directions, ExpectedDistance, drawn_distances, expected_distance
-from flight.hazard.polar_grid import PolarGrid
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.expected import drawn_distances, expected_distance
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.polar_grid import PolarGrid
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees
@@ -236,7 +239,7 @@ def test_groups_join_in_pairs_and_keep_the_sum() -> None:
 
 
 def test_realisations_drawn_together_count_as_one_group() -> None:
-    """Densities that go with a random number drawn by fours: the bootstrap takes whole fours, and is right."""
+    """Densities that depend on a random number drawn in groups of four: the bootstrap draws whole groups."""
     field = directions("all_azimuths")
     base = field.folded(expected_numbers(field.grid, radial, even))
     generator = np.random.default_rng(3)

@@ -1,4 +1,4 @@
-"""Exposed places: paths, hits and landings in prisms against closed forms and against the flight's other counts."""
+"""Exposed sites: paths, hits and landings in prisms against closed forms and against the flight's other counts."""
 
 from __future__ import annotations
 

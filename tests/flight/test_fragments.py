@@ -84,7 +84,7 @@ def test_what_cannot_fly_is_refused(change: dict[str, object], message: str) -> 
         Fragments.from_arrays(**(good | change))  # type: ignore[arg-type]
 
 
-def test_constructor_wants_arrays() -> None:
+def test_constructor_needs_arrays() -> None:
     with pytest.raises(InputError, match=r"mass is int64 \(2,\), needed float64 \(2,\)"):
         Fragments(np.array([1, 2]), *[np.zeros((2, 3))] * 2, np.ones(2), *[np.zeros(2, np.int32)] * 2)
 

@@ -10,10 +10,10 @@ import pytest
 import flight
 from flight import Adaptive, Domain, FixedStep, Fragments, HeightMap, InputError
 from flight.hazard.criteria import Criteria
-from flight.hazard.fields import fields_of
-from flight.hazard.near_ground import NearGround
-from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import tally
+from flight.hazard.density.fields import fields_of
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import tally
 from flight.integrate.fly import STANDARD_GRAVITY
 
 GRID = PolarGrid(72, 2, 10.0, 20)

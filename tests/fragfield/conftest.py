@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import fragfield.report
-from fragfield.report import assemble, early
+from fragfield.report import assemble
+from fragfield.report.figures import early
 from tests.fragfield.short_run import SHORT, command, environment
 
 

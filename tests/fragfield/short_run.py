@@ -30,7 +30,7 @@ def invoke(*arguments: object) -> Result:
 
 
 def command(*arguments: object) -> list[str]:
-    """The command line for a process of its own, which wants `environment`."""
+    """The command line for a separate process, which needs `environment`."""
     return [sys.executable, "-m", "fragfield", *map(str, arguments)]
 
 

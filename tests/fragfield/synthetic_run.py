@@ -13,11 +13,12 @@ from burst_fenicsx.files.output import TimeSeries
 from flight.files.ensemble import write_ensemble
 from flight.files.results import write_landing
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import expected_distance
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import tally
+from flight.hazard.density.witness_hazard import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
-from flight.hazard.expected import Directions, expected_distance
-from flight.hazard.polar_grid import PolarGrid
-from flight.hazard.tally import tally
-from flight.hazard.witness_hazard import SECTOR_HITS
 from flight.result import LANDING, Status
 from tests.flight.fields import groups_of_landings
 

@@ -1,4 +1,4 @@
-"""An arena test's table flown as a run, and two runs beside each other by polar zone and exposed place."""
+"""An arena test's table flown as a run, and two runs beside each other by polar zone and exposed site."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ max_realisations = 30
 tolerance = 0.001
 [[exposed]]
 name = "gate"
-place = ["{x} m", "0 m"]
+position = ["{x} m", "0 m"]
 """
 
 
@@ -80,7 +80,7 @@ def test_places_use_all_azimuths_where_they_are_alike(runs, tmp_path):
     case = "[hazard]\nmax_realisations = 30\ntolerance = 0.001\n"
     for k in range(24):
         x, y = 40.0 * math.cos(0.2618 * k), 40.0 * math.sin(0.2618 * k)
-        case += f'[[exposed]]\nname = "{k}"\nplace = ["{x:.3f} m", "{y:.3f} m"]\n'
+        case += f'[[exposed]]\nname = "{k}"\nposition = ["{x:.3f} m", "{y:.3f} m"]\n'
     (tmp_path / "ring.toml").write_text(case, encoding="utf-8")
     done = invoke("fly", tmp_path / "ring.toml", "--fragments", runs / "test.csv", "--out", tmp_path / "ring", "--json")
     assert done.exit_code == 0, done.stderr
@@ -111,4 +111,4 @@ def test_planes_of_symmetry_are_refused(runs, tmp_path):
     (tmp_path / "p.toml").write_text(text, encoding="utf-8")
     done = invoke("fly", tmp_path / "p.toml", "--fragments", runs / "test.csv", "--out", tmp_path / "p")
     assert done.exit_code == 2
-    assert "give every round a table [[round]] of its own place" in done.stderr
+    assert "give every round its own table [[round]] with its position" in done.stderr

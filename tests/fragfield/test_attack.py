@@ -1,4 +1,4 @@
-"""A small part of `sh setup.sh attack`, with fixed seeds, and property tests of every kind of file from elsewhere."""
+"""A small part of `sh setup.sh attack`, with fixed seeds, and property tests of all kinds of foreign files."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.files.height_map import read_grid
 from flight.files.text_tables import read_columns, write_columns
-from fragfield.case.quantities import Quantity
-from fragfield.case.unit_grammar import grammar_fault
+from fragfield.case.units.grammar import grammar_fault
+from fragfield.case.units.quantities import Quantity
 from tests.attack import disk, exits, files, signals
 from tests.attack.__main__ import generated_cases
 

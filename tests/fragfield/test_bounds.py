@@ -8,10 +8,12 @@ import pytest
 from pydantic import BaseModel
 
 from fragfield.case import load_case
-from fragfield.case.bounds import COUNTS, KEYS, UNITS, outside_hard, outside_soft
+from fragfield.case.checks.bounds import COUNTS, KEYS, UNITS, outside_hard, outside_soft
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.quantities import _NAMES, Quantity, Vector
 from fragfield.case.schema import Case
+from fragfield.case.units.compound import Vector
+from fragfield.case.units.dimensions import DIMENSIONS
+from fragfield.case.units.quantities import Quantity
 from tests.attack.cases import BASE, to_text
 from tests.fragfield.short_run import ROOT, SHORT, invoke
 
@@ -33,7 +35,7 @@ def test_every_unit_of_the_schema_has_bounds_with_a_reason():
     used = {mark.symbol for field in FIELDS.values() for mark in marks_of(field) if isinstance(mark, Quantity)}
     used |= {m.component.symbol for f in FIELDS.values() for m in marks_of(f) if isinstance(m, Vector) and m.component}
     assert used <= set(UNITS)
-    assert set(_NAMES) <= set(UNITS)
+    assert set(DIMENSIONS) <= set(UNITS)
 
 
 def test_keys_of_the_bounds_are_keys_of_the_schema():

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE
-from fragfield.case.convert import burst_settings
-from fragfield.case.geometry import burst_geometry
+from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document, load_case
-from fragfield.checking import check_report
+from fragfield.checking.check import check_report
+from fragfield.checking.show import print_check
 from fragfield.errors import exit_code_of
-from fragfield.show_check import print_check
 from tests.fragfield.short_run import RINGS, invoke
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import Case, differences, load_case, read_resolved, to_toml
-from fragfield.case.break_up_table import BreakUpTable
-from fragfield.case.burst_table import (
+from fragfield.case.tables.break_up import BreakUpTable
+from fragfield.case.tables.burst import (
     BurstTable,
     ContactTable,
     HourglassTable,
@@ -20,8 +20,8 @@ from fragfield.case.burst_table import (
     TimeStepTable,
     ViscosityTable,
 )
-from fragfield.case.flight_table import IntegratorTable
-from fragfield.case.round_table import CasingTable, ExplosiveTable, InitiationTable, JwlTable
+from fragfield.case.tables.flight import IntegratorTable
+from fragfield.case.tables.round import CasingTable, ExplosiveTable, InitiationTable, JwlTable
 from tests.fragfield.case_documents import FULL, write_case
 
 CASES = sorted((Path(__file__).parents[2] / "cases").glob("*.toml"))

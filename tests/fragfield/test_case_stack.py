@@ -15,7 +15,7 @@ from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.meshing import mesh_profile, mesh_round
 from burst_fenicsx.problem import ContactSettings, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
-from fragfield.case.convert import burst_rounds, burst_settings
+from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError
 

@@ -8,7 +8,7 @@ import pytest
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.meshing import mesh_profile
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.convert import (
+from fragfield.case.conversion.stages import (
     break_up_settings,
     burst_rounds,
     burst_settings,

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fragfield.case.load import case_from_document, load_case
-from fragfield.checking import check_report
-from fragfield.places import with_images
-from fragfield.show_check import print_check
+from fragfield.checking.check import check_report
+from fragfield.checking.show import print_check
+from fragfield.hazard.arrangement import with_images
 from tests.fragfield.short_run import ROOT, invoke
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}
@@ -108,7 +108,7 @@ def test_two_heights_of_the_ground_are_warned_of():
 def test_rounds_that_are_alike_are_warned_of_once():
     tube = {**ROUND, "name": "tube", "profile": "tube", "position": ["1 m", "0 m", "0 m"]}
     case = _case(round=[ROUND, tube], stack={**_row(4), "round": "shell"}, burst={"end_time": "20 us"})
-    over = [line for line in check_report(case)["warnings"] if "is over before the front" in line]
+    over = [line for line in check_report(case)["warnings"] if "ends before the front" in line]
     assert [line.split(":")[0] for line in over] == ["round[1] (shell_1 and 3 alike)", "round[5] (tube)"]
 
 
@@ -169,7 +169,7 @@ def test_check_prints_the_stack_for_people(capsys):
         "smallest clear distance: 20 mm, shell_1 to shell_2",
         "plane deck: wall, normal (0, 0, 1), friction 20 degrees, 0 mm from shell_1",
         "contact: charge bonded to casing, cohesion 5 MPa",
-        "surfaces that meet push each other, friction 20 degrees",
+        "contact between colliding surfaces, friction 20 degrees",
         "per round: ",
     ):
         assert part in text, part

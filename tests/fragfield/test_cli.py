@@ -179,9 +179,9 @@ def test_exit_codes_of_errors():
 )
 def test_stops_and_interruptions_have_their_codes(raised, code, reported, tmp_path):
     done = _python(
-        "import sys, burst_fenicsx.errors, fragfield.pipeline\n"
+        "import sys, burst_fenicsx.errors, fragfield.pipeline.chain\n"
         f"def stop(*_, **__): raise {raised}\n"
-        "fragfield.pipeline.perform = stop\n"
+        "fragfield.pipeline.chain.perform = stop\n"
         f"sys.argv = ['fragfield', 'run', {str(ROOT / 'cases' / 'tube.toml')!r}, '--out', {str(tmp_path / 'run')!r}]\n"
         "from fragfield.cli import main\nmain()"
     )
@@ -274,7 +274,7 @@ def test_a_witness_ring_that_cuts_a_barricade_is_warned_of(radius, warned, tmp_p
     ("old", "new", "warning"),
     [
         ('end_time = "120 us"', 'end_time = "120 us"\nproducts = "landau"', "1.2 times the work rho Q"),
-        ('end_time = "120 us"', 'end_time = "20 us"', "over before the front has passed (4.32e-05 s)"),
+        ('end_time = "120 us"', 'end_time = "20 us"', "ends before the front has passed (4.32e-05 s)"),
         ('cell_size = "6 mm"', 'cell_size = "15 mm"', "the thinnest wall, 22.5 mm, has 1.5 cells"),
         ('end_time = "120 us"', 'burn = "time"', "no steady front"),
         ('end_time = "120 us"', "leakage = { radius_ratio = 3.0 }", "outside the published 1.59 to 2.1"),

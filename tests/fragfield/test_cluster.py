@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import fragfield.sweep.cluster as cluster_module
+import fragfield.studies.sweep.cluster as cluster_module
 from fragfield.cli import app
 from fragfield.errors import InputError
-from fragfield.sweep.cluster import cluster_workers
-from fragfield.sweep.sharing import share_out
+from fragfield.studies.sweep.cluster import cluster_workers
+from fragfield.studies.sweep.sharing import share_out
 from fragfield_base.locking import locked
 from tests.fragfield.short_run import RINGS
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight.hazard.witness_hazard import SECTOR_HITS
+from flight.hazard.density.witness_hazard import SECTOR_HITS
 from fragfield.cli import app
-from fragfield.compare import compare_runs
-from fragfield.compare.estimates import Estimates, estimate
-from fragfield.compare.witness import compare_hits, sectors_together
 from fragfield.errors import InputError
+from fragfield.studies.compare import compare_runs
+from fragfield.studies.compare.estimates import Estimates, estimate
+from fragfield.studies.compare.witness import compare_hits, sectors_together
 from tests.fragfield.synthetic_run import write_run
 
 
@@ -54,7 +54,7 @@ def test_a_standard_error_is_that_of_the_mean():
     np.testing.assert_allclose(found.error, each.std(axis=0, ddof=1) / 20.0)
     holes = estimate(np.array([[1.0, np.nan], [3.0, np.nan], [np.nan, 7.0]]))
     assert (holes.value[0], holes.error[0], holes.value[1]) == (2.0, 1.0, 7.0)
-    assert np.isnan(holes.error[1])  # one realisation knows no error
+    assert np.isnan(holes.error[1])  # one realisation has no error
 
 
 def test_the_error_of_a_ratio_is_that_of_many_trials():
@@ -129,7 +129,7 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
         "round: reference 1, run 2",
         "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']",
     ]
-    assert found["notes"] == ["both have the seed 1; standard errors of ratios take the realisations for independent"]
+    assert found["notes"] == ["both have the seed 1; standard errors of ratios assume independent realisations"]
 
 
 def test_round_off_in_a_unit_is_no_difference(runs, single):
@@ -176,7 +176,7 @@ def test_other_sectors_are_refused(runs, single):
 
 
 def test_what_is_no_run_is_refused(runs, tmp_path):
-    for folder, message in ((tmp_path / "none", "no such run directory"), (tmp_path, "it holds no case.toml")):
+    for folder, message in ((tmp_path / "none", "no such run directory"), (tmp_path, "it contains no case.toml")):
         done = _invoke("compare", runs[0], folder)
         assert done.exit_code == 2
         assert message in done.stderr
@@ -191,7 +191,7 @@ def test_a_burst_alone_has_its_casings_compared(runs, tmp_path):
     assert found["casing"]
     assert not found["witness"]
     assert not found["distances"]
-    assert f"{burst} has not been flown: only its casings are compared" in found["notes"]
+    assert f"{burst} has no flight: only the casings are compared" in found["notes"]
     assert "written" not in _invoke("compare", runs[0], burst).stdout
 
 

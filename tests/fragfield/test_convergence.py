@@ -13,16 +13,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fragfield import convergence as module
 from fragfield.case import load_case
-from fragfield.convergence import convergence_of, convergence_words, with_cells
 from fragfield.errors import InputError
-from fragfield.job import Job
-from fragfield.parallel import Team
-from fragfield.progress import ProgressReporter
-from fragfield.report.convergence_tables import convergence_tables
-from fragfield.report.findings import _grid_convergence
-from fragfield.run_directory import SCRATCH, STAGES, RunDirectory
+from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
+from fragfield.pipeline import convergence as module
+from fragfield.pipeline.convergence import convergence_of, convergence_words, with_cells
+from fragfield.pipeline.job import Job
+from fragfield.pipeline.parallel import Team
+from fragfield.report.findings.hazard import convergence_findings
+from fragfield.report.tables.convergence import convergence_tables
+from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
@@ -75,7 +75,7 @@ FLOWN = SimpleNamespace(hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=
     [
         ({"geometry": "3d"}, "is in three dimensions; for convergence run `fragfield sweep CASE burst.cell_size="),
         ({"off": True}, 'burst.convergence = "off"; for convergence run `fragfield sweep'),
-        ({"fragments": True}, "the fragments are from elsewhere"),
+        ({"fragments": True}, "the fragments are from another source"),
         ({"lean": True}, "not computed for the runs of a sweep"),
     ],
 )  # fmt: skip
@@ -193,11 +193,11 @@ def _run(share, *, kind="monotone", tolerance=0.02):
 
 
 def test_a_distance_that_its_cells_leave_open_is_a_warning():
-    (warning,) = _grid_convergence(_run(0.07, kind="oscillating"))
+    (warning,) = convergence_findings(_run(0.07, kind="oscillating"))
     assert warning.weight == "warning"
-    assert "By its cells the hazard distance is uncertain by 7.0 %" in warning.text
+    assert "The cell size leaves the hazard distance uncertain by 7.0 %" in warning.text
     assert "values that oscillate), several times `hazard.tolerance` (2 %): repeat with smaller cells" in warning.text
-    (good,) = _grid_convergence(_run(0.05))
+    (good,) = convergence_findings(_run(0.05))
     assert good.weight == "good"
 
 

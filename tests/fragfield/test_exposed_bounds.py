@@ -1,4 +1,4 @@
-"""Bounds of exposed places: exact where exact ones are known, and their coverage."""
+"""Bounds of exposed sites: exact where exact ones are known, and their coverage."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fragfield.exposed import share_bound, sum_bound
+from fragfield.hazard.exposed import share_bound, sum_bound
 
 
 @pytest.mark.parametrize(("count", "exact"), [(0, 2.9957), (1, 4.7439), (5, 10.5130), (20, 29.0620)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.exposed_places import places_of, site_of
+from fragfield.case.conversion.exposed_sites import exposed_sites_of, site_of
 from fragfield.errors import InputError
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
@@ -17,7 +17,7 @@ STORE = (
     'width = "9 m"\nheight = "3 m"\n'
 )
 BUILDING = (
-    '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["40 m", "0 m"]\nlength = "9 m"\n'
+    '[[exposed]]\nname = "a"\nkind = "building"\nposition = ["40 m", "0 m"]\nlength = "9 m"\n'
     'width = "9 m"\nheight = "3 m"\n'
 )
 
@@ -31,9 +31,12 @@ def load(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[[exposed]]\nname = "a"\n', "exposed[1].place: found neither place and latitude and longitude; allowed: one"),
         (
-            '[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\nmax_hits = 1.0\nmax_density = "1 m^-2"\n',
+            '[[exposed]]\nname = "a"\n',
+            "exposed[1].position: found neither position and latitude and longitude; allowed: one",
+        ),
+        (
+            '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\nmax_hits = 1.0\nmax_density = "1 m^-2"\n',
             "exposed[1].max_hits: found together with max_density; allowed: one criterion",
         ),
         ('[[exposed]]\nname = "a"\nlatitude = "5 deg"\nlongitude = "5 deg"\n', "found without a table [site]"),
@@ -42,7 +45,7 @@ def load(tmp_path, text):
             "found one of latitude and longitude; needed: both",
         ),
         (
-            '[[exposed]]\nname = "a"\nkind = "building"\nplace = ["9 m", "0 m"]\n',
+            '[[exposed]]\nname = "a"\nkind = "building"\nposition = ["9 m", "0 m"]\n',
             "exposed[1].length: missing; a building",
         ),
         (
@@ -58,16 +61,17 @@ def load(tmp_path, text):
             "exposed[1].target_area: missing; hits on a road need the area of a vehicle",
         ),
         (
-            '[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n[[exposed]]\nname = "a"\nplace = ["8 m", "0 m"]\n',
+            '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\n[[exposed]]\nname = "a"\nposition = ["8 m", "0 m"]\n',
             'exposed[2].name: found "a", the name of exposed[1]',
         ),
-        (ROUND + '[[exposed]]\nname = "b"\nplace = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
+        ('[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n', 'exposed[1].place: this key is now called "position"'),
+        (ROUND + '[[exposed]]\nname = "b"\nposition = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
         (
             BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',
             'found "masonry"',
         ),
         (
-            STORE + '[[exposed]]\nname = "clerk"\nplace = ["42 m", "1 m"]\n',
+            STORE + '[[exposed]]\nname = "clerk"\nposition = ["42 m", "1 m"]\n',
             'exposed "clerk": it stands in obstacle "store", which lets nothing through',
         ),
         ('[document]\nnumer = "7"\n', "number"),
@@ -85,9 +89,9 @@ def test_places_on_earth_lie_where_contours_would_put_them(tmp_path):
         '[flight]\norigin = ["10 m", "-5 m"]\n' + SITE + '[[exposed]]\nname = "a"\nlatitude = "51.5027 deg"\n'
         'longitude = "7.0031 deg"\n',
     )  # fmt: skip
-    x, y = case.exposed[0].place
+    x, y = case.exposed[0].position
     away = np.array([x - 10.0, y + 5.0])
-    back = site_of(case).places(np.degrees(np.arctan2(away[1], away[0])), np.hypot(*away))[0]
+    back = site_of(case).coordinates(np.degrees(np.arctan2(away[1], away[0])), np.hypot(*away))[0]
     assert back == pytest.approx([7.0031, 51.5027], abs=2e-9)
     # bearing 30 deg: +x lies 30 degrees clockwise of north; the place lies about 35 degrees from north
     east, north = 0.0031 * np.cos(np.radians(51.5)) * 111_200.0, 0.0027 * 111_200.0
@@ -102,7 +106,7 @@ def test_pieces_cover_the_place_once(tmp_path):
         '[[exposed]]\nname = "road"\nkind = "road"\npoints = [["-100 m", "50 m"], ["40 m", "50 m"]]\nwidth = "6 m"\n'
         '[[exposed]]\nname = "yard"\nkind = "area"\npoints = [["50 m", "0 m"], ["90 m", "0 m"], ["70 m", "50 m"]]\n',
     )  # fmt: skip
-    road, yard = places_of(case)
+    road, yard = exposed_sites_of(case)
     assert sum(prism.area for prism in road.prisms) == pytest.approx(140.0 * 6.0)
     assert sum(prism.area for prism in yard.prisms) == pytest.approx(1000.0, rel=0.01)
     assert sum(prism.area for prism in yard.prisms) <= 1000.0 + 1e-9
@@ -113,9 +117,9 @@ def test_pieces_cover_the_place_once(tmp_path):
 def test_the_document_changes_nothing_that_is_computed(tmp_path):
     from fragfield.case import differences
 
-    place = '[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n'
+    place = '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\n'
     first = load(tmp_path, place + '[document]\nrevision = "A"\nchanges = ["one"]\n')
     second = load(tmp_path, place + '[document]\nrevision = "B"\n')
     moved = load(tmp_path, place.replace("9 m", "10 m"))
     assert not list(differences(first, second))
-    assert any("exposed[1].place" in line for line in differences(first, moved))
+    assert any("exposed[1].position" in line for line in differences(first, moved))

@@ -1,4 +1,4 @@
-"""A flight among exposed places: summary.json, the report, the map page and the files for geographic programs."""
+"""A flight among exposed sites: summary.json, the report, the map page and the files for geographic programs."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ width = "8 m"
 height = "5 m"
 [[exposed]]
 name = "open"
-place = ["50 m", "0 m"]
+position = ["50 m", "0 m"]
 [[exposed]]
 name = "sheltered"
-place = ["0 m", "25 m"]
+position = ["0 m", "25 m"]
 max_probability = 0.5
 [[exposed]]
 name = "store"
@@ -119,7 +119,7 @@ def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(
     run, _ = flown
     html = (run / "report.html").read_text(encoding="utf-8")
     first = html[html.index('id="summary"') : html.index('id="warnings"')]
-    assert "<caption>Exposed places</caption>" in first
+    assert "<caption>Exposed sites</caption>" in first
     assert re.search(r'<th scope="row"[^>]*>open</th><td[^>]*>not met \(density\)</td>', first)
     assert "QD-17 · revision C" in html
     assert '@bottom-left { content: "OPEN · QD-17 · revision C"' in html
@@ -127,7 +127,7 @@ def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(
     assert "Prepared by A. Bee" in html
     assert "Bank moved." in html
     assert 'id="figure-site_map"' in html
-    assert 'id="figure-exposed_places"' in html
+    assert 'id="figure-exposed_sites"' in html
     assert "modified NDRC" in html
     assert 'href="map.html"' in html
 

@@ -7,7 +7,7 @@ import pytest
 
 import flight
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from fragfield.exposed import share_bound, sum_bound
+from fragfield.hazard.exposed import share_bound, sum_bound
 
 REALISATIONS, BLOCK, NUMBER = 10_000, 100, 60
 
@@ -18,7 +18,7 @@ def counts() -> np.ndarray:
     prism = Prism(np.array([[56.0, -6.0], [66.0, -6.0], [66.0, 6.0], [56.0, 6.0]]), -1.0, 5.0, height=5.0)
     found = np.zeros(REALISATIONS, dtype=[(name, "f8") for name in ("hits", "fluence", "fluence_squares")])
     generator = np.random.default_rng(11)
-    for start in range(0, REALISATIONS, BLOCK):  # many bursts in one flight: they know nothing of each other
+    for start in range(0, REALISATIONS, BLOCK):  # many bursts in one flight: they are independent of each other
         number = BLOCK * NUMBER
         mass = 0.02 * generator.exponential(size=number) ** 2
         turn, rise = generator.uniform(0.0, 2.0 * np.pi, number), generator.normal(0.02, 0.1, number)

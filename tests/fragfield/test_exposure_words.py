@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from fragfield.exposure_words import exposed_rounds, exposure_words
-from fragfield.report.exposure_table import exposure_table
-from fragfield.report.findings import findings
-from fragfield.report.run_files import RunFiles
+from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.report.findings.findings import findings
+from fragfield.report.reading.run_files import RunFiles
+from fragfield.report.tables.shock_exposure import exposure_table
 
 EXPOSURE = {
     "peak_pressure": 3.95e9, "energy": 1.5e6, "pulse_pressure": 3.2e9, "held_time": 2.5e-6, "place": [0.0, 0.0, 0.0],
@@ -30,10 +30,10 @@ def test_a_sentence_gives_pressure_time_energy_threshold_and_what_the_cells_allo
     assert exposure_words(EXPOSURE) == (
         "largest pressure 3.95 GPa; strongest pulse 3.2 GPa held for 2.5 us, 1.5 MJ/m2 against 1.38 to 1.84 MJ/m2 "
         "(ratio 0.81 to 1.1): within the scatter of the published critical energies; the cells are too coarse to "
-        "resolve this pulse, which needs 1.8 mm or less: pressure and energy rise as they get smaller"
+        "resolve this pulse, which needs 1.8 mm or less: pressure and energy increase with smaller cells"
     )
     weak = exposure_words({**EXPOSURE, "energy": 0.0, "peak_pressure": 0.4e9})
-    assert weak == "largest pressure 0.4 GPa, never above the floor of 1 GPa from which a pulse counts"
+    assert weak == "largest pressure 0.4 GPa, never above the threshold of 1 GPa from which a pulse is counted"
 
 
 def test_only_rounds_that_wait_are_in_the_table():
@@ -58,4 +58,4 @@ def test_only_rounds_that_wait_are_in_the_table():
 def test_a_finding_never_calls_a_round_safe(changes, weight):
     reported = [one for one in findings(run_with(**changes)) if "was not initiated" in one.text]
     assert [one.weight for one in reported] == [weight]
-    assert reported[0].text.endswith("a round below it is not thereby safe.")
+    assert reported[0].text.endswith("a round below it is not therefore safe.")

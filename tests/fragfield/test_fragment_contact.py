@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from flight.files.results import read_contacts
 from fragfield.cli import app
-from fragfield.report.run_files import read_run
-from fragfield.report.tables import flight_rows
+from fragfield.report.reading.run_files import read_run
+from fragfield.report.tables.stages import flight_rows
 
 CASE = """
 [flight.shape]

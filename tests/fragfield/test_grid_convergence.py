@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fragfield.grid_convergence import FACTOR_OBSERVED, FACTOR_RANGE, grid_convergence, observed_order
+from fragfield.pipeline.grid_convergence import FACTOR_OBSERVED, FACTOR_RANGE, grid_convergence, observed_order
 
 
 def test_the_published_example_of_the_pressure_recovery():

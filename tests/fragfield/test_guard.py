@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 import typer
 
-from fragfield import errors, pipeline
+from fragfield import errors
 from fragfield.cli.guard import guarded
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.pipeline import chain as pipeline
 from tests.fragfield.short_run import SHORT, command, environment, invoke
 
 
@@ -25,7 +26,7 @@ def _broken(*arguments, **options):
 
 def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
     (tmp_path / "mine.toml").write_text(SHORT)
-    monkeypatch.setattr("fragfield.checking.check_report", _broken)
+    monkeypatch.setattr("fragfield.checking.check.check_report", _broken)
     done = invoke("check", tmp_path / "mine.toml")
     assert done.exit_code == EXIT_FAULT == 4
     assert len(done.stderr.splitlines()) == 1
@@ -173,7 +174,7 @@ def test_what_libraries_log_is_no_message_of_a_command():
     """Python itself shows it where no handler is; tifffile reports its troubles with a broken file so."""
     script = (
         "import logging\n"
-        "from fragfield.logs import to_stderr\n"
+        "from fragfield.terminal.logs import to_stderr\n"
         "with to_stderr(quiet=False):\n"
         "    logging.getLogger('tifffile').error('of a library')\n"
         "    logging.getLogger('fragfield.some').warning('of ours')\n"

@@ -15,9 +15,9 @@ import fragfield
 from burst_fenicsx.errors import NumericalStop as BurstStop
 from flight.files.text_tables import read_columns
 from fragfield.errors import exit_code_of
+from fragfield.files.run_directory import RunDirectory
+from fragfield.files.stamped import stamped_json
 from fragfield.interface import running
-from fragfield.run_directory import RunDirectory
-from fragfield.stamped import stamped_json
 from tests.fragfield.short_run import RINGS, ROOT, environment, invoke
 
 TUBE = {"name": "tube", "profile": "tube", "explosive": "tnt", "casing": "steel_paper"}
@@ -285,8 +285,8 @@ def test_figures_are_the_reports(done, tmp_path):
     assert (tmp_path / "density.png").stat().st_size > 10_000
     with pytest.raises(fragfield.InputError, match=r"found 'density'.*allowed: energy_ledger"):
         run.figure("density")
-    with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_places"):
-        run.figure("exposed_places")
+    with pytest.raises(fragfield.InputError, match="holds no data for the figure exposed_sites"):
+        run.figure("exposed_sites")
 
 
 def test_progress_is_reported(done):

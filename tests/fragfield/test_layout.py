@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fragfield.report.drawing import drawing_style, new_figure, to_bytes
-from fragfield.report.layout import place_panels, prepare, settle, without_markup
+from fragfield.report.figures.drawing import drawing_style, new_figure, to_bytes
+from fragfield.report.figures.layout import place_panels, prepare, settle, without_markup
 
 
 def test_panels_with_their_decorations_fill_the_figure_and_do_not_overlap():

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.break_up_table import BreakUpTable
-from fragfield.case.convert import break_up_settings
-from fragfield.checking import check_report
+from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.tables.break_up import BreakUpTable
+from fragfield.checking.check import check_report
 from fragfield.errors import InputError
-from fragfield.report.findings import findings
-from fragfield.report.run_files import RunFiles
+from fragfield.report.findings.findings import findings
+from fragfield.report.reading.run_files import RunFiles
 from transition import BreakUpSettings
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -61,7 +61,7 @@ def test_check_warns_where_no_data_are_near():
     assert not any("published mean masses" in line for line in near)
     (warning,) = (line for line in check_report(load_case(CYLINDER))["warnings"] if "published mean masses" in line)
     assert warning.startswith(
-        "round[1] (cylinder): no published mean masses of fragments are near: outer diameter 30.6 mm"
+        "round[1] (cylinder): no published mean masses of fragments are close: outer diameter 30.6 mm"
     )
     assert "casing of 8960 kg/m3 (data: steel). No published scatter covers it: measure the mean mass" in warning
 
@@ -87,7 +87,7 @@ def test_check_does_not_warn_where_the_mean_mass_is_given():
         (
             {"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]},
             "warning",
-            "No published mean masses of fragments are near round “a”: x; y.",
+            "No published mean fragment masses are close to round “a”: x; y.",
         ),
     ],
 )

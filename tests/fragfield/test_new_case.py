@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from burst_fenicsx.geometry.files import profile_names
 from fragfield.case import load_case, plain
-from fragfield.case.burst_table import BurstTable
-from fragfield.case.flight_table import FlightTable
+from fragfield.case.tables.burst import BurstTable
+from fragfield.case.tables.flight import FlightTable
 from fragfield.cli import app
 
 STACKS = (None, "row", "triangle", "pallet")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.run_directory import STAGES
+from fragfield.files.run_directory import STAGES
 from tests.fragfield.short_run import SHORT, invoke, same_data
 
 SUMMARY = {
@@ -113,7 +113,7 @@ def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
 def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(whole_run, short_case):
     from flight.files.ensemble import read_ensemble
     from flight.files.results import read_landing
-    from flight.hazard.tally import tally
+    from flight.hazard.density.tally import tally
 
     out, _ = whole_run
     summary = json.loads((out / "summary.json").read_text())

@@ -1,4 +1,4 @@
-"""The flight alone: fragments from elsewhere, or those of a run at another place."""
+"""The flight alone: fragments from another source, or those of a run in another folder."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_fragments_driven_below_the_ground_start_on_it(tmp_path):
     case.write_text("seed = 3\n")
     done = invoke("fly", case, "--fragments", own, "--out", tmp_path / "out", "--json")
     assert done.exit_code == 0, done.stderr
-    assert "1 fragments (0.02 kg) ended the burst up to 0.1 m below the ground" in done.stderr
+    assert "1 fragments (0.02 kg) were up to 0.1 m below the ground at the end of the burst" in done.stderr
     assert json.loads(done.stdout)["flight"]["landed"] == 2
 
 
@@ -63,7 +63,7 @@ def test_contours_are_written_where_the_site_is_known(whole_run, short_case, tmp
     assert collection["features"][0]["geometry"]["coordinates"] == [7.5, 52.0]
     assert "numpy" in json.loads(collection["provenance"]["versions"])
     assert (tmp_path / "out" / "contours.kml").is_file()
-    assert "one realisation was flown; of fragments from elsewhere there is one set" in done.stderr
+    assert "one realisation was flown; there is only one set of fragments from another source" in done.stderr
 
 
 def _fly(folder, rows, case, name="out"):
@@ -142,6 +142,6 @@ def test_the_direction_of_fragments_from_elsewhere_is_the_worst(tmp_path):
     assert hazard["basis"] == "worst_direction"
     assert hazard["direction_deg"] in (357.5, 0.0, 2.5)
     assert (hazard["realisations"], hazard["upper"], hazard["kernel_deg"]) == (1, None, 10.0)
-    assert "no more can be made" in done.stderr
+    assert "only one set of fragments from another source" in done.stderr
     printed = invoke("info", out).stdout
     assert "no upper bound: 1 realisation" in printed

@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from fragfield.case import quantities
-from fragfield.case.plain_units import PLAIN_UNITS, plain_value
-from fragfield.case.quantities import Quantity
+from fragfield.case.units import quantities
+from fragfield.case.units.everyday import PLAIN_UNITS, plain_value
+from fragfield.case.units.quantities import Quantity
 
 NUMBERS = ("1", "6", "25", "-3.5", ".125", "1e-3", "448", "0.1", "123.456789", "7850", "2.5E+02", "1e9")
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield.case.convert import burst_settings
-from fragfield.case.geometry import burst_geometry
+from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document
-from fragfield.checking import check_report
+from fragfield.checking.check import check_report
+from fragfield.checking.show import print_check
 from fragfield.errors import InputError, exit_code_of
-from fragfield.show import summary_text
-from fragfield.show_check import print_check
+from fragfield.terminal.show import summary_text
 from tests.fragfield.short_run import invoke
 
 TUBE = {"profile": "tube", "explosive": "tnt", "casing": "steel_paper", "ignition": [{"station": "nose"}]}

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from fragfield.logs import logged, to_stderr
-from fragfield.progress import COMPILING, ProgressReporter, duration
-from fragfield.recent_rate import RecentRate
+from fragfield.terminal.logs import logged, to_stderr
+from fragfield.terminal.progress import COMPILING, ProgressReporter, duration
+from fragfield.terminal.recent_rate import RecentRate
 
 BURST = SimpleNamespace(
     time=30e-6, end_time=120e-6, step=250, steps_per_second=40.0, cell_steps_per_second=1.4e6, time_step=1e-7,
@@ -45,7 +45,7 @@ def test_other_ranks_and_quiet_runs_show_nothing(monkeypatch, capsys):
 def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys):
     _as_terminal(monkeypatch)
     clock = iter([0.0, 2.0, 10.0])
-    monkeypatch.setattr("fragfield.progress.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("fragfield.terminal.progress.perf_counter", lambda: next(clock))
     with ProgressReporter(enabled=True) as reporter:
         reporter.stage("burst")
         reporter.burst(SimpleNamespace(**{**vars(BURST), "time": 29.1e-6}))

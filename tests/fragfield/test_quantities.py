@@ -8,7 +8,8 @@ import random
 import pytest
 from pydantic_core import PydanticCustomError
 
-from fragfield.case.quantities import NumberOrWord, Quantity, Vector, with_unit
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity, with_unit
 
 LENGTH = Quantity("m", "155 mm")
 POSITIVE = Quantity("m", "6 mm", above=0.0)

@@ -60,7 +60,7 @@ def test_the_ready_site_runs_to_report_and_map(tmp_path):
     assert shelter < sentry
     assert summary["rules"]["contents"]["rounds"] == 2
     html = (tmp_path / "site" / "report.html").read_text(encoding="utf-8")
-    for words in ("Exposed places", "Map of the site", "Distances by rules", "EXAMPLE-001", "Fragments by polar zone"):
+    for words in ("Exposed sites", "Map of the site", "Distances by rules", "EXAMPLE-001", "Fragments by polar zone"):
         assert words in html, words
     assert (tmp_path / "site" / "map.html").is_file()
     assert (tmp_path / "site" / "contours.geojson").is_file()

@@ -16,8 +16,8 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.report.burst_figures import speed_along_round
-from fragfield.report.drawing import drawing_style, to_bytes
+from fragfield.report.figures.burst import speed_along_round
+from fragfield.report.figures.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
@@ -166,8 +166,8 @@ def test_the_bound_comes_first_and_other_distances_are_named_for_what_they_are(p
     hazard = summary["hazard"]
     order = [page.text.index(words) for words in ("Hazard distance, upper bound", "Single events, 5", "Largest throw")]
     assert order == sorted(order)
-    assert page.text.count("no hazard distance") >= 4
-    assert "Which number for what: where people are kept away by a distance, apply the upper bound" in page.text
+    assert page.text.count("not a hazard distance") >= 4
+    assert "Which number for what: to keep people away, apply the upper bound" in page.text
     assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
     assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text
     assert "worst sector" not in page.text.lower()
@@ -191,12 +191,15 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
 
 def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
     folder = write_run(tmp_path / "run")
-    for degrees, words in ((2.0, "tilted from plumb at random, by a standard deviation of 2° about"), (0.0, None)):
+    for degrees, words in (
+        (2.0, "tilted at random from the vertical, by a standard deviation of 2° about"),
+        (0.0, None),
+    ):
         found = json.loads((folder / "summary.json").read_text())
         found["break_up"]["tilt_deviation"] = math.radians(degrees)
         (folder / "summary.json").write_text(json.dumps(found))
         _, _, text = outline(folder)
-        assert ("tilted from plumb" in text) == (words is not None)
+        assert ("tilted at random" in text) == (words is not None)
         assert words is None or words in text
 
 
@@ -207,7 +210,7 @@ def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
     _, _, words = outline(folder)
-    assert "had no estimate of the hazard distance: fly again" in words
+    assert "did not estimate the hazard distance: run" in words
 
 
 def test_title_is_shown_as_text(html, page):
@@ -222,7 +225,7 @@ def test_inputs_and_their_units_are_shown(page):
 
 def test_densities_agree_with_the_flight(run):
     """The curve's distances are those that the flight's own assessment put into the summary."""
-    from fragfield.report.landings import ensemble
+    from fragfield.report.reading.landings import ensemble
 
     files = read_run(run)
     found = ensemble(files)
@@ -301,7 +304,7 @@ def test_statements_are_of_the_case_at_hand(tmp_path):
     )
     (folder / "case.toml").write_text(f"{case}\n{bank}", encoding="utf-8")
     _, _, beside = outline(folder)
-    assert "only what the case has stops them: barricade “bank”" in beside
+    assert "only what the case defines stops them: barricade “bank”" in beside
     assert "nothing stops them" not in beside
     assert "Casings of neighbouring rounds" in beside
 
@@ -330,7 +333,7 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
 def test_damaged_and_foreign_input_is_named(tmp_path):
     with pytest.raises(InputError, match="nowhere: no such run directory"):
         write_report(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="not a run directory, none of its files is here"):
+    with pytest.raises(InputError, match="not a run directory, it contains none of the files"):
         write_report(tmp_path)
     folder = write_run(tmp_path / "run")
     whole = (folder / "burst_snapshot.h5").read_bytes()
@@ -360,7 +363,7 @@ def test_report_in_grey_keeps_lines_distinguishable():
     """Neighbouring styles differ in lightness or in dashes, so that a grey copy can be read."""
     from matplotlib.colors import to_rgb
 
-    from fragfield.report.drawing import LINES
+    from fragfield.report.figures.drawing import LINES
 
     grey = [float(np.dot(to_rgb(style["color"]), (0.299, 0.587, 0.114))) for style in LINES]
     dashes = [str(style["linestyle"]) for style in LINES]

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from fragfield.case import Case
-from fragfield.case.quantities import Measured
-from fragfield.certainty import margin_metres, metres, metres_and_error, whole_metres
+from fragfield.case.units.quantities import Measured
+from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.report.document import code_words
-from fragfield.report.findings import findings
-from fragfield.report.inputs import input_tables
-from fragfield.report.landings import landings
-from fragfield.report.laws import number_above, segment_laws
-from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
+from fragfield.report.findings.findings import findings
 from fragfield.report.quantities import UNKNOWN, number, of_case, row
-from fragfield.report.run_files import RunFiles
+from fragfield.report.reading.landings import landings
+from fragfield.report.reading.laws import number_above, segment_laws
+from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
+from fragfield.report.reading.run_files import RunFiles
+from fragfield.report.tables.inputs import input_tables
 
 UNIT_CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
@@ -194,7 +194,7 @@ def hazard(**changes) -> dict:
             "hazard",
             hazard(converged=False, standard_error=None, more_realisations=False),
             "warning",
-            "One realisation was flown; of fragments from elsewhere there is one set, and no more can be made",
+            "One realisation was flown; there is only one set of fragments from another source",
         ),
         (
             "hazard",
@@ -208,12 +208,12 @@ def hazard(**changes) -> dict:
             "stop",
             "The hazard distance is not determined: there are no fragments",
         ),
-        ("flight", {"fragments": 10}, "stop", "an earlier version, which had no estimate of the hazard distance"),
+        ("flight", {"fragments": 10}, "stop", "an earlier version, which did not estimate the hazard distance"),
         (
             "flight",
             {"fragments": 10, "above_drag_table": 4, "drag": "sphere"},
             "warning",
-            "4 of 10 fragments flew faster",
+            "4 of 10 fragments were faster",
         ),
         ("flight", {"fragments": 10, "landed": 9}, "note", "1 of 10 fragments did not land"),
     ],
@@ -253,9 +253,9 @@ def test_directions_that_follow_the_cells_are_distinguished_from_random_scatter(
     scatter = random.poisson(30, 72)
     focus = random.poisson(30 + 100 * np.exp(-(((np.arange(72) * 5 - 90) / 20.0) ** 2)))
     striped = np.where(np.arange(72) % 3 == 0, 90, 0)
-    assert not any("may follow the cells" in text for _, text in reported("flight", witness=ring(scatter)))
-    assert not any("may follow the cells" in text for _, text in reported("flight", witness=ring(focus)))
-    assert any("may follow the cells" in text for _, text in reported("flight", witness=ring(striped)))
+    assert not any("may be affected by the mesh" in text for _, text in reported("flight", witness=ring(scatter)))
+    assert not any("may be affected by the mesh" in text for _, text in reported("flight", witness=ring(focus)))
+    assert any("may be affected by the mesh" in text for _, text in reported("flight", witness=ring(striped)))
 
 
 @pytest.mark.parametrize(("contrast", "warned"), [(0.15, False), (0.4, True), (0.8, True)])
@@ -263,7 +263,7 @@ def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
     """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3, 6 of 40 at 0.237."""
     hits = 40.0 * (1.0 + contrast * (-1.0) ** np.arange(72))
     rows = [{"name": "ring", "by_azimuth": [{"hits": float(value)} for value in hits]}]
-    found = [text for _, text in reported("flight", witness=rows) if "may follow the cells" in text]
+    found = [text for _, text in reported("flight", witness=rows) if "may be affected by the mesh" in text]
     assert bool(found) == warned
     if warned:
         assert f"{math.sqrt(8.0 * 40.0 * contrast**2 / 3.0):.1f} times" in found[0]

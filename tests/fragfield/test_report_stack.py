@@ -9,14 +9,14 @@ import pytest
 
 from fragfield.case import Case
 from fragfield.report.blocks import Findings, Rows, Table
-from fragfield.report.burst_figures import speed_along_round
-from fragfield.report.drawing import drawing_style
-from fragfield.report.findings import findings
-from fragfield.report.ignition_table import ignition_table
-from fragfield.report.inputs import input_tables
-from fragfield.report.run_files import RunFiles, read_run
+from fragfield.report.figures.burst import speed_along_round
+from fragfield.report.figures.drawing import drawing_style
+from fragfield.report.findings.findings import findings
+from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
-from fragfield.show import print_summary
+from fragfield.report.tables.ignition import ignition_table
+from fragfield.report.tables.inputs import input_tables
+from fragfield.terminal.show import print_summary
 from tests.fragfield.synthetic_run import write_run
 
 CONTACT = {
@@ -82,7 +82,7 @@ def test_ignition_and_initiation_are_reported_in_words():
          "initiation": {"pressure": "5e9 Pa", "duration": "2e-07 s"}},
     ]  # fmt: skip
     run = RunFiles(None, case=Case.model_validate({"round": rounds}))
-    from fragfield.report.round_tables import arrangement_table
+    from fragfield.report.tables.rounds import arrangement_table
 
     (found,) = arrangement_table(run)
     assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]
@@ -152,8 +152,8 @@ def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
     front = rows["Largest overlap of charge and casing, while a front passes"]
     assert plain(front.value) == "420.0 µm"
     assert plain(front.note) == "3.5 % of a cell"
-    assert rows["Contacts of charge and casing that are bonded"].value == "0"
-    assert rows["– that have left their surface over an edge"].value == "5,120"
+    assert rows["Contacts of charge and casing: bonded"].value == "0"
+    assert rows["– that have slid off an edge"].value == "5,120"
     assert plain(rows["Heat of friction"].value) == "84 kJ"
     assert rows["Unknown thing"].value == "3"
     assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
@@ -216,7 +216,7 @@ def reported(case=None, records=(), **burst):
         ({"max_interface_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
         ({"max_interface_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
         ({"max_collision_penetration": 7e-4}, "warning", "Colliding surfaces overlap by up to 7.0 %"),
-        ({"max_plane_penetration": 7e-4}, "warning", "Casings reach through a plane by up to 7.0 %"),
+        ({"max_plane_penetration": 7e-4}, "warning", "Casings penetrate a plane by up to 7.0 %"),
     ],
 )
 def test_findings_follow_contact(contact, weight, words):

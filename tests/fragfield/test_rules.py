@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from fragfield.rules import (
+from fragfield.hazard.rules import (
     FOOT,
     POUND,
     Contents,

@@ -14,8 +14,8 @@ import pytest
 from fragfield.case import load_case
 from fragfield.case.write import plain
 from fragfield.errors import InputError
-from fragfield.logs import logged
-from fragfield.run_directory import STAGES, RunDirectory
+from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.terminal.logs import logged
 
 TUBE = Path(__file__).parents[2] / "cases" / "tube.toml"
 
@@ -199,7 +199,7 @@ def test_links_under_names_of_ours_are_not_followed(case, tmp_path):
 
 def test_a_second_writer_is_refused_until_the_first_one_is_gone_however_it_went(tmp_path):
     code = (
-        "import sys, time; from pathlib import Path; from fragfield.run_directory import RunDirectory\n"
+        "import sys, time; from pathlib import Path; from fragfield.files.run_directory import RunDirectory\n"
         "with RunDirectory(Path(sys.argv[1])).locked():\n    print('in', flush=True); time.sleep(60)\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(TUBE.parents[1])}

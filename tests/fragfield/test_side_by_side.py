@@ -8,10 +8,12 @@ import shutil
 import pytest
 
 from fragfield.errors import InputError
-from fragfield.report import burst_figures, early, hazard_figures, side_by_side
-from fragfield.report.early import draw_early, early_figures
-from fragfield.report.run_files import read_run
-from fragfield.report.side_by_side import FigureQueue
+from fragfield.report.figures import burst as burst_figures
+from fragfield.report.figures import early, side_by_side
+from fragfield.report.figures import hazard as hazard_figures
+from fragfield.report.figures.early import draw_early, early_figures
+from fragfield.report.figures.side_by_side import FigureQueue
+from fragfield.report.reading.run_files import read_run
 from tests.fragfield.synthetic_run import write_run
 
 pytestmark = pytest.mark.cores
@@ -46,7 +48,7 @@ def alone(run):
 
 
 @pytest.mark.cores
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper wants a core of its own")
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper needs its own core")
 def test_a_helper_draws_the_same_bytes(run, alone):
     figures = FigureQueue(run, helped=True)
     for name, function in DRAWINGS.items():

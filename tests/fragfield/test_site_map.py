@@ -10,9 +10,9 @@ import pytest
 
 from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
-from fragfield.case.exposed_places import site_of
-from fragfield.case.surroundings import ground_of
-from fragfield.site_map import Shape, _terrain, to_contours
+from fragfield.case.conversion.exposed_sites import site_of
+from fragfield.case.conversion.surroundings import ground_of
+from fragfield.hazard.site_map import Shape, _terrain, to_contours
 from tests.fragfield.short_run import ROOT
 
 KML = "{http://www.opengis.net/kml/2.2}"

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from flight.files.ensemble import read_ensemble
 from flight.hazard.stack_rules import stack_rule
 from fragfield.cli import app
+from fragfield.hazard.stack_rule import stack_counts
 from fragfield.report import read_run
-from fragfield.report.distance_tables import stack_rule_table
-from fragfield.stack_rule import stack_counts
+from fragfield.report.tables.distances import stack_rule_table
 
 
 def grid(*numbers: int, step: float = 0.17) -> np.ndarray:
@@ -76,7 +76,7 @@ def test_the_rule_stands_beside_the_direct_result(single):
         ('single = "nowhere"', "hazard.stack_rule.single: found 'nowhere', but there is no"),
         ('single = "single"', "side and top are needed where the case has no rounds"),
         ('single = "single"\ncover = "erth"', "hazard.stack_rule.cover"),
-        ('single = "single"\nside = 1\ntop = 1\n[hazard]\nenergy = "50 J"', "compares alike only"),
+        ('single = "single"\nside = 1\ntop = 1\n[hazard]\nenergy = "50 J"', "needs the same in both"),
     ],
 )
 def test_messages(single, text, message):

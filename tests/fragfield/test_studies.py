@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import fragfield
-import fragfield.uncertainty as package
-from fragfield.stamped import stamped_toml
+import fragfield.studies.uncertainty as package
+from fragfield.files.stamped import stamped_toml
 from tests.fragfield.synthetic_run import write_run
 from tests.fragfield.test_sweep import TUBE, _invoke, calls
 

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 
 from flight import Barricade, Bounce, Building, Fragments, HeightMap, Wall
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.convert import flight_arguments
+from fragfield.case.conversion.stages import flight_arguments
 from fragfield.cli import app
-from fragfield.ensemble import above_ground
 from fragfield.errors import InputError
+from fragfield.pipeline.ensemble import above_ground
 
 GROUND = """
 [flight.ground]
@@ -117,7 +117,7 @@ def test_fragments_below_a_map_start_on_it(folder, caplog) -> None:
     position = np.column_stack([x, y, height + off])
     placed = above_ground(Fragments.from_arrays(0.01, position, np.ones((3, 3))), ground)
     assert placed.position[:, 2] == pytest.approx(height + np.maximum(off, 0.0))
-    assert "2 fragments (0.02 kg) ended the burst up to 0.5 m below the ground" in caplog.text
+    assert "2 fragments (0.02 kg) were up to 0.5 m below the ground at the end of the burst" in caplog.text
 
 
 def test_default_is_flat_without_bounce(folder) -> None:

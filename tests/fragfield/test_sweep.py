@@ -16,13 +16,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import fragfield.sweep.work as work
+import fragfield.studies.sweep.work as work
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.cli import app
 from fragfield.errors import InputError
-from fragfield.run_directory import RunDirectory
-from fragfield.sweep import plan_sweep
-from fragfield.sweep.worker import Worker
+from fragfield.files.run_directory import RunDirectory
+from fragfield.studies.sweep import plan_sweep
+from fragfield.studies.sweep.worker import Worker
 
 ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
@@ -265,7 +265,7 @@ def test_a_worker_stays_and_has_its_threads():
 def test_what_a_library_prints_is_no_answer(monkeypatch, tmp_path):
     """Two runs, the first of which prints to standard output as C code does."""
     code = (
-        "import os\nimport fragfield.sweep.worker as worker\n"
+        "import os\nimport fragfield.studies.sweep.worker as worker\n"
         "worker.perform = lambda request: (os.write(1, b'words\\n') and request['exit_code'], 'done')\n"
         "worker.serve()"
     )
@@ -312,12 +312,12 @@ def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
     )
     out = tmp_path / "out"
     code = (
-        "import signal, sys\nfrom pathlib import Path\nimport fragfield.sweep.work as work\n"
+        "import signal, sys\nfrom pathlib import Path\nimport fragfield.studies.sweep.work as work\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
         f"plain = work.Worker\nwork.Worker = lambda threads: plain(threads, [sys.executable, '-c', {child!r}])\n"
         f"plan = work.plan_sweep(Path({str(TUBE)!r}), ['burst.cell_size=12 mm,15 mm,20 mm'])\n"
         f"work.run_sweep(plan, work.SweepOptions(Path({str(out)!r}), jobs=2))\n"
-    ).replace("work.plan_sweep", "__import__('fragfield.sweep.plan', fromlist=['x']).plan_sweep")
+    ).replace("work.plan_sweep", "__import__('fragfield.studies.sweep.plan', fromlist=['x']).plan_sweep")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
     begun = [out / f"cell_size_{size}_mm.begun" for size in (12, 15)]

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from fragfield.uncertainty.budget import NORMAL_95, budget_of
-from fragfield.uncertainty.spread import Spread, spread_of, without_statistical_error
+from fragfield.studies.uncertainty.budget import NORMAL_95, budget_of
+from fragfield.studies.uncertainty.spread import Spread, spread_of, without_statistical_error
 
 HAZARD = {"distance": 100.0, "upper": 103.0}
 

@@ -9,11 +9,11 @@ import pytest
 
 from burst_fenicsx.data import DATA_DIRECTORY
 from fragfield.case import differences, load_case, read_resolved, to_toml
+from fragfield.case.checks.uncertain_inputs import target_of
 from fragfield.case.load import case_from_document, read_document
-from fragfield.case.uncertain_inputs import target_of
 from fragfield.errors import InputError
-from fragfield.uncertainty.inputs import inputs_of
-from fragfield.uncertainty.plan import plan_study
+from fragfield.studies.uncertainty.inputs import inputs_of
+from fragfield.studies.uncertainty.plan import plan_study
 
 ROOT = Path(__file__).parents[2]
 TUBE, M107, PAIR = (ROOT / "cases" / f"{name}.toml" for name in ("tube", "m107_tnt", "m107_pair"))
@@ -172,7 +172,7 @@ def test_the_mean_mass_is_varied_by_what_its_law_is_linear_in(break_up, key, fac
 
 def test_the_mean_mass_follows_its_key():
     """A draw of f gives fragments of f times the mean mass, with every law that has a key for it."""
-    from transition.mean_mass import gurney_sarmousakis, mott_1947, mott_linfoot
+    from transition.law.mean_mass import gurney_sarmousakis, mott_1947, mott_linfoot
 
     assert mott_linfoot(8.0, 7850, 0.1, 1e5, 0.01, 1000) == pytest.approx(
         2 * mott_linfoot(4.0, 7850, 0.1, 1e5, 0.01, 1000)
@@ -219,7 +219,7 @@ def test_a_pair_shares_few_bursts():
 @pytest.mark.parametrize(
     ("file", "table", "options", "message"),
     [
-        (PAIR, {}, {"method": "sobol"}, 'uncertainty.method: found "sobol", which needs a burst of its own for every sample'),  # noqa: E501
+        (PAIR, {}, {"method": "sobol"}, 'uncertainty.method: found "sobol", which needs a separate burst for every sample'),  # noqa: E501
         (PAIR, {"bursts": 4}, {}, "uncertainty.bursts: found 4; allowed with 5 uncertain inputs of the burst: at least 7"),  # noqa: E501
         (PAIR, {}, {"samples": 20}, "uncertainty.samples: found 20 for 12 bursts; allowed: at least 24"),
         (M107, {}, {"samples": 12, "method": "sobol"}, "uncertainty.samples: found 12"),

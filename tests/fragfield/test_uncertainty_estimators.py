@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fragfield.uncertainty.design import latin_hypercube, saltelli, seed_of, shared_bursts
-from fragfield.uncertainty.distributions import Distribution
-from fragfield.uncertainty.expansion import discrete_basis, fit, legendre_basis, terms_of
-from fragfield.uncertainty.indices import analyse, saltelli_indices
+from fragfield.studies.uncertainty.design import latin_hypercube, saltelli, seed_of, shared_bursts
+from fragfield.studies.uncertainty.distributions import Distribution
+from fragfield.studies.uncertainty.expansion import discrete_basis, fit, legendre_basis, terms_of
+from fragfield.studies.uncertainty.indices import analyse, saltelli_indices
 
 A, B = 7.0, 0.1  # of Ishigami and Homma's function
 UNIFORM = Distribution("uniform", {"low": 0.0, "high": 1.0})

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
+from fragfield.files.stamped import stamped_json
 from fragfield.report import write_report
-from fragfield.report.run_files import read_run
+from fragfield.report.reading.run_files import read_run
+from fragfield.report.tables.uncertainty import signed_card
 from fragfield.report.uncertainty_page import write_uncertainty_page
-from fragfield.report.uncertainty_tables import signed_card
-from fragfield.stamped import stamped_json
-from fragfield.uncertainty.plan import plan_study
-from fragfield.uncertainty.results import assess
+from fragfield.studies.uncertainty.plan import plan_study
+from fragfield.studies.uncertainty.results import assess
 from tests.fragfield.synthetic_run import write_run
 
 M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"
@@ -65,7 +65,7 @@ def test_the_run_has_a_section_and_a_card(folder):
     for words in (
         "Budget of the distance (m)", "Share of each input in the variance of the distance", "heat of detonation",
         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
-        "figure-uncertainty_distribution", "figure-uncertainty_places", "grid convergence index of the nominal run",
+        "figure-uncertainty_distribution", "figure-uncertainty_sites", "grid convergence index of the nominal run",
         "2 samples gave no distance", "sample 3: exit code 3: cell 7 is &lt;lost&gt;", "&lt;gate&gt;",
     ):  # fmt: skip
         assert words in text, words
@@ -93,7 +93,7 @@ def test_the_page_of_its_own(folder, tmp_path):
 def test_a_budget_without_grid_warns(folder, tmp_path):
     found = _study({**SUMMARY, "convergence": {"reason": "no grid convergence: the burst is in three dimensions"}})
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
-    assert "A contribution to the budget is not known: the distance to be signed is without it." in text
+    assert "One contribution to the budget is unknown: the distance to be signed does not include it." in text
     assert "not known, and not in the sum: no grid convergence: the burst is in three dimensions" in text
 
 

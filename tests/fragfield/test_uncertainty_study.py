@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import fragfield.uncertainty.study as study_module
+import fragfield.studies.uncertainty.study as study_module
 from fragfield.cli import app
 from fragfield.errors import InputError
-from fragfield.pipeline import Request
-from fragfield.run_directory import RunDirectory
-from fragfield.stamped import read_stamped_json
-from fragfield.uncertainty.journal import Journal
-from fragfield.uncertainty.results import read_results
+from fragfield.files.run_directory import RunDirectory
+from fragfield.files.stamped import read_stamped_json
+from fragfield.pipeline.chain import Request
+from fragfield.studies.uncertainty.journal import Journal
+from fragfield.studies.uncertainty.results import read_results
 from tests.fragfield.short_run import SHORT, command, environment
 from tests.fragfield.synthetic_run import write_run
 
@@ -199,7 +199,7 @@ def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "holds a study of uncertainty; allowed: --resume to go on with it, --overwrite to compute it again"),
+        ((), "holds a study of uncertainty; allowed: --resume to continue it, --overwrite to compute it again"),
         (("--resume", "--samples", 21), "this one differs in samples, points; use another --out, or --overwrite"),
         (("--resume", "--samples", 20, "--seed", 5), "this one differs in seed, points"),
         (("--resume", "--samples", 20, "--set", "burst.cell_size=5 mm"), "this one differs in case"),
@@ -253,7 +253,7 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     ("settings", "stages", "message"),
     [
         (("seed=2",), 3, "found --set or --cell-size with a run directory, whose run is the nominal one"),
-        ((), 2, "has not been flown; run `fragfield run"),
+        ((), 2, "has no flight; run `fragfield run"),
     ],
 )
 def test_a_run_directory_that_cannot_be_the_nominal_run(tmp_path, settings, stages, message):
@@ -331,7 +331,7 @@ def test_real_samples_and_their_files(real_study):
     page, report = ((out / name).read_text() for name in ("uncertainty.html", "nominal/report.html"))
     for text in (page, report):
         assert "Budget of the distance (m)" in text
-        assert "What moves the hazard distance" in text
+        assert "Effect of each input on the hazard distance" in text
         assert "Published radii at which casings vent" in text
     assert (out / "figures" / "uncertainty_tornado.png").is_file()
     assert printed["distance"]["spread"]["high"] > printed["distance"]["spread"]["low"] > 0.0
@@ -340,7 +340,7 @@ def test_real_samples_and_their_files(real_study):
 @pytest.mark.slow
 @pytest.mark.dolfinx
 def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp_path):
-    """The same samples, to the last digit, as by one worker that nobody kills."""
+    """The same samples, to the last digit, as by one worker that is not killed."""
     out = tmp_path / "killed"
     process = subprocess.Popen(
         _real(short_meridian, out, "--workers", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -373,7 +373,7 @@ def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_pat
     process.kill()
     process.wait()
     until = time.monotonic() + 60.0
-    while any(_alive(child) for child in children):  # they notice that nobody waits for them
+    while any(_alive(child) for child in children):  # they notice that their parent is gone
         assert time.monotonic() < until
         time.sleep(0.2)
     kept = journal.read_text().count("\n")

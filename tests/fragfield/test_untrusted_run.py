@@ -1,11 +1,11 @@
-"""Run directories from elsewhere, whose HDF5 files have no checksums: what cannot be is refused by every command."""
+"""Run directories of unknown origin, whose HDF5 files have no checksums: what cannot be is refused by every command."""
 
 from __future__ import annotations
 
 import h5py
 import pytest
 
-from fragfield.run_directory import RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from fragfield_base.seal import read_seal
 from tests.fragfield.short_run import invoke
 
@@ -63,7 +63,7 @@ def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node):
     _foreign(run_copy / "burst.h5", _set("cells", node))
     done = invoke("report", run_copy, "--quiet")
     assert done.exit_code == 2, done.stderr
-    assert "burst.h5: cells name nodes that are not there" in done.stderr
+    assert "burst.h5: cells refer to nodes that do not exist" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
-from fragfield.report.validation_status import read_record, validation_blocks, validation_words
+from fragfield.report.findings.validation_status import read_record, validation_blocks, validation_words
 
 
 def row(quantity="speed at 19 mm", passed: bool | None = True, tolerance: float | None = 0.03) -> dict:

@@ -253,7 +253,7 @@ def test_trial_runs_once(monkeypatch):
 
 def test_nothing_to_look_at(tmp_path):
     folder = write_run(tmp_path / "run", stages=0)
-    with pytest.raises(InputError, match="nothing to look at; run `fragfield burst`"):
+    with pytest.raises(InputError, match="nothing to show; run `fragfield burst`"):
         view_run(folder, window=False)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from fragfield.report import read_run, write_report
-from fragfield.report.findings import _folded_casing_cells
-from fragfield.report.mesh_quality import aspect_ratio, scaled_jacobian
-from fragfield.report.tables import mesh_rows
+from fragfield.report.findings.burst import _folded_casing_cells
+from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
+from fragfield.report.tables.stages import mesh_rows
 from fragfield.view import offscreen_fault
 from fragfield.view.film import film_fault
 from fragfield.view.interactive import interactive_fault

@@ -1,4 +1,4 @@
-"""Texts from elsewhere command no terminal: neither in messages and tables nor in the log."""
+"""Texts of unknown origin do not control a terminal: neither in messages and tables nor in the log."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import logging
 import h5py
 import pytest
 
-from fragfield.logs import logged
-from fragfield.visible_text import hidden_in, visible
+from fragfield.terminal.logs import logged
+from fragfield.terminal.visible_text import hidden_in, visible
 from tests.fragfield.short_run import invoke
 
 

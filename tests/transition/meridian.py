@@ -10,7 +10,7 @@ import numpy as np
 
 from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION, SEGMENTS
 from tests.transition.synthetic import STEEL, TNT
-from transition.meridian import ring_volumes
+from transition.cells.meridian import ring_volumes
 from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:

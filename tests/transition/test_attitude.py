@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from transition.attitude import TOGETHER, draw_attitude
+from transition.placement.attitude import TOGETHER, draw_attitude
 
 TILT = 0.03
 FOURS = 500

@@ -12,8 +12,8 @@ from burst_fenicsx.meshing.placement import frame
 from tests.transition.meridian import Meridian
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings, InputError, Snapshot, break_up
-from transition.mirroring import SymmetryPlane
-from transition.segments import casing_segments
+from transition.law.segments import casing_segments
+from transition.placement.mirroring import SymmetryPlane
 
 SMALL = Meridian(radial_cells=1, axial=10)
 AXIS = (0.6, -0.3, 0.5)

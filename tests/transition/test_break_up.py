@@ -10,7 +10,7 @@ import pytest
 
 from tests.transition.synthetic import STEEL, Tube, radial
 from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
-from transition.mean_mass import gurney_sarmousakis, mott_linfoot
+from transition.law.mean_mass import gurney_sarmousakis, mott_linfoot
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings, InputError, Snapshot
-from transition.expansion import HALF_CHORD, Expansion
-from transition.mean_mass import mott_1947, mott_linfoot, thinned
+from transition.law.expansion import HALF_CHORD, Expansion
+from transition.law.mean_mass import mott_1947, mott_linfoot, thinned
 
 TIME = np.arange(0.0, 120.5e-6, 1e-6)
 SMALL = Tube(radial_cells=1, around=8, axial=10)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUpSettings, break_up
-from transition.shape_functions import trilinear
+from transition.cells.shape_functions import trilinear
 
 pytestmark = pytest.mark.dolfinx
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from flight.fragments import Fragments
-from transition.directions import cell_shares, compare_directions, ring_shares
 from transition.ledger import casing_sums, ledger
+from transition.placement.directions import cell_shares, compare_directions, ring_shares
 
 UNIT = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
 FIRST = np.array([1.0, 0.0, 0.0])

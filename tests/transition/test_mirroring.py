@@ -9,7 +9,7 @@ import pytest
 from flight import Fragments
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings, InputError, Snapshot, break_up
-from transition.mirroring import SymmetryPlane, images
+from transition.placement.mirroring import SymmetryPlane, images
 
 PLACE = (0.2, 0.3, 0.05)
 X = ("x = 0", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))

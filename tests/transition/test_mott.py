@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from transition import InputError, MottLaw
-from transition.mean_mass import (
+from transition.law.mean_mass import (
     explosive_constant,
     gurney_coefficient,
     gurney_sarmousakis,

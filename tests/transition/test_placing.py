@@ -7,8 +7,8 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings
-from transition.placing import Clusters, place
-from transition.points import MaterialPoints
+from transition.cells.points import MaterialPoints
+from transition.placement.placing import Clusters, place
 
 
 def partition(total, number, generator):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.transition.synthetic import Tube, volumes
-from transition.cell_points import POINTS_PER_FRAGMENT, CellPoints, lightest_that_matters, numbers
-from transition.mott import MottLaw
-from transition.points import MaterialPoints
-from transition.shape_functions import field_angular_momentum, modes, trilinear
+from transition.cells.cell_points import POINTS_PER_FRAGMENT, CellPoints, lightest_that_matters, numbers
+from transition.cells.points import MaterialPoints
+from transition.cells.shape_functions import field_angular_momentum, modes, trilinear
+from transition.law.mott import MottLaw
 
 
 def cells_of(generator, number):

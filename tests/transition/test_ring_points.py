@@ -11,8 +11,8 @@ from scipy.stats import chi2, kstest
 
 from tests.transition.meridian import Meridian
 from transition.casing import casing_of
-from transition.meridian import HalfPlane, bilinear, mass_density, node_shares, quad_modes, ring_volumes
-from transition.ring_points import RingPoints
+from transition.cells.meridian import HalfPlane, bilinear, mass_density, node_shares, quad_modes, ring_volumes
+from transition.cells.ring_points import RingPoints
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 TILTED = HalfPlane(np.array([0.3, -0.2, 1.1]), np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0])

@@ -7,7 +7,7 @@ import pytest
 
 from transition import Graded, InputError, MottLaw, Quantile
 from transition.kernels.choice import balanced_choice
-from transition.samplers import few_pieces
+from transition.law.samplers import few_pieces
 
 MEAN = 0.0149
 DIMENSIONS = (2, 3, "mixed")

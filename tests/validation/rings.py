@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight import HITS
-from flight.hazard.ring_counts import count_by_azimuth
+from flight.hazard.density.ring_counts import count_by_azimuth
 from validation.ensembles import RingEnsemble
 
 if TYPE_CHECKING:

@@ -98,7 +98,7 @@ def test_gurneys_formula():
 def test_the_tubes_have_the_mass_ratio_asked_for(ratio):
     from tomllib import loads
 
-    from fragfield.case.convert import burst_rounds
+    from fragfield.case.conversion.stages import burst_rounds
     from fragfield.case.load import case_from_document
 
     text = changed_case(ROOT / tubes.REFERENCE["case"], tube_of(ratio))

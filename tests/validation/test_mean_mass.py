@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from transition.mean_mass_data import (
+from transition.law.mean_mass_data import (
     EXPLOSIVES,
     FACTORS,
     OUTER_DIAMETER,
@@ -16,7 +16,7 @@ from transition.mean_mass_data import (
     WALL_RATIO,
     outside_data,
 )
-from transition.mott import MottLaw
+from transition.law.mott import MottLaw
 from validation.m107_1944.check import TABLE
 from validation.mean_mass.check import check_laws
 from validation.mean_mass.data import REFERENCE, above_a_cut, fit_numbers, fit_shells, from_recovery, measured

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case
-from fragfield.run_directory import RunDirectory
+from fragfield.files.run_directory import RunDirectory
 from tests.validation.rings import ring
 from validation.__main__ import main
 from validation.paper_3_2 import scaling, sensitivities
@@ -93,7 +93,7 @@ def test_runs_are_made_again_or_gone_on_with(tmp_path, calls):
     resumed = Runs(tmp_path, resume=True, threads=2, ranks=2)
     resumed.run("pair", REFERENCE["pair"], "8 mm")
     assert made[-1][:3] == ["mpirun", "-n", "2"]
-    assert made[-1][-1] == "--overwrite"  # nothing is there to go on with
+    assert made[-1][-1] == "--overwrite"  # there is nothing to continue
     folder.mkdir()
     resumed.run("pair", REFERENCE["pair"], "8 mm")
     assert made[-1][-3:] == ["--threads", "2", "--resume"]

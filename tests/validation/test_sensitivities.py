@@ -171,7 +171,7 @@ def test_the_grid_index_of_the_mean_speed_is_judged(slope, passed):
     assert all("not converging" in row.source for row in others)  # they do not change at all
 
 
-def test_the_grid_index_wants_its_whole_family():
+def test_the_grid_index_needs_its_whole_family():
     cells = next(one for one in variations.parameters() if one.name == "cell_size")
     answers = check.Answers(cells, BASE, tuple(_response(one) for one in cells.variations))
     assert [one.variation.size for one in study._family([answers], BASE)] == ["6 mm", "4.5 mm", "3.375 mm"]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["bisect"]
 
 _SAMPLE = 64  # rows at least that settle the direction of a cut
-_SLICE = 0.25  # share of the mass below which a part is taken from around a place, not cut off by a plane
+_SLICE = 0.25  # share of the mass below which a part is taken from around a position, not cut off by a plane
 _BINS = 48  # of the angle, in which the gap of an arc is looked for
 _HOLLOW = 0.1  # square of the smallest distance from the centre over the mean square, from which a region is hollow
 _PIVOTS = 33  # rows at most among which a pivot is chosen
@@ -38,7 +38,7 @@ def _key(row: NDArray[np.float64], i: int, q: NDArray[np.float64]) -> float:
 def _direction(
     row: NDArray[np.float64], begin: int, end: int, normal: NDArray[np.float64], mean: NDArray[np.float64]
 ) -> tuple[float, float, float]:
-    """Random unit vector, most likely along the longest extent of the rows; writes their mean place."""
+    """Random unit vector, most likely along the longest extent of the rows; writes their mean position."""
     step = max(1, (end - begin) // _SAMPLE)
     number = 0
     mean[:] = 0.0
@@ -127,7 +127,7 @@ def _cut(
 ) -> None:
     """Choose the surface of a cut.
 
-    A plane across the longest extent; a sphere about a random place for a part so light that a slice would be thin,
+    A plane across the longest extent; a sphere about a random position for a part so light that a slice would be thin,
     so that light fragments come at all depths of a wall alike; a half plane from the axis for a ring or a long arc,
     of which a plane would cut off two ends at once.
     """
@@ -356,11 +356,11 @@ def bisect(
             ident[goal] = ident[source]
         for side in range(2):
             is_light = side == 0
-            place = open_parts
-            waiting[place, 0] = begin if is_light else target
-            waiting[place, 1] = taken if is_light else rest
+            position = open_parts
+            waiting[position, 0] = begin if is_light else target
+            waiting[position, 1] = taken if is_light else rest
             if is_light == low_is_light:
-                waiting[place, 2], waiting[place, 3] = low, middle
+                waiting[position, 2], waiting[position, 3] = low, middle
             else:
-                waiting[place, 2], waiting[place, 3] = middle, high
+                waiting[position, 2], waiting[position, 3] = middle, high
             open_parts += 1

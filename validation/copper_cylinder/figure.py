@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.drawing import INK, LINES
+from fragfield.report.figures.drawing import INK, LINES
 from validation.copper_cylinder.check import REFERENCE
 from validation.figures import picture
 

@@ -10,8 +10,8 @@ import numpy as np
 import flight
 from flight.files.text_tables import read_columns
 from flight.hazard.assessment import falling_through
-from transition.mott import MottLaw
-from transition.samplers import Quantile
+from transition.law.mott import MottLaw
+from transition.law.samplers import Quantile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

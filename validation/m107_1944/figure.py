@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.drawing import GREY, INK, LINES
+from fragfield.report.figures.drawing import GREY, INK, LINES
 from validation.figures import picture
 from validation.m107_1944.check import REFERENCE, TABLE
 

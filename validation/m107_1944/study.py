@@ -64,7 +64,7 @@ def _meridian(options: Options, runs: Runs, size: str, realisations: int) -> lis
 def _broken_up(folder: Path, realisations: int) -> list[Fragments]:
     """Realisations of the break-up of a run, by the law of its case."""
     from fragfield.case import read_resolved
-    from fragfield.case.convert import break_up_settings
+    from fragfield.case.conversion.stages import break_up_settings
 
     prepared = BreakUp(folder / "burst_snapshot.h5", break_up_settings(read_resolved(folder / "case.toml")))
     return [prepared.fragments(SEED, number) for number in range(realisations)]

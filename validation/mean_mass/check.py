@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from transition import BreakUp, BreakUpSettings
-from transition.mean_mass_data import FACTORS
+from transition.law.mean_mass_data import FACTORS
 from validation.mean_mass.data import REFERENCE, above_a_cut, fit_shells, measured, metal_shares
 from validation.mean_mass.scatter import LAWS, computed, correlation, scatter
 from validation.rows import Row, compare, within

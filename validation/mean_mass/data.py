@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from transition.mean_mass import gurney_coefficient, gurney_speed
-from transition.mean_mass_data import equivalent_cylinder
+from transition.law.mean_mass import gurney_coefficient, gurney_speed
+from transition.law.mean_mass_data import equivalent_cylinder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

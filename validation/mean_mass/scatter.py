@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.errors import InputError
-from transition.mean_mass import explosive_constant, gurney_sarmousakis, mott_1947, mott_linfoot, ruptured
+from transition.law.mean_mass import explosive_constant, gurney_sarmousakis, mott_1947, mott_linfoot, ruptured
 from transition.settings import BreakUpSettings
 
 if TYPE_CHECKING:

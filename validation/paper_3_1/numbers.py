@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from transition import BreakUpSettings
-    from transition.laws import SegmentLaw
+    from transition.law.segment_law import SegmentLaw
 
     Number = Callable[["SegmentNumbers", NDArray[np.float64]], NDArray[np.float64]]
 
@@ -88,7 +88,7 @@ def _heavier(drawn: NDArray[np.float64], mass: NDArray[np.float64]) -> NDArray[n
 def numbers_of_run(folder: Path) -> list[SegmentNumbers]:
     """Numbers of a finished run, with the break-up of its case."""
     from fragfield.case import read_resolved
-    from fragfield.case.convert import break_up_settings
+    from fragfield.case.conversion.stages import break_up_settings
 
     case = read_resolved(folder / "case.toml")
     return segment_numbers(Snapshot.read(folder / "burst_snapshot.h5"), break_up_settings(case), case.seed)

@@ -25,7 +25,7 @@ from validation.rows import Row, compare, within
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from flight.hazard.ring_counts import RingCounts
+    from flight.hazard.density.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
 
 __all__ = ["NAME", "PANEL", "REFERENCE", "Finding", "compare_with_mirrored", "compare_with_paper", "sound"]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from flight.hazard.ring_counts import RingCounts
+    from flight.hazard.density.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
 
 __all__ = ["by_azimuth_table", "draw"]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.hazard.ring_counts import RingCounts
+    from flight.hazard.density.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
 
 __all__ = ["ratio_table", "sentences", "versions"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from transition.mean_mass import gurney_speed
+from transition.law.mean_mass import gurney_speed
 from validation.plane_section.check import (
     NAME,
     REFERENCE,
@@ -123,7 +123,7 @@ def _ratio(folder: Path) -> float:
 def _gurney(folder: Path) -> float:
     """Gurney's speed (m/s) of a section, by Eqs. 23 and 24, with the section's own masses."""
     from fragfield.case import load_case
-    from fragfield.case.convert import burst_rounds
+    from fragfield.case.conversion.stages import burst_rounds
 
     explosive = burst_rounds(load_case(folder / "case.toml"))[0].explosive
     burst = _burst(folder)

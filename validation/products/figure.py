@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.drawing import GREY, INK, LINES
+from fragfield.report.figures.drawing import GREY, INK, LINES
 from validation.figures import picture
 from validation.products.check import MODELS, REFERENCE, cylinder_gurney, model_of
 from validation.products.energies import gurney_velocity, progressive_share

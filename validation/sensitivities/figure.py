@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import MaxNLocator
 
-from fragfield.report.drawing import GREY, INK
+from fragfield.report.figures.drawing import GREY, INK
 from validation.figures import picture
 from validation.sensitivities.check import KINDS, value_of
 

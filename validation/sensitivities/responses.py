@@ -2,7 +2,7 @@
 
 The distance is the hazard stage's, over all azimuths: a round that stands upright is one of revolution, so that its
 sectors differ at random alone. It is that of the expected density, the mean over the realisations, as in
-`flight.hazard.expected`.
+`flight.hazard.density.expected`.
 
 All ensembles have one seed: a realisation draws the same random numbers whatever is varied, and a bootstrap draws the
 same realisations. Differences between two variations are therefore known better than the values are.
@@ -18,9 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard.expected import DensityGroups, Directions, drawn_distances
-from flight.hazard.fields import fields_of
-from flight.hazard.near_ground import NearGround
+from flight.hazard.density.directions import Directions
+from flight.hazard.density.expected import drawn_distances
+from flight.hazard.density.fields import fields_of
+from flight.hazard.density.groups import DensityGroups
+from flight.hazard.density.near_ground import NearGround
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case
 from validation.sensitivities.variations import REFERENCE
@@ -105,8 +107,8 @@ def respond(
     threads : int, optional
         Of break-up and flight; the result does not depend on it.
     """
-    from fragfield.case.convert import break_up_settings, flight_arguments, hazard_criteria
-    from fragfield.ensemble import above_ground, hazard_grid
+    from fragfield.case.conversion.stages import break_up_settings, flight_arguments, hazard_criteria
+    from fragfield.pipeline.ensemble import above_ground, hazard_grid
 
     case = _case(variation)
     arguments = flight_arguments(case) | {"witnesses": [], "sample": 0}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.drawing import GREY, INK, LINES
+from fragfield.report.figures.drawing import GREY, INK, LINES
 from validation.figures import picture
 from validation.solid.check import REFERENCE, lame_hoop
 

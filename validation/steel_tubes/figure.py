@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.drawing import GREY, INK, LINES
+from fragfield.report.figures.drawing import GREY, INK, LINES
 from validation.figures import picture
 from validation.steel_tubes.check import REFERENCE, gurney_speed, gurney_velocity
 

@@ -22,7 +22,7 @@ from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.problem import Leakage, RigidPlane
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
-from fragfield.case.convert import burst_rounds, burst_settings
+from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 pytestmark = pytest.mark.dolfinx

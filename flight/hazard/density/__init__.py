@@ -1,0 +1,1 @@
+"""Expected density of hazardous fragments over azimuth and distance, and the distance that follows from it."""

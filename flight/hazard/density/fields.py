@@ -1,0 +1,55 @@
+"""Contributions of one flight to the densities by cell of azimuth and distance: landings, and paths near the ground."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.errors import InputError
+from flight.hazard.criteria import SHALLOWEST
+from flight.result import Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.result import FlightResult
+
+__all__ = ["fields_of"]
+
+
+def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What one flight adds to the densities, by cell of azimuth and distance, up to the farthest that holds anything.
+
+    Returns
+    -------
+    landings, tracks : (turns, r) float64
+        Hazardous fragments that landed in a cell; and lengths of hazardous paths below a person's height over that
+        height (of no height: 1 / sin of the angle of impact, which it goes over to).
+
+    Raises
+    ------
+    InputError
+        The flight did not count near the ground.
+    """
+    counted = result.near_ground
+    if counted is None:
+        raise InputError("hazard: the flight was not asked to count paths near the ground (near_ground)")
+    grid, criteria = counted.near.grid, counted.near.criteria
+    rows = result.landing
+    dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)
+    distances = rows["distance"][dangerous]
+    if len(distances):
+        grid = grid.up_to(max(grid.reach, float(distances.max()) + grid.cell))
+    turn, cell = grid.cells_of(rows["azimuth"][dangerous], distances)
+    flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
+    landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
+    tracks = np.zeros(grid.shape)
+    if criteria.person_height > 0.0:
+        tracks[:, : counted.lengths.shape[1]] = counted.lengths / criteria.person_height
+    else:
+        steepness = np.sin(np.maximum(np.radians(rows["angle"][dangerous]), SHALLOWEST))
+        tracks += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
+    held = np.flatnonzero(landings.any(axis=0) | tracks.any(axis=0))
+    end = int(held[-1]) + 1 if held.size else 1
+    return landings[:, :end], tracks[:, :end]

@@ -1,0 +1,89 @@
+"""Numbers of hazardous fragments summed over groups of realisations, in bounded memory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.hazard.density.directions import Directions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["DensityGroups"]
+
+MEMORY = 96e6  # bytes of the groups' fields
+
+
+class DensityGroups:
+    """Numbers of hazardous fragments by kind, direction class and distance, summed over groups of realisations.
+
+    Groups are independent of each other: one realisation each, or as many as were drawn together. Once memory is full
+    neighbouring groups are joined in pairs, so that the fields of any number of realisations take no more than `MEMORY`
+    bytes (64 groups at least).
+
+    Parameters
+    ----------
+    directions : Directions
+        Of the densities.
+    together : int
+        Realisations that are not independent of each other: numbers 0 to `together` - 1, and so on.
+    """
+
+    def __init__(self, directions: Directions, together: int = 1) -> None:
+        self.directions = directions
+        self.size, self.realisations = together, 0  # of a full group; of all
+        self._sums: list[Array] = []
+
+    def add(self, landings: Array, tracks: Array) -> None:
+        """Add one realisation: numbers and path lengths over height (turns, r) on the grid or up to a nearer reach."""
+        here = np.stack([self.directions.folded(values) for values in (landings, tracks)])
+        cells = max(here.shape[-1], self.cells)
+        if cells > self.cells:
+            self._sums = [_padded(one, cells) for one in self._sums]
+        here = _padded(here, cells)
+        if self.realisations % self.size == 0:
+            if len(self._sums) >= max(64, 2 * int(MEMORY / here.nbytes / 2)):
+                self._join()
+            self._sums.append(here)
+        else:
+            self._sums[-1] = self._sums[-1] + here
+        self.realisations += 1
+
+    def _join(self) -> None:
+        self._sums = [one + other for one, other in zip(self._sums[::2], self._sums[1::2], strict=True)]
+        self.size *= 2
+
+    @property
+    def cells(self) -> int:
+        """Distance cells so far."""
+        return self._sums[0].shape[-1] if self._sums else 0
+
+    @property
+    def sums(self) -> Array:
+        """Sums of the groups (g, 2, c, r)."""
+        return np.stack(self._sums)
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """Realisations of every group (g,)."""
+        sizes = np.full(len(self._sums), self.size)
+        sizes[-1] -= self.size * len(self._sums) - self.realisations
+        return sizes
+
+    @classmethod
+    def of(cls, directions: Directions, sums: Array, sizes: NDArray[np.int64] | None = None) -> DensityGroups:
+        """Groups whose folded sums (g, 2, c, r) are known."""
+        made = cls(directions)
+        made._sums = list(sums)
+        made.size = 1 if sizes is None else int(sizes[0])
+        made.realisations = len(sums) if sizes is None else int(sizes.sum())
+        return made
+
+
+def _padded(values: Array, cells: int) -> Array:
+    empty = [(0, 0)] * (values.ndim - 1) + [(0, cells - values.shape[-1])]
+    return np.pad(values, empty)

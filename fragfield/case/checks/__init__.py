@@ -1,0 +1,1 @@
+"""Checks of a case: bounds of single values, and faults that no single key shows."""

@@ -1,0 +1,262 @@
+"""Checks across keys: each returns lines `key: found ...; allowed: ...`."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from fragfield.case.checks.arrangement import check_places, check_planes
+from fragfield.case.checks.bounds import outside_hard
+from fragfield.case.checks.uncertain_inputs import check_uncertainty
+from fragfield.case.conversion.exposed_sites import check_exposed
+from fragfield.case.conversion.placing import profile_of
+from fragfield.case.conversion.stack import check_stack
+from fragfield.case.tables.flight import CylinderTable
+from fragfield.case.tables.round import ExplosiveTable
+from fragfield.case.units.quantities import show
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.break_up import BreakUpTable
+    from fragfield.case.tables.burst import BurstTable
+    from fragfield.case.tables.flight import FlightTable, WitnessTable
+    from fragfield.case.tables.ground import GroundTable
+    from fragfield.case.tables.round import IgnitionTable, RoundTable
+
+__all__ = ["check_case", "check_charges"]
+
+_MOST_STATES = 100_000
+_SAME_DIRECTION = 1e-9  # rad
+
+
+def check_case(case: Case, *, burst: bool = True) -> list[str]:
+    """Faults that show before names are resolved.
+
+    Parameters
+    ----------
+    case : Case
+        As read.
+    burst : bool
+        Whether the case must describe a burst.
+    """
+    faults = list(outside_hard(case))
+    if faults:
+        return faults  # the checks below would stumble over such numbers
+    faults = list(_complete(case)) if burst else []
+    if case.burst is not None:
+        faults += _stop_rules(case.burst)
+    faults += _unique("round", [entry.name for entry in case.round])
+    faults += _unique("plane", [plane.name for plane in case.plane])
+    faults += _unique("obstacle", [obstacle.name for obstacle in case.obstacle])
+    faults += _unique("witness", [surface.name for surface in case.witness])
+    faults += _unique("exposed", [entry.name for entry in case.exposed])
+    faults += check_exposed(case)
+    faults += check_uncertainty(case)
+    faults += check_planes(case)
+    for number, entry in enumerate(case.round, start=1):
+        faults += _round(f"round[{number}]", entry)
+    faults += check_stack(case)
+    faults += _flight(case.flight)
+    faults += _ground(case.flight.ground, case.flight.gravity)
+    faults += _together(case)
+    for number, surface in enumerate(case.witness, start=1):
+        faults += _witness(f"witness[{number}]", surface)
+    faults += _break_up(case.break_up)
+    return faults
+
+
+def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
+    """Faults of a resolved case: heat of detonation, product constants, ignition, rounds in each other or in planes.
+
+    `stacked` are the names of the rounds that stand for [stack].
+    """
+    faults: list[str] = []
+    for number, entry in enumerate(case.round, start=1):
+        if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
+            faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
+        faults += _delays(case, f"round[{number}]", entry)
+        if isinstance(entry.profile, dict):
+            faults += _ignition(f"round[{number}]", entry)
+    if case.round and not any(entry.ignition for entry in case.round):
+        faults.append(
+            "round: found no ignition point in any round, so nothing makes the shock that initiates them; allowed: at "
+            "least one round with an ignition point"
+        )
+    return faults or list(check_places(case, stacked))
+
+
+def _complete(case: Case) -> Iterator[str]:
+    if case.burst is None:
+        yield 'burst: missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"'
+    if not case.round:
+        yield "round: missing; needed: at least one table [[round]]"
+
+
+def _stop_rules(burst: BurstTable) -> Iterator[str]:
+    if burst.stop == "time" and burst.end_time is None:
+        yield 'burst.end_time: missing; stop = "time" needs it, for example end_time = "120 us"'
+    if burst.stop == "acceleration" and burst.end_time is not None:
+        yield (
+            f'burst.end_time: found {burst.end_time:g} s together with stop = "acceleration", which contradict '
+            'each other; allowed: stop = "time" with end_time, or stop = "acceleration" without (time_limit bounds it)'
+        )
+    if burst.end_time is not None and burst.end_time > burst.time_limit:
+        yield f"burst.end_time: found {burst.end_time:g} s; allowed: at most burst.time_limit, {burst.time_limit:g} s"
+    end = burst.end_time if burst.end_time is not None else burst.time_limit
+    if burst.output.interval * _MOST_STATES < end:
+        yield (
+            f"burst.output.interval: found {burst.output.interval:g} s; allowed: at least {end / _MOST_STATES:g} s, "
+            f"for {_MOST_STATES} states up to {end:g} s"
+        )
+    if burst.acceleration_window > burst.time_limit:
+        yield (
+            f"burst.acceleration_window: found {burst.acceleration_window:g} s; "
+            f"allowed: at most burst.time_limit, {burst.time_limit:g} s"
+        )
+
+
+def _unique(key: str, names: Sequence[str]) -> Iterator[str]:
+    for number, name in enumerate(names, start=1):
+        first = names.index(name) + 1
+        if number > first:
+            yield f"{key}[{number}].name: found {show(name)}, the name of {key}[{first}]; allowed: a name of its own"
+
+
+def _round(key: str, entry: RoundTable) -> Iterator[str]:
+    if (entry.profile is None) == (entry.mesh is None):
+        found = "neither" if entry.profile is None else "both"
+        yield f"{key}.profile: found {found} profile and mesh; allowed: one of the two"
+    if not any(entry.axis):
+        yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
+    if entry.ignition is not None and not entry.ignition and entry.initiation is None:
+        yield (
+            f"{key}.ignition: found no ignition point, so nothing initiates the charge; allowed: at least one point, "
+            'for example ignition = [{ station = "nose" }], or leave the key out for that one; or '
+            'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock'
+        )
+
+
+def _break_up(break_up: BreakUpTable) -> Iterator[str]:
+    if break_up.strain_rate == "burst" and break_up.velocity_source == "gurney":
+        yield (
+            'break_up.strain_rate: found "burst" together with velocity_source = "gurney", which contradict each '
+            'other; allowed: "burst" with velocity_source = "burst", or "speed"'
+        )
+    yield from _rising("break_up.segments", break_up.segments or [])
+
+
+def _flight(flight: FlightTable) -> Iterator[str]:
+    air, wind = flight.air, flight.wind
+    if air.model == "constant" and air.density is None:
+        yield 'flight.air.density: missing; model = "constant" needs it, for example density = "1.225 kg/m^3"'
+    if air.model == "standard" and air.density is not None:
+        yield 'flight.air.density: found with model = "standard"; allowed: only with model = "constant"'
+    columns = {"heights": wind.heights, "speeds": wind.speeds, "directions": wind.directions}
+    for key, column in columns.items():
+        if wind.model != "profile" and column is not None:
+            yield f'flight.wind.{key}: found with model = {show(wind.model)}; allowed: only with model = "profile"'
+        if wind.model == "profile" and (column is None or len(column) != len(wind.heights or [])):
+            found = len(column or [])
+            yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
+    if flight.shape.model == "lognormal" and flight.shape.spread is None:
+        yield 'flight.shape.spread: missing; model = "lognormal" needs it, for example spread = 0.2'
+    if flight.shape.model != "lognormal" and flight.shape.spread is not None:
+        model = show(flight.shape.model)
+        yield f'flight.shape.spread: found with model = {model}; allowed: only with model = "lognormal"'
+    if wind.model == "profile":
+        yield from _rising("flight.wind.heights", wind.heights or [])
+
+
+def _ground(ground: GroundTable, gravity: float) -> Iterator[str]:
+    if ground.bounce and gravity == 0.0:
+        yield "flight.ground.bounce: found true without gravity; allowed: only with flight.gravity, or nothing rests"
+    if ground.map is not None and ground.height != 0.0:
+        yield (
+            f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
+            "datum shifts the map"
+        )
+    for key in ("normal_restitution", "tangential_restitution", "friction"):
+        if not ground.bounce and getattr(ground, key) is not None:
+            yield f"flight.ground.{key}: found without bounce; allowed: only with bounce = true"
+    for key in ("site", "datum", "holes"):
+        if ground.map is None and getattr(ground, key) != type(ground).model_fields[key].default:
+            yield f"flight.ground.{key}: found without a map; allowed: only with map, the name of a file"
+
+
+def _together(case: Case) -> Iterator[str]:
+    """Tables that do not go together."""
+    ground = case.flight.ground
+    others = {"flight.ground.map": ground.map, "flight.ground.bounce": ground.bounce, "obstacle": case.obstacle}
+    if case.flight.collisions is not None and (found := [key for key, value in others.items() if value]):
+        yield (
+            f"flight.collisions: found together with {' and '.join(found)}; allowed: over flat ground, without bounce "
+            "and obstacles, which contact between fragments does not support"
+        )
+    if ground.map is not None and case.site is not None:
+        off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)
+        if abs(off_east) > _SAME_DIRECTION:
+            yield (
+                f"site.bearing: found {math.degrees(case.site.bearing):g} deg together with flight.ground.map; "
+                "allowed: 90 deg, since +x points east on a map of heights"
+            )
+
+
+def _rising(key: str, values: Sequence[float]) -> Iterator[str]:
+    if any(after <= before for before, after in pairwise(values)):
+        yield f"{key}: found {show(list(values))} (m); allowed: values that rise"
+
+
+def _witness(key: str, surface: WitnessTable) -> Iterator[str]:
+    if not isinstance(surface, CylinderTable):
+        return
+    if surface.bottom is not None and surface.top is not None and not surface.top > surface.bottom:
+        yield f"{key}.top: found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m"
+
+
+def _products(key: str, products: str, explosive: ExplosiveTable) -> Iterator[str]:
+    if products == "jwl":
+        if explosive.jwl is None:
+            yield f'{key}.jwl: missing for "{explosive.name}"; burst.products = "jwl" needs A, B, R1, R2, omega and E0'
+        return
+    minimum = explosive.detonation_velocity**2 / 16.0
+    if not explosive.heat_of_detonation > minimum:
+        yield (
+            f"{key}.heat_of_detonation: found Q = {explosive.heat_of_detonation / 1e6:.4g} MJ/kg for {explosive.name}; "
+            f"allowed with burst.products = {show(products)}: more than D^2/16 = {minimum / 1e6:.4g} MJ/kg "
+            f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"'
+        )
+
+
+def _delays(case: Case, key: str, entry: RoundTable) -> Iterator[str]:
+    """Points that would ignite only after the burst is over: nothing would burst, or not what the case says."""
+    if case.burst is None:
+        return
+    name, end = "burst.end_time", case.burst.end_time
+    if end is None:
+        name, end = "burst.time_limit", case.burst.time_limit
+    for number, point in enumerate(entry.ignition or [], start=1):
+        if not point.delay < end:
+            yield f"{key}.ignition[{number}].delay: found {point.delay:g} s; allowed: below {name}, {end:g} s"
+
+
+def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
+    profile = profile_of(entry)
+    for number, point in enumerate(entry.ignition or [], start=1):
+        station = min(max(float(point.station), profile.charge_front), profile.charge_end)
+        yield from _offset(f"{key}.ignition[{number}]", point, float(profile.section(station).charge_radius))
+
+
+def _offset(where: str, point: IgnitionTable, radius: float) -> Iterator[str]:
+    distance = math.hypot(*point.offset)
+    if distance > radius * (1.0 + 1e-9):
+        yield (
+            f"{where}.offset: found {_mm(distance)} from the axis, outside the charge; allowed: at most {_mm(radius)}, "
+            f"the charge's radius at station {_mm(float(point.station))}"
+        )
+
+
+def _mm(value: float) -> str:
+    return f"{value * 1e3:.6g} mm"

@@ -1,0 +1,239 @@
+"""Checks of the table [uncertainty], and the numbers of its distributions in SI."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import PydanticCustomError
+
+from fragfield.case.messages import marks_of, tables_in
+from fragfield.case.units.compound import NumberOrWord, Vector
+from fragfield.case.units.quantities import Quantity, show
+from fragfield.errors import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pydantic import BaseModel
+    from pydantic.fields import FieldInfo
+
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.uncertainty import UncertainInputTable
+
+__all__ = ["Target", "check_uncertainty", "parameters_of", "target_of"]
+
+_NEEDED = {
+    "uniform": ("low", "high"),
+    "normal": ("mean", "standard_deviation"),
+    "lognormal": ("median", "factor"),
+    "triangular": ("low", "mode", "high"),
+    "discrete": ("values",),
+}
+_OPTIONAL = {"normal": ("low", "high"), "lognormal": ("low", "high"), "discrete": ("weights",)}
+_PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
+_POSITIVE = ("standard_deviation", "median")
+_OWN = ("uncertainty", "seed", "title", "document")
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a dotted key of the schema holds: its SI unit (empty: a pure number), or None where it is not numeric."""
+
+    key: str
+    unit: str | None
+
+    @property
+    def is_number(self) -> bool:
+        """Whether factors and shifts make sense."""
+        return self.unit is not None
+
+
+def target_of(key: str) -> Target:
+    """Look a dotted key up in the schema; entries of lists, by `*`, number or name, are not checked here.
+
+    Raises
+    ------
+    ValueError
+        There is no such key, or it holds a table; the text is that of a message without the key.
+    """
+    from fragfield.case.schema import Case
+
+    models: list[type[BaseModel]] = [Case]
+    field: FieldInfo | None = None
+    in_list = False
+    for step in key.split("."):
+        if in_list:
+            in_list = False
+            continue
+        names = sorted({name for model in models for name in model.model_fields})
+        field = next((model.model_fields[step] for model in models if step in model.model_fields), None)
+        if field is None:
+            if not names:
+                raise ValueError(f"goes into a value: there is no {step!r} in it")
+            raise ValueError(f'unknown key "{step}"{nearest(step, names)}; allowed here: {", ".join(names)}')
+        models = [model for _, model in tables_in(field.annotation)]
+        in_list = bool(models) and "list[" in str(field.annotation)
+    assert field is not None
+    if in_list or (models and not any(_words_allowed(field))):
+        raise ValueError("is a table; needed: the key of a value")
+    if key.partition(".")[0] in _OWN:
+        raise ValueError("cannot be uncertain: it changes nothing that is computed, or chooses the random numbers")
+    return Target(key, _unit(field))
+
+
+def _words_allowed(field: FieldInfo) -> Iterator[bool]:
+    """Whether a field that may hold a table may also hold a name or a number."""
+    yield "<name>" in str(field.annotation) + str(field.metadata)
+
+
+def _unit(field: FieldInfo) -> str | None:
+    for mark in marks_of(field):
+        if isinstance(mark, Quantity):
+            return mark.symbol
+        if isinstance(mark, NumberOrWord):
+            return ""
+        if isinstance(mark, Vector):
+            return None
+    words = str(field.annotation)
+    return "" if "float" in words and "tuple" not in words and "list" not in words else None
+
+
+def check_uncertainty(case: Case) -> Iterator[str]:
+    """Faults of the table, as `key: found ...; allowed: ...`."""
+    if case.uncertainty is None:
+        return
+    seen: dict[str, str] = {}
+    names: dict[str, str] = {}
+    for number, entry in enumerate(case.uncertainty.input, start=1):
+        where = f"uncertainty.input[{number}]"
+        if entry.name in names:
+            yield f"{where}.name: found {show(entry.name)} again, as {names[entry.name]}; allowed: a name of its own"
+        names[entry.name] = where
+        faults = [*_check_keys(where, entry), *_check_parameters(where, entry)]
+        yield from faults
+        for key in entry.keys:
+            if key in seen:
+                yield f"{where}.keys: {key} is varied by {seen[key]} already; allowed: one input for a key"
+            seen[key] = where
+        if not faults:
+            yield from _check_numbers(where, entry)
+
+
+def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[str]:
+    for place, key in enumerate(entry.keys, start=1):
+        try:
+            target = target_of(key)
+        except ValueError as error:
+            yield f"{where}.keys[{place}]: {show(key)}: {error}"
+            continue
+        if not target.is_number and (entry.distribution != "discrete" or entry.applies != "value"):
+            yield (
+                f'{where}.keys[{place}]: {show(key)} is not a number; allowed with it: distribution = "discrete" and '
+                'applies = "value"'
+            )
+    units = set()
+    for key in entry.keys:
+        try:
+            units.add(target_of(key).unit)
+        except ValueError:
+            return
+    if len(units) > 1 and entry.applies != "factor":
+        yield f'{where}.keys: keys of different units; allowed: keys of one unit, or applies = "factor"'
+
+
+def _check_parameters(where: str, entry: UncertainInputTable) -> Iterator[str]:
+    needed, optional = _NEEDED[entry.distribution], _OPTIONAL.get(entry.distribution, ())
+    for name in _PARAMETERS:
+        given = getattr(entry, name) is not None
+        if name in needed and not given:
+            yield f'{where}.{name}: missing; distribution = "{entry.distribution}" needs {" and ".join(needed)}'
+        if given and name not in (*needed, *optional):
+            users = [kind for kind in _NEEDED if name in (*_NEEDED[kind], *_OPTIONAL.get(kind, ()))]
+            words = " or ".join(f'"{kind}"' for kind in users)
+            yield f'{where}.{name}: found with distribution = "{entry.distribution}"; allowed: only with {words}'
+
+
+def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[str]:
+    try:
+        found = parameters_of(entry)
+    except ValueError as error:
+        yield f"{where}.{error}"
+        return
+    low, high = found.get("low"), found.get("high")
+    if low is not None and high is not None and not low < high:
+        yield f"{where}.high: found {show(entry.high)}; allowed: above low, {show(entry.low)}"
+        return
+    for name in ("mode", "mean", "median"):
+        value = found.get(name)
+        if value is None:
+            continue
+        if (low is not None and value < low) or (high is not None and value > high):
+            yield f"{where}.{name}: found {show(getattr(entry, name))}; allowed: between low and high"
+    if entry.applies == "factor" and min(_extremes(found), default=1.0) <= 0.0:
+        yield f'{where}: applies = "factor" can be zero or less; allowed: positive factors, cut off by low'
+    if entry.distribution == "normal" and entry.applies == "factor" and low is None:
+        yield f'{where}.low: missing; a factor with distribution = "normal" must be cut off above zero by low'
+    if entry.distribution == "discrete":
+        yield from _check_discrete(where, entry)
+
+
+def _extremes(found: Mapping[str, Any]) -> list[float]:
+    chosen = [found[name] for name in ("low", "mode", "mean", "median") if found.get(name) is not None]
+    return [*chosen, *(value for value in found.get("values") or [] if isinstance(value, float))]
+
+
+def _check_discrete(where: str, entry: UncertainInputTable) -> Iterator[str]:
+    values, weights = entry.values or [], entry.weights
+    if len(values) < 2:
+        yield f"{where}.values: found {len(values)}; allowed: two or more"
+    if weights is None:
+        return
+    if len(weights) != len(values):
+        yield f"{where}.weights: found {len(weights)} for {len(values)} values; allowed: one for each"
+    elif not (all(math.isfinite(weight) and weight >= 0.0 for weight in weights) and sum(weights) > 0.0):
+        yield f"{where}.weights: found {show(weights)}; allowed: numbers of zero or more, not all zero"
+
+
+def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
+    """The distribution's numbers in the SI unit of its keys, or as pure factors.
+
+    Raises
+    ------
+    ValueError
+        One has no unit, or one of another dimension; the text begins with the name of the parameter.
+    """
+    unit = "" if entry.applies == "factor" else target_of(entry.keys[0]).unit
+    found: dict[str, Any] = {}
+    for name in _PARAMETERS:
+        value = getattr(entry, name)
+        if value is None:
+            continue
+        if name == "values":
+            found[name] = [_number(f"values[{i}]", one, unit, words=True) for i, one in enumerate(value, start=1)]
+        elif name in ("factor", "weights"):
+            found[name] = value
+        else:
+            found[name] = _number(name, value, unit)
+        if name in _POSITIVE and not found[name] > 0.0:
+            raise ValueError(f"{name}: found {show(value)}; allowed: above zero")
+    return found
+
+
+def _number(name: str, value: object, unit: str | None, *, words: bool = False) -> float | str | bool:
+    if unit is None or (words and isinstance(value, bool)):
+        assert isinstance(value, (str, bool, float, int))
+        return value
+    if not unit:
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
+            return float(value)
+        if words and isinstance(value, str):
+            return value
+        raise ValueError(f"{name}: found {show(value)}; allowed: a number without unit")
+    if words and isinstance(value, str) and not any(sign.isdigit() for sign in value):
+        return value
+    try:
+        return Quantity(unit, f"1 {unit}").parse(value)
+    except PydanticCustomError as error:
+        raise ValueError(f"{name}: {error.message()}") from None

@@ -1,0 +1,373 @@
+"""From the tables [[exposed]] to positions in metres and to the prisms in which fragments are counted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
+from fragfield.case.tables.ground import BuildingTable, WallTable
+from fragfield.case.units.quantities import show
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from flight.hazard.contours import Site
+    from flight.hazard.exposed import Prism
+    from flight.scene.walls import Wall
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.exposed import BarrierTable, ExposedTable
+    from fragfield.case.tables.ground import ObstacleTable
+
+    Array = NDArray[np.float64]
+
+__all__ = [
+    "ExposedSite",
+    "check_exposed",
+    "describe_exposed",
+    "outline_of",
+    "exposed_sites_of",
+    "resolved_exposed",
+    "site_of",
+]
+
+PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
+MOST_PIECES = 24
+DEPTH = 1.0  # m by which prisms reach below the lowest ground
+
+
+@dataclass(frozen=True, eq=False)
+class ExposedSite:
+    """An exposed site.
+
+    Attributes
+    ----------
+    table : ExposedTable
+        As in the case, resolved.
+    outline : (k, 2) float64
+        Of its plan (m).
+    prisms : tuple of Prism
+        In which fragments are counted: one, or the pieces of a road or an area.
+    area : float
+        That one person or vehicle presents (m2); of no meaning for a building.
+    """
+
+    table: ExposedTable
+    outline: Array
+    prisms: tuple[Prism, ...]
+    area: float
+
+    @property
+    def is_building(self) -> bool:
+        """Whether it is a building."""
+        return isinstance(self.table, ExposedBuildingTable)
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Where its name stands on a map (m)."""
+        if isinstance(self.table, RoadTable) and self.table.points:
+            return self.table.points[len(self.table.points) // 2]
+        x, y = self.outline.mean(axis=0).tolist()
+        return x, y
+
+    def edge(self, spacing: float = 1.0) -> Array:
+        """Points along the outline (n, 2), no farther apart than `spacing` (m), at most 256 a side."""
+        parts = []
+        for start, end in zip(self.outline, np.roll(self.outline, -1, axis=0), strict=True):
+            count = min(256, max(1, math.ceil(float(np.hypot(*(end - start))) / spacing)))
+            parts.append(start + (end - start) * (np.arange(count) / count)[:, None])
+        return np.concatenate(parts)
+
+
+def site_of(case: Case) -> Site | None:
+    """The case's site in degrees, free of what the way over radians adds in the last digits."""
+    from flight.hazard.contours import Site
+
+    if case.site is None:
+        return None
+    return Site(*(round(math.degrees(v), 10) for v in (case.site.latitude, case.site.longitude, case.site.bearing)))
+
+
+def check_exposed(case: Case) -> Iterator[str]:
+    """Faults of the tables [[exposed]] as read."""
+    for number, entry in enumerate(case.exposed, start=1):
+        key = f"exposed[{number}]"
+        limits = [k for k in ("max_density", "max_probability", "max_hits") if getattr(entry, k) is not None]
+        if len(limits) > 1:
+            yield f"{key}.{limits[1]}: found together with {limits[0]}; allowed: one criterion for an exposed site"
+        yield from _placing(case, key, entry)
+        if isinstance(entry, AreaTable) and entry.points is not None and not _is_convex(np.array(entry.points)):
+            yield f"{key}.points: found a polygon that is not convex; allowed: a convex one; split it into several"
+        if isinstance(entry, RoadTable) and entry.max_probability is not None and entry.target_area is None:
+            yield f'{key}.target_area: missing; a probability on a road needs the area of a vehicle, such as "10 m^2"'
+        if isinstance(entry, RoadTable) and entry.max_hits is not None and entry.target_area is None:
+            yield f'{key}.target_area: missing; hits on a road need the area of a vehicle, such as "10 m^2"'
+
+
+def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
+    if isinstance(entry, ExposedBuildingTable) and entry.obstacle is not None:
+        names = [one.name for one in case.obstacle if isinstance(one, BuildingTable)]
+        if entry.obstacle not in names:
+            words = ", ".join(show(name) for name in names) or 'no [[obstacle]] of kind "building" is there'
+            yield f"{key}.obstacle: found {show(entry.obstacle)}; allowed: {words}"
+        own = [k for k in ("position", "latitude", "length", "width", "height") if getattr(entry, k) is not None]
+        if own:
+            yield f"{key}.{own[0]}: found together with obstacle, which says where the building stands; leave one out"
+        return
+    if isinstance(entry, ExposedBuildingTable):
+        for missing in (k for k in ("length", "width", "height") if getattr(entry, k) is None):
+            yield f"{key}.{missing}: missing; a building needs length, width and height, or the name of an obstacle"
+    if isinstance(entry, PersonTable | ExposedBuildingTable):
+        parts = [entry.latitude is not None, entry.longitude is not None]
+        yield from _one_of(case, key, ("position", "latitude"), entry.position is not None, any(parts))
+        if sum(parts) == 1:
+            yield f"{key}.latitude: found one of latitude and longitude; needed: both"
+    else:
+        here, on_earth = entry.points is not None, entry.points_on_earth is not None
+        yield from _one_of(case, key, ("points", "points_on_earth"), here, on_earth)
+
+
+def _one_of(case: Case, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[str]:
+    second = "latitude and longitude" if names[1] == "latitude" else names[1]
+    if here == on_earth:
+        found = "both" if here else "neither"
+        yield f"{key}.{names[0]}: found {found} {names[0]} and {second}; allowed: one of the two"
+    elif on_earth and case.site is None:
+        yield f"{key}.{names[1]}: found without a table [site], which says where the rounds stand"
+
+
+def resolved_exposed(case: Case) -> list[ExposedTable]:
+    """The tables with x and y instead of latitude and longitude."""
+    site, origin = site_of(case), case.flight.origin
+
+    def turned(latitude: float, longitude: float) -> tuple[float, float]:
+        assert site is not None  # checked
+        x, y = site.offsets(math.degrees(longitude), math.degrees(latitude))[0]
+        return round(float(x) + origin[0], 4), round(float(y) + origin[1], 4)
+
+    made: list[ExposedTable] = []
+    for entry in case.exposed:
+        changes: dict[str, Any] = {}
+        if isinstance(entry, PersonTable | ExposedBuildingTable):
+            if entry.latitude is not None and entry.longitude is not None:
+                changes = {"position": turned(entry.latitude, entry.longitude), "latitude": None, "longitude": None}
+        elif entry.points_on_earth is not None:
+            changes = {"points": [turned(*pair) for pair in entry.points_on_earth], "points_on_earth": None}
+        made.append(entry.model_copy(update=changes))
+    return made
+
+
+def exposed_sites_of(case: Case) -> list[ExposedSite]:
+    """The exposed sites of a resolved case; raises flight's InputError for one that cannot be counted."""
+    from flight.errors import InputError
+
+    sites = []
+    for entry in case.exposed:
+        try:
+            sites.append(_exposed_site(case, entry))
+        except InputError as error:
+            raise InputError(f"exposed {show(entry.name)}: {error}") from None
+    return sites
+
+
+def _exposed_site(case: Case, entry: ExposedTable) -> ExposedSite:
+    from flight.errors import InputError
+
+    energy = case.hazard.energy if entry.energy is None else entry.energy
+    if isinstance(entry, ExposedBuildingTable):
+        outline, prism = _building(case, entry, energy)
+        exposed = ExposedSite(entry, outline, (prism,), 0.0)
+    else:
+        height = case.hazard.person_height if entry.height is None else entry.height
+        if not height > 0.0:
+            raise InputError("no height to count fragments in; give it a height, hazard.person_height is zero")
+        area = case.hazard.person_area if entry.target_area is None else entry.target_area
+        outline, pieces = _open(case, entry)
+        exposed = ExposedSite(entry, outline, tuple(_prism(case, piece, height, energy) for piece in pieces), area)
+    for one in case.round:
+        if _contains(exposed.outline, one.position[:2]):
+            raise InputError(
+                f"round {show(one.name)} stands in it; a position of people must lie outside of the rounds"
+            )
+    if isinstance(entry, PersonTable):
+        for standing in case.obstacle:
+            if _contains(outline_of(standing), exposed.centre):
+                raise InputError(
+                    f"it stands in obstacle {show(standing.name)}, which lets nothing through; for people in a "
+                    f'building take kind = "building" with obstacle = {show(standing.name)} and its walls'
+                )
+    return exposed
+
+
+def outline_of(obstacle: ObstacleTable) -> Array:
+    """Corners (4, 2) of an obstacle's plan (m); of a bank that of its foot on level ground."""
+    if isinstance(obstacle, BuildingTable):
+        return _rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
+    start, end = np.asarray(obstacle.start), np.asarray(obstacle.end)
+    way, (x, y) = end - start, (0.5 * (start + end)).tolist()
+    if isinstance(obstacle, WallTable):
+        foot = obstacle.thickness
+    else:
+        foot = obstacle.crest_width + 2.0 * obstacle.slope * obstacle.height
+    return _rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
+
+
+def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
+    from flight.hazard.exposed import Prism
+
+    if entry.obstacle is not None:
+        standing = next(one for one in case.obstacle if one.name == entry.obstacle)
+        assert isinstance(standing, BuildingTable)  # checked
+        centre, size, base = standing.centre, (standing.length, standing.width, standing.height), standing.base
+        azimuth = standing.azimuth
+    else:
+        assert entry.position is not None  # checked
+        assert entry.length is not None
+        assert entry.width is not None
+        assert entry.height is not None
+        centre, size, base = entry.position, (entry.length, entry.width, entry.height), entry.base
+        azimuth = entry.azimuth
+    outline = _rectangle(centre, size[0], size[1], azimuth)
+    ground = ground_height(case, *centre) if base is None else base
+    lowest = min(ground, *(ground_height(case, x, y) for x, y in outline.tolist()))
+    wall, roof = _wall(entry.wall), _wall(entry.roof)
+    return outline, Prism(outline, lowest - DEPTH, ground + size[2], energy, size[2], wall, roof)
+
+
+def _wall(table: BarrierTable | None) -> Wall | None:
+    from flight.scene.walls import Wall
+
+    return None if table is None else Wall(**table.model_dump())
+
+
+def _open(case: Case, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
+    """Outline of an exposed site in the open, and the plans of its pieces."""
+    if isinstance(entry, PersonTable):
+        assert entry.position is not None  # checked
+        away = np.subtract(entry.position, case.flight.origin)
+        extent = entry.extent or min(5.0, max(1.0, 0.1 * float(np.hypot(*away))))
+        outline = _rectangle(entry.position, extent, extent, math.atan2(away[1], away[0]))
+        return outline, [outline]
+    assert entry.points is not None  # checked
+    points = np.array(entry.points, dtype=np.float64)
+    if isinstance(entry, RoadTable):
+        return _strip(points, entry.width)
+    return points, _cells(points)
+
+
+def _strip(points: Array, width: float) -> tuple[Array, list[Array]]:
+    from flight.errors import InputError
+
+    ways = np.diff(points, axis=0)
+    lengths = np.hypot(ways[:, 0], ways[:, 1])
+    if not lengths.min() > 0.0:
+        raise InputError("two points of the road are the same")
+    across = np.column_stack([-ways[:, 1], ways[:, 0]]) / lengths[:, None]
+    longest = max(PIECE, float(lengths.sum()) / max(1, MOST_PIECES - len(lengths)))
+    pieces = []
+    for start, way, length, side in zip(points, ways, lengths, across, strict=False):
+        parts = math.ceil(length / longest - 1e-9)
+        ends = start + way * (np.arange(parts + 1) / parts)[:, None]
+        left, right = ends + 0.5 * width * side, ends - 0.5 * width * side
+        pieces += [np.array([right[i], right[i + 1], left[i + 1], left[i]]) for i in range(parts)]
+    corner = np.concatenate([across[:1], across[:-1] + across[1:], across[-1:]])
+    corner = corner / np.maximum((corner**2).sum(axis=1), 0.5)[:, None] * np.where(
+        np.arange(len(points)) % (len(points) - 1) == 0, 1.0, 2.0
+    )[:, None]  # fmt: skip
+    outline = np.concatenate([points - 0.5 * width * corner, (points + 0.5 * width * corner)[::-1]])
+    return outline, pieces
+
+
+def _cells(corners: Array) -> list[Array]:
+    """A convex polygon cut by a square grid."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = max(PIECE, math.sqrt(float(np.prod(high - low)) / MOST_PIECES))
+    counts = np.maximum(1, np.ceil((high - low) / size - 1e-9)).astype(int)
+    while counts.prod() > MOST_PIECES:
+        size *= 1.05
+        counts = np.maximum(1, np.ceil((high - low) / size - 1e-9)).astype(int)
+    steps = (high - low) / counts
+    made = []
+    for i in range(counts[0]):
+        for j in range(counts[1]):
+            piece = corners
+            for axis, number in ((0, i), (1, j)):
+                for bound, sign in (
+                    (low[axis] + number * steps[axis], 1.0),
+                    (low[axis] + (number + 1) * steps[axis], -1.0),
+                ):
+                    piece = _clipped(piece, axis, bound, sign)
+            if len(piece) >= 3 and _area(piece) > 1e-2 * float(np.prod(steps)):
+                made.append(piece)
+    return made
+
+
+def _clipped(corners: Array, axis: int, bound: float, sign: float) -> Array:
+    """The part of a convex polygon on one side of a line (Sutherland and Hodgman 1974)."""
+    kept: list[Array] = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        here, there = sign * (start[axis] - bound), sign * (end[axis] - bound)
+        if here >= 0.0:
+            kept.append(start)
+        if here * there < 0.0:
+            kept.append(start + (end - start) * (here / (here - there)))
+    made = np.array(kept).reshape(-1, 2)
+    same = np.hypot(*(made - np.roll(made, 1, axis=0)).T) < 1e-9 if len(made) else np.zeros(0, dtype=bool)
+    return made[~same]
+
+
+def _prism(case: Case, piece: Array, height: float, energy: float) -> Prism:
+    from flight.hazard.exposed import Prism
+
+    x, y = piece.mean(axis=0).tolist()
+    ground = [ground_height(case, *corner) for corner in [(x, y), *piece.tolist()]]
+    return Prism(piece, min(ground) - DEPTH, float(np.mean(ground)) + height, energy, height)
+
+
+def _rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
+    along = 0.5 * length * np.array([math.cos(azimuth), math.sin(azimuth)])
+    across = 0.5 * width * np.array([-math.sin(azimuth), math.cos(azimuth)])
+    return np.asarray(centre) + np.array([along + across, across - along, -along - across, along - across])
+
+
+def _area(corners: Array) -> float:
+    x, y = corners.T
+    return abs(0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
+
+
+def _is_convex(corners: Array) -> bool:
+    ways = np.roll(corners, -1, axis=0) - corners
+    later = np.roll(ways, -1, axis=0)
+    turn = ways[:, 0] * later[:, 1] - ways[:, 1] * later[:, 0]
+    around = np.degrees(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))
+    once = abs(around[-1] - around[0]) < 360.0
+    return bool(((turn >= 0.0).all() or (turn <= 0.0).all()) and once and _area(corners) > 0.0)
+
+
+def _contains(corners: Array, point: tuple[float, ...]) -> bool:
+    """Even-odd rule (Shimrat 1962)."""
+    x, y = float(point[0]), float(point[1])
+    inside = False
+    for (ax, ay), (bx, by) in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
+            inside = not inside
+    return inside
+
+
+def describe_exposed(case: Case) -> list[dict[str, Any]]:
+    """Exposed sites for `fragfield check`: name, kind, distance and azimuth of the nearest edge, pieces."""
+    found = []
+    for exposed in exposed_sites_of(case):
+        away = exposed.edge() - np.asarray(case.flight.origin)
+        distance = np.hypot(away[:, 0], away[:, 1])
+        nearest = int(np.argmin(distance))
+        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
+        entry = {"name": exposed.table.name, "kind": exposed.table.kind, "distance": float(distance[nearest])}
+        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(exposed.prisms)})
+    return found

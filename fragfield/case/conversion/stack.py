@@ -1,0 +1,178 @@
+"""Expands a stack into its rounds: what [stack] allows, and the copies that it defines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case.units.quantities import show
+from fragfield.errors import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.round import IgnitionTable, RoundTable
+    from fragfield.case.tables.stack import StackTable
+
+__all__ = ["check_stack", "expanded", "stacked_names"]
+
+_MOST_ROUNDS = 1000
+_KEYS = {"row": ("count",), "triangle": ("count",), "pallet": ("counts", "layer_gap")}
+_TAKEN_BY = {"count": ("row", "triangle"), "counts": ("pallet",), "layer_gap": ("pallet",)}
+
+
+def check_stack(case: Case) -> Iterator[str]:
+    """Faults of the table [stack], as lines `key: found ...; allowed: ...`."""
+    stack = case.stack
+    if stack is None:
+        return
+    faults = list(_counts(stack)) + list(_template_faults(case, stack))
+    yield from faults
+    if not faults:
+        yield from _names(case, stack)
+        yield from _ignited(case, stack)
+
+
+def stacked_names(case: Case) -> list[str]:
+    """Names of the rounds that [stack] stands for."""
+    assert case.stack is not None  # the caller's choice
+    template = _template(case, case.stack)
+    return [f"{template.name}_{number}" for number in range(1, case.stack.size + 1)]
+
+
+def expanded(case: Case) -> list[RoundTable]:
+    """The rounds of a case whose rounds are resolved, with the stack's copies instead of the round they copy."""
+    stack = case.stack
+    if stack is None:
+        return list(case.round)
+    template = _template(case, stack)
+    places = _places(template, stack)
+    initiated = _initiated(case, stack)
+    copies = []
+    for index, (name, place) in enumerate(zip(stacked_names(case), places, strict=True)):
+        delay = stack.delays[index] if stack.delays is not None else 0.0
+        ignition = [_later(point, delay) for point in template.ignition or []] if index in initiated else []
+        position = tuple(float(value) for value in place)
+        copies.append(template.model_copy(update={"name": name, "position": position, "ignition": ignition}))
+    at = case.round.index(template)
+    return [*case.round[:at], *copies, *case.round[at + 1 :]]
+
+
+def _places(template: RoundTable, stack: StackTable) -> NDArray[Any]:
+    """Positions of the rounds (m), shape (n, 3)."""
+    import numpy as np
+
+    from burst_fenicsx.geometry import arrangement
+    from fragfield.case.conversion.placing import placed
+
+    body = placed(template)
+    (x, y, z) = (np.ptp(body.reach(direction)) for direction in np.eye(3))
+    if stack.arrangement == "triangle":
+        across = (
+            [1.0, 0.0, 0.0] if arrangement.stands(template.axis) else arrangement.across_horizontally(template.axis)
+        )
+        pitch = float(np.ptp(body.reach(across))) + stack.gap
+        offsets = arrangement.triangle(stack.count or 2, pitch, template.axis)
+    elif stack.arrangement == "row":
+        offsets = arrangement.row(stack.count or 1, x + stack.gap)
+    else:
+        layer_gap = stack.gap if stack.layer_gap is None else stack.layer_gap
+        offsets = arrangement.pallet(stack.counts or (1, 1, 1), (x + stack.gap, y + stack.gap, z + layer_gap))
+    lift = 0.0 if stack.base is None else stack.base - body.reach((0.0, 0.0, 1.0))[0]
+    return np.asarray(offsets + np.array(template.position) + [0.0, 0.0, lift])
+
+
+def _later(point: IgnitionTable, delay: float) -> IgnitionTable:
+    return point.model_copy(update={"delay": point.delay + delay})
+
+
+def _template(case: Case, stack: StackTable) -> RoundTable:
+    return next(entry for entry in case.round if stack.round in (None, entry.name))
+
+
+def _initiated(case: Case, stack: StackTable) -> set[int]:
+    """Indices of the rounds that have ignition points."""
+    if stack.initiated is None:
+        return set(range(stack.size))
+    names = stacked_names(case)
+    return {names.index(one) if isinstance(one, str) else one - 1 for one in stack.initiated}
+
+
+def _counts(stack: StackTable) -> Iterator[str]:
+    for key, arrangements in _TAKEN_BY.items():
+        if getattr(stack, key) is not None and stack.arrangement not in arrangements:
+            allowed = " or ".join(f'"{name}"' for name in arrangements)
+            yield (
+                f"stack.{key}: found with arrangement = {show(stack.arrangement)}, which takes "
+                f"{' and '.join(_KEYS[stack.arrangement])}; allowed: only with arrangement = {allowed}"
+            )
+    if stack.arrangement == "row" and stack.count is None:
+        yield 'stack.count: missing; arrangement = "row" needs the number of rounds, for example count = 4'
+    if stack.arrangement == "pallet" and stack.counts is None:
+        yield 'stack.counts: missing; arrangement = "pallet" needs the numbers along x, along y and of layers, for example counts = [2, 4, 1]'  # noqa: E501
+    if stack.size > _MOST_ROUNDS:
+        yield f"stack: found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}"
+
+
+def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
+    names = [entry.name for entry in case.round]
+    listed = ", ".join(show(name) for name in names)
+    if stack.round is None and len(names) > 1:
+        yield f"stack.round: missing; needed with several rounds: the name of the one to copy, one of {listed}"
+    if stack.round is not None and names and stack.round not in names:
+        yield f"stack.round: found {show(stack.round)}{nearest(stack.round, names)}; allowed: {listed}"
+    if not names:
+        yield "stack.round: found no table [[round]]; allowed: at least one, which the stack copies"
+        return
+    template = next((entry for entry in case.round if stack.round in (None, entry.name)), None)
+    if template is not None and stack.arrangement == "triangle" and any(template.axis):
+        from burst_fenicsx.geometry.arrangement import lies, stands
+
+        if not (stands(template.axis) or lies(template.axis)):
+            yield (
+                f'stack.arrangement: found "triangle" for rounds with axis = {list(template.axis)}; '
+                "allowed: rounds that stand upright or lie level"
+            )
+
+
+def _names(case: Case, stack: StackTable) -> Iterator[str]:
+    template = _template(case, stack)
+    own = set(stacked_names(case))
+    for number, entry in enumerate(case.round, start=1):
+        if entry is not template and entry.name in own:
+            yield f"round[{number}].name: found {show(entry.name)}, a name of the stack's own rounds; allowed: another"
+
+
+def _ignited(case: Case, stack: StackTable) -> Iterator[str]:
+    template, names = _template(case, stack), stacked_names(case)
+    if stack.delays is not None and len(stack.delays) != stack.size:
+        yield f"stack.delays: found {len(stack.delays)} values; allowed: one for each of the {stack.size} rounds"
+    if stack.initiated is None:
+        return
+    faults = []
+    for one in stack.initiated:
+        if isinstance(one, str) and one not in names:
+            faults.append(f"found {show(one)}{nearest(one, names)}; allowed: {_range(names)}")
+        elif isinstance(one, int) and one > stack.size:
+            faults.append(f"found {one}; allowed: 1 to {stack.size}, or {_range(names)}")
+    yield from (f"stack.initiated: {fault}" for fault in faults)
+    if faults:
+        return
+    initiated = _initiated(case, stack)
+    if template.ignition is not None and not template.ignition:
+        yield f'stack.initiated: found, but round "{template.name}" has no ignition point that they could have'
+    if len(initiated) < stack.size and template.initiation is None:
+        yield (
+            f"stack.initiated: found {len(initiated)} of {stack.size} rounds; the others need round "
+            f'"{template.name}" to have '
+            'initiation = { pressure = "5 GPa", duration = "0.2 us" }, by which the shock initiates them'
+        )
+    for index, delay in enumerate(stack.delays or []):
+        if delay > 0.0 and index not in initiated and index < stack.size:
+            yield f"stack.delays: found {delay:g} s for {names[index]}, which waits for the shock; allowed: 0 s for it"
+
+
+def _range(names: list[str]) -> str:
+    return show(names[0]) if len(names) == 1 else f"{show(names[0])} to {show(names[-1])}"

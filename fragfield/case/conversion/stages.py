@@ -1,0 +1,150 @@
+"""From a resolved case to the arguments of each stage."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case.conversion.burst import burst_round, burst_rounds, degrees_of, rigid_plane, settings_in
+from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.surroundings import ground_height, surroundings
+from fragfield.case.tables.flight import CylinderTable, PanelTable
+
+if TYPE_CHECKING:
+    from burst_fenicsx.problem import BurstSettings, Geometry
+    from flight import Contact as FragmentContact
+    from flight import Wind
+    from flight.hazard.criteria import Criteria
+    from flight.scene.targets import Witness
+    from flight.shape import Shape
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.flight import CollisionsTable, FlightTable, PolygonTable, WindTable
+    from transition import BreakUpSettings
+
+__all__ = [
+    "break_up_settings",
+    "burst_round",
+    "burst_rounds",
+    "burst_settings",
+    "flight_arguments",
+    "hazard_criteria",
+    "rigid_plane",
+]
+
+
+def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSettings:
+    """Settings of the burst stage; the case must have a table [burst]. `geometry` overrides the case's choice."""
+    return settings_in(case, geometry or burst_geometry(case).geometry)
+
+
+def break_up_settings(case: Case) -> BreakUpSettings:
+    """Settings of the break-up; a single axisymmetric round is turned about its axis in each realisation."""
+    from fragfield.case.conversion.symmetry import is_axisymmetric
+    from transition import BreakUpSettings
+
+    values = case.break_up.model_dump(exclude={"realisations"})
+    if values["segments"] is not None:
+        values["segments"] = tuple(values["segments"])
+    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_turn=is_axisymmetric(case))
+
+
+def flight_arguments(case: Case) -> dict[str, Any]:
+    """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table, a map or a surface at fault."""
+    import flight
+
+    table = case.flight
+    air = (
+        flight.ConstantAir(table.air.density or 0.0, table.air.sound_speed)
+        if table.air.model == "constant"
+        else flight.StandardAtmosphere(table.air.altitude)
+    )
+    adaptive = table.integrator.method == "adaptive"
+    return {
+        "air": air,
+        "drag": flight.Drag.of(table.drag).scaled(table.drag_factor),
+        "gravity": table.gravity,
+        "wind": _wind(table.wind, ground_height(case, *table.origin)),
+        **surroundings(case),
+        "witnesses": [_surface(surface) for surface in case.witness],
+        "integrator": flight.Adaptive(table.integrator.tolerance)
+        if adaptive
+        else flight.FixedStep(table.integrator.step),
+        "contact": _collisions(table.collisions),
+        "shape": _shape(table),
+        "time_limit": table.time_limit,
+        "origin": table.origin,
+        "sample": table.trajectories,
+        "seed": case.seed,
+    }
+
+
+def _collisions(table: CollisionsTable | None) -> FragmentContact | None:
+    from flight import Contact
+
+    if table is None:
+        return None
+    values = table.model_dump(exclude={"friction_angle"})
+    return Contact(**values, friction_angle_deg=degrees_of(table.friction_angle))
+
+
+def _shape(table: FlightTable) -> Shape | None:
+    """The model of presented areas; None: the factors that the fragments bring."""
+    from flight.shape import Box, Lognormal
+
+    shape = table.shape
+    if shape.model == "lognormal":
+        return Lognormal(shape.spread or 0.0, table.shape_factor)
+    if shape.model == "mean":
+        return None
+    length, width, height = shape.ratios
+    return Box((length, width, height), shape.orientation, shape.density)
+
+
+def hazard_criteria(case: Case) -> Criteria:
+    """What counts as a hazard."""
+    from flight.hazard.criteria import Criteria
+
+    return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
+
+
+def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
+    """Basis of the hazard distance, and mirror planes of the arrangement (degrees); none for given fragments.
+
+    See `fragfield.case.conversion.directions`.
+    """
+    from fragfield.case.conversion.directions import hazard_basis, mirror_planes
+
+    if elsewhere or not case.round:
+        return "worst_direction", ()
+    basis = hazard_basis(case)
+    return basis, mirror_planes(case) if basis == "worst_direction" else ()
+
+
+def kernel_degrees(case: Case) -> float:
+    """Half-width of the azimuth kernel in degrees."""
+    return degrees_of(case.hazard.kernel)
+
+
+def _wind(table: WindTable, ground: float) -> Wind | None:
+    import flight
+
+    if table.model == "profile":
+        directions = [math.degrees(angle) for angle in table.directions or []]
+        return flight.Wind.profile(table.heights or [], table.speeds or [], directions)
+    if table.speed == 0.0:
+        return None
+    towards = math.degrees(table.towards)
+    if table.model == "power_law":
+        return flight.Wind.power_law(table.speed, towards, table.reference_height, table.exponent, ground)
+    return flight.Wind.constant(table.speed, towards)
+
+
+def _surface(table: CylinderTable | PanelTable | PolygonTable) -> Witness:
+    import flight
+
+    values = table.model_dump(exclude={"kind"}, exclude_none=True)
+    if isinstance(table, CylinderTable):
+        return flight.Cylinder(**values)
+    if isinstance(table, PanelTable):
+        return flight.Panel(**values)
+    return flight.Polygon(**values)

@@ -1,0 +1,125 @@
+"""From a resolved case to the ground and the obstacles of the flight."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from fragfield.case.tables.ground import BarricadeTable, BuildingTable, WallTable
+
+if TYPE_CHECKING:
+    from flight import Bounce, HeightMap
+    from flight.scene.obstacles import Obstacle
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.ground import GroundTable
+
+__all__ = ["check_surroundings", "describe_surroundings", "ground_height", "ground_of", "surroundings"]
+
+
+def surroundings(case: Case) -> dict[str, Any]:
+    """Ground, bounce and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
+    return {
+        "ground": ground_of(case),
+        "bounce": _bounce(case.flight.ground),
+        "obstacles": [_obstacle(entry) for entry in case.obstacle],
+    }
+
+
+def ground_of(case: Case) -> float | HeightMap:
+    """Height of the flat ground (m), or the map of heights."""
+    table = case.flight.ground
+    if table.map is None:
+        return table.height
+    path = Path(table.map)
+    datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum
+    changed = path.stat().st_mtime_ns if path.is_file() else 0
+    return _read_map(path, table.site, datum, table.holes, changed)
+
+
+def ground_height(case: Case, x: float, y: float) -> float:
+    """Height of the ground at a place (m)."""
+    ground = ground_of(case)
+    return ground if isinstance(ground, float) else float(ground.at(x, y))
+
+
+def check_surroundings(case: Case) -> None:
+    """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
+    import numpy as np
+
+    from flight.scene.scene import Scene
+
+    found = surroundings(case)
+    scene = Scene(found["ground"], found["bounce"], tuple(found["obstacles"]))
+    rounds = np.array([entry.position for entry in case.round], dtype=np.float64).reshape(-1, 3)
+    scene.check_places(rounds, case.flight.origin, "rounds")
+
+
+def describe_surroundings(case: Case) -> dict[str, Any]:
+    """Ground, bounce and obstacles in numbers, for `fragfield check` (m)."""
+    found = surroundings(case)
+    ground, bounce = found["ground"], found["bounce"]
+    described: dict[str, Any] = {"height": ground} if isinstance(ground, float) else _map_extent(ground)
+    obstacles = []
+    for obstacle, entry in zip(found["obstacles"], case.obstacle, strict=True):
+        base = ground_height(case, *obstacle.plan_centre) if obstacle.base is None else obstacle.base
+        standing = {"name": entry.name, "kind": entry.kind, "base": base, "top": base + obstacle.height}
+        obstacles.append({**standing, "ricochet": entry.ricochet})
+    return {
+        "ground": described,
+        "bounce": None if bounce is None else asdict(bounce),
+        "obstacles": obstacles,
+    }
+
+
+def _map_extent(ground: HeightMap) -> dict[str, Any]:
+    (west, south), (east, north) = ground.corner, ground.end
+    heights = ground.heights
+    lengths = {"x": [west, east], "y": [south, north], "z": [float(heights.min()), float(heights.max())]}
+    return {"map": ground.name, "nodes": [heights.shape[1], heights.shape[0]], "filled": ground.filled, **lengths}
+
+
+@lru_cache(maxsize=2)
+def _read_map(
+    path: Path,
+    site: tuple[float, float],
+    datum: float | Literal["site"],
+    holes: Literal["refuse", "neighbours"],
+    changed: int,  # noqa: ARG001 - the file's time, so that a new file is read again
+) -> HeightMap:
+    from flight import HeightMap, InputError
+
+    try:
+        return HeightMap.read(path, site=site, datum=datum, holes=holes)
+    except InputError as error:
+        raise InputError(f"ground.map: {error}") from None
+
+
+def _bounce(table: GroundTable) -> Bounce | None:
+    from flight import Bounce
+    from flight.scene.bounce import SURFACES
+
+    if not table.bounce:
+        return None
+    kind = SURFACES[table.surface]
+    own = (table.normal_restitution, table.tangential_restitution, table.friction)
+    if own == (None, None, None):
+        return kind
+    usual = (kind.normal, kind.tangential, kind.friction)
+    normal, tangential, friction = (value if mine is None else mine for mine, value in zip(own, usual, strict=True))
+    return Bounce(normal, tangential, friction)
+
+
+def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:
+    import flight
+
+    dumped = table.model_dump(exclude={"kind"})
+    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in dumped.items()}
+    if isinstance(table, WallTable):
+        return flight.Wall(**values)
+    if isinstance(table, BarricadeTable):
+        return flight.Barricade(**values)
+    values["azimuth"] = round(math.degrees(table.azimuth), 10)
+    return flight.Building(**values)

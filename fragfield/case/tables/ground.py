@@ -1,0 +1,113 @@
+"""The tables [flight.ground] and [[obstacle]]: what fragments land on and what stops them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from fragfield.case.tables.base import Table
+from fragfield.case.units.kinds import Angle, Length, Offset, PositiveLength
+from fragfield.case.units.quantities import Quantity
+
+__all__ = ["BarricadeTable", "BuildingTable", "GroundTable", "ObstacleTable", "WallTable"]
+
+Surface = Literal["rock", "asphalt", "concrete", "hard_soil", "soft_soil", "sand"]
+
+
+class GroundTable(Table):
+    """The ground: flat, or a map of heights."""
+
+    height: Length = 0.0
+    """z of flat ground; a casing that the burst drives below it starts its flight on it."""
+    map: str | None = None
+    """A map of heights instead of flat ground: an ESRI ASCII grid (.asc) or a GeoTIFF (.tif), +x east and +y north."""
+    site: Offset = (0.0, 0.0)
+    """Easting and northing, on the map, of x = y = 0."""
+    datum: Annotated[float | str, Quantity("m", "120 m", words=("site",))] = "site"
+    """Height, on the map, of z = 0; "site": the map's height there, so that the ground at x = y = 0 is z = 0."""
+    holes: Literal["refuse", "neighbours"] = "refuse"
+    """Nodes of the map without a height: an error, or filled from their neighbours and counted in a warning."""
+    bounce: bool = False
+    """Whether fragments bounce and roll; hazard counts the first impact either way."""
+    surface: Surface = "soft_soil"
+    """Kind of ground, whose restitution and friction hold where fragments bounce."""
+    normal_restitution: float | None = Field(default=None, ge=0.0, le=1.0)
+    """Share of the velocity along the normal that is left after an impact; left out: that of `surface`."""
+    tangential_restitution: float | None = Field(default=None, ge=0.0, le=1.0)
+    """Share of the velocity along the ground that is left after an impact; left out: that of `surface`."""
+    friction: float | None = Field(default=None, ge=0.0)
+    """Coefficient of friction of what slides; left out: that of `surface`."""
+
+
+class _StandingTable(Table):
+    """What all obstacles have."""
+
+    name: str = Field(min_length=1)
+    """A name of its own."""
+    base: Length | None = None
+    """z from which its height counts; left out: the ground at its centre."""
+    ricochet: Surface | None = None
+    """What fragments are turned off like; left out: they stop."""
+
+
+class WallTable(_StandingTable):
+    """An upright wall."""
+
+    kind: Literal["wall"]
+    """An upright wall."""
+    start: Offset
+    """x and y of one end of its centre line."""
+    end: Offset
+    """x and y of the other end; left and right are as seen from start to end."""
+    height: PositiveLength
+    """Height."""
+    thickness: PositiveLength = 0.2
+    """Thickness."""
+
+
+class BarricadeTable(_StandingTable):
+    """An earth barricade."""
+
+    kind: Literal["barricade"]
+    """A bank with sloped sides and upright ends."""
+    start: Offset
+    """x and y of one end of its crest."""
+    end: Offset
+    """x and y of the other end; left and right are as seen from start to end."""
+    height: PositiveLength
+    """Height of the crest."""
+    crest_width: PositiveLength = 1.0
+    """Width of the crest."""
+    slope: float = Field(default=2.0, ge=0.0)
+    """How far the sides run out for each unit of height."""
+
+
+class BuildingTable(_StandingTable):
+    """A building as a box."""
+
+    kind: Literal["building"]
+    """A box; hits are counted on its four walls and its roof."""
+    centre: Offset
+    """x and y of the centre of its plan."""
+    length: PositiveLength
+    """Along `azimuth`."""
+    width: PositiveLength
+    """Across `azimuth`."""
+    height: PositiveLength
+    """Height."""
+    azimuth: Angle = 0.0
+    """Direction of its length, from +x counter-clockwise; the front looks there."""
+
+
+def _kind(value: object) -> str:
+    kind = value.get("kind", "wall") if isinstance(value, dict) else getattr(value, "kind", "wall")
+    return f"<{kind}>"
+
+
+ObstacleTable = Annotated[
+    Annotated[WallTable, Tag("<wall>")]
+    | Annotated[BarricadeTable, Tag("<barricade>")]
+    | Annotated[BuildingTable, Tag("<building>")],
+    Discriminator(_kind),
+]

@@ -1,0 +1,109 @@
+"""The table [stack]: copies of one round in the arrangements of storage."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+from pydantic_core import PydanticCustomError, core_schema
+
+from fragfield.case.tables.base import Table
+from fragfield.case.units.kinds import Length
+from fragfield.case.units.quantities import Quantity, show
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+
+__all__ = ["StackTable"]
+
+
+class _Parsed(ABC):
+    """Marks a field that `parse` reads, and `allowed` describes."""
+
+    allowed: str
+
+    @abstractmethod
+    def parse(self, value: object) -> Any:  # noqa: ANN401 - each field has a type of its own
+        """Read a value of the case file; raises PydanticCustomError for anything else."""
+
+    def refuse(self, value: object) -> PydanticCustomError:
+        """The error for a value."""
+        return PydanticCustomError("quantity", f"found {show(value)}; allowed: {self.allowed}")
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """Validate by `parse`."""
+        return core_schema.no_info_plain_validator_function(self.parse)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Describe the field in the generated reference."""
+        return {"allowed": self.allowed}
+
+
+@dataclass(frozen=True)
+class _Counts(_Parsed):
+    """Numbers of rounds along x, along y and of layers."""
+
+    allowed: str = "three whole numbers of 1 or more, along x, along y and of layers, for example [2, 4, 1]"
+
+    def parse(self, value: object) -> tuple[int, int, int]:
+        """Read three whole numbers."""
+        if not isinstance(value, (list, tuple)) or len(value) != 3:
+            raise self.refuse(value)
+        if any(isinstance(count, bool) or not isinstance(count, int) or count < 1 for count in value):
+            raise self.refuse(value)
+        return (value[0], value[1], value[2])
+
+
+@dataclass(frozen=True)
+class _Reference(_Parsed):
+    """A round of the stack, by its name or its number from 1."""
+
+    allowed: str = 'a round of the stack by its name, for example "shell_1", or by its number from 1'
+
+    def parse(self, value: object) -> str | int:
+        """Read a name or a number."""
+        if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool) and value >= 1):
+            return value
+        raise self.refuse(value)
+
+
+class StackTable(Table):
+    """Copies of one round, named NAME_1, NAME_2, ..., evenly about the x and y of its position.
+
+    "row": `count` rounds along x. "triangle": rounds in each other's grooves, in rows of `count`, `count` - 1, ..., 1;
+    upright ones as an equilateral triangle seen from above, lying ones as a pyramidal pile. "pallet": `counts` along
+    x, along y and of layers.
+    """
+
+    arrangement: Literal["row", "triangle", "pallet"]
+    """How the rounds stand to each other."""
+    round: str | None = None
+    """Name of the round that is copied; left out: the only one."""
+    count: int | None = Field(default=None, ge=1)
+    """Rounds of a row, or of the first row of a triangle (left out: 2, which gives three rounds)."""
+    counts: Annotated[tuple[int, int, int] | None, _Counts()] = None
+    """Rounds of a pallet along x, along y and of layers."""
+    gap: Annotated[float, Quantity("m", "21.7 mm", minimum=0.0)]
+    """Clear distance between neighbours, at their largest diameters."""
+    layer_gap: Annotated[float | None, Quantity("m", "50 mm", minimum=0.0)] = None
+    """Clear distance between the layers of a pallet; left out: `gap`."""
+    base: Length | None = None
+    """z of the ground or deck on which the lowest layer stands; left out: as the round that is copied."""
+    delays: list[Annotated[float, Quantity("s", "5 us", minimum=0.0)]] | None = None
+    """One time for each round, added to the delays of its ignition points; left out: none."""
+    initiated: list[Annotated[str | int, _Reference()]] | None = None
+    """Rounds that have the ignition points, by name or number; the others wait for the shock. Left out: all."""
+
+    @property
+    def size(self) -> int:
+        """Number of rounds."""
+        if self.arrangement == "triangle":
+            base = self.count if self.count is not None else 2
+            return base * (base + 1) // 2
+        return (self.count or 1) if self.arrangement == "row" else math.prod(self.counts or (1,))

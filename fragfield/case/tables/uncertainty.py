@@ -1,0 +1,64 @@
+"""The table [uncertainty]: which inputs are uncertain, and how `fragfield uncertainty` samples them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from fragfield.case.tables.base import Table
+
+__all__ = ["UncertainInputTable", "UncertaintyTable"]
+
+
+class UncertainInputTable(Table):
+    """An uncertain input: one draw from a distribution, for one key of the case or for several."""
+
+    name: str = Field(min_length=1)
+    """A name of its own; that of an input of the default set replaces it."""
+    keys: list[str] = Field(min_length=1)
+    """Dotted keys of the resolved case, as in `--set`, for example "burst.leakage.radius_ratio"; all get this draw."""
+    applies: Literal["value", "factor", "shift"] = "value"
+    """The draw is the key's value, a factor on the value that the case has, or is added to it."""
+    distribution: Literal["uniform", "normal", "lognormal", "triangular", "discrete"]
+    """Distribution of the draw."""
+    low: float | str | None = None
+    """Lower end; for "normal" and "lognormal" where the distribution is cut off, and may be left out."""
+    high: float | str | None = None
+    """Upper end, alike."""
+    mode: float | str | None = None
+    """For "triangular": the most probable value."""
+    mean: float | str | None = None
+    """For "normal"."""
+    standard_deviation: float | str | None = None
+    """For "normal"."""
+    median: float | str | None = None
+    """For "lognormal"."""
+    factor: float | None = Field(default=None, gt=1.0)
+    """For "lognormal": geometric standard deviation; 68 % lie within this factor either way of the median."""
+    values: list[float | str | bool] | None = None
+    """For "discrete": the values; names and words only with applies = "value"."""
+    weights: list[float] | None = None
+    """For "discrete": one for each value; left out: all alike."""
+    source: str = Field(min_length=1)
+    """Where the distribution comes from."""
+    judgement: bool = False
+    """Whether it is a judgement, not a measurement or a published range; the report says so."""
+
+
+class UncertaintyTable(Table):
+    """Which inputs are uncertain, and how they are sampled."""
+
+    defaults: bool = True
+    """Whether the default set for the case's rounds is sampled; an `input` of the same name or key replaces one."""
+    samples: int = Field(default=1000, ge=8, le=1_000_000)
+    """Number of samples; for method = "sobol" the most."""
+    method: Literal["latin_hypercube", "sobol"] = "latin_hypercube"
+    """Latin hypercube with indices from a polynomial expansion, or Saltelli's design with Sobol's estimators."""
+    realisations: int = Field(default=12, ge=10, le=100_000)
+    """Realisations of the break-up in each sample; their statistical error is taken out of the spread."""
+    bursts: int | None = Field(default=None, ge=2, le=10_000)
+    """Number of bursts that the samples share where the burst is in three dimensions; left out: twice the number of
+    uncertain inputs of the burst, and two."""
+    input: list[UncertainInputTable] = Field(default_factory=list)
+    """Uncertain inputs."""

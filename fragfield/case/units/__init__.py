@@ -1,0 +1,1 @@
+"""Values with units: read from strings, converted to SI, written with everyday units."""

@@ -1,0 +1,1 @@
+"""`fragfield check`: derived quantities, cost and warnings of a case before anything is computed."""

@@ -1,0 +1,283 @@
+"""`fragfield check`: quantities that follow from a case before anything is computed, and warnings."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case import plain
+from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.stages import burst_rounds, burst_settings
+from fragfield.checking.cost import expected_cost
+from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
+from fragfield.checking.witness import witness_warnings
+from fragfield.hazard.arrangement import arrangement, arrangement_warnings
+from transition.law.mean_mass import gurney_coefficient, gurney_speed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from burst_fenicsx.meshing import MeshQuality
+    from burst_fenicsx.meshing.mesh import CellMesh
+    from burst_fenicsx.problem import BurstSettings, Explosive, Round
+    from burst_fenicsx.symmetry.part import Cut
+    from fragfield.case import Case
+
+__all__ = ["check_report"]
+
+_MIN_WALL_CELLS = 2.0
+_MASS_TOLERANCE = 0.005
+_VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initial one
+
+
+def check_report(case: Case) -> dict[str, Any]:
+    """Resolved case, derived quantities and warnings.
+
+    Parameters
+    ----------
+    case : Case
+        Resolved, with a burst.
+
+    Returns
+    -------
+    dict
+        `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected` and
+        `warnings`; numbers in SI.
+
+    Raises
+    ------
+    InputError
+        The mesh cannot be made: the contours do not allow it, or a mesh file is at fault.
+    """
+    from burst_fenicsx.symmetry import smallest_part
+
+    settings, rounds = burst_settings(case), burst_rounds(case)
+    # A ring of the meridian is whole, and so are the rounds of a section: no plane of symmetry cuts them.
+    whole = replace(settings, symmetry="off") if settings.geometry == "axisymmetric" else settings
+    part = smallest_part(rounds, whole, through_rounds=settings.geometry == "3d")
+    stations = section_stations(rounds, settings) if settings.geometry == "plane" else None
+    # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
+    first = _first_alike(case)
+    computed: list[tuple[int, tuple[Any, ...]]] = [
+        (first[index] if stations is None else index, tuple(cut.normal for cut in cuts))
+        for index, cuts in zip(part.indices, part.cuts, strict=True)
+    ]
+    meshed: dict[tuple[Any, ...], CellMesh] = {}
+    qualities: dict[tuple[Any, ...], MeshQuality] = {}
+    descriptions: dict[int, dict[str, Any]] = {}
+    for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
+        if key not in meshed and stations is not None:
+            meshed[key], qualities[key] = meshed_section(rounds[index], stations[index], settings)
+            descriptions.setdefault(index, described_section(rounds[index], stations[index]))
+        elif key not in meshed:
+            meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
+            descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
+    of_round = [computed[source] for source in part.source.tolist()]
+    described = [{**descriptions[key], "name": entry.name} for (key, _), entry in zip(of_round, rounds, strict=True)]
+    cells = sum(qualities[key].cells for key in computed)
+    expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
+    return {
+        "case": plain(case),
+        "rounds": described,
+        "arrangement": arrangement(case),
+        "geometry": {
+            "choice": settings.geometry,
+            "reason": burst_geometry(case).reason,
+            **({} if stations is None else {"words": WORDS}),
+        },
+        "mesh": {
+            "cells": cells,
+            "nodes": sum(qualities[key].nodes for key in computed),
+            "min_scaled_jacobian": min(one.min_scaled_jacobian for one in qualities.values()),
+            "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
+            "min_edge": min(one.min_edge for one in qualities.values()),
+        },
+        "symmetry": part.summary(),
+        "expected": expected,
+        "warnings": [
+            *_warnings(case, settings, described, expected),
+            *(_mean_mass_warnings(case, rounds, described) if stations is None else [CAUTION]),
+        ],
+    }
+
+
+def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[CellMesh, MeshQuality]:
+    """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
+    from burst_fenicsx.meshing import mesh_round, quality
+    from burst_fenicsx.meshing.split import split_charges
+
+    if settings.geometry == "axisymmetric":
+        from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
+
+        assert item.profile is not None
+        meridian = mesh_meridian(item.profile, settings.cell_size)
+        found = meridian_quality(meridian, item.profile)
+        return (split_charges(meridian) if settings.contact.charge_casing == "bonded" else meridian), found
+    mesh = mesh_round(item, settings.cell_size, cuts=cuts)
+    if settings.contact.charge_casing == "bonded":
+        mesh = split_charges(mesh)
+    return mesh, quality(mesh)
+
+
+def _first_alike(case: Case) -> list[int]:
+    """For every round the index of the first one of the same shape and materials."""
+    place = ("name", "position", "axis", "ignition", "initiation")
+    keys = [json.dumps(entry.model_dump(mode="json", exclude=set(place)), sort_keys=True) for entry in case.round]
+    return [keys.index(key) for key in keys]
+
+
+def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> dict[str, Any]:
+    """What follows from a round; it is `times` its mesh."""
+    from burst_fenicsx.meshing import part_volumes
+    from burst_fenicsx.problem import Part
+
+    meshed = part_volumes(mesh)
+    density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
+    found: dict[str, Any] = {"name": entry.name}
+    in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
+    in_mesh["charge_mass"] = times * meshed[Part.CHARGE] * density[Part.CHARGE]
+    exact = dict(in_mesh)
+    if entry.profile is not None:
+        profile = entry.profile
+        exact["casing_mass"] = profile.casing_volume * entry.casing.density
+        exact["charge_mass"] = profile.charge_volume * entry.explosive.density
+        found |= {"profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius}
+        found |= {"fuze_mass": profile.fuze_mass, "charge_length": profile.charge_end - profile.charge_front}
+        found["segments"] = list(_segments(entry))
+    else:
+        found |= _mesh_extent(entry, mesh)
+    found |= exact
+    found["mass_error_of_mesh"] = {key: in_mesh[key] / exact[key] - 1.0 for key in exact if exact[key] > 0.0}
+    ratio = exact["charge_mass"] / exact["casing_mass"]
+    found["charge_ratio"] = ratio
+    found["detonation_velocity"] = entry.explosive.detonation_velocity
+    found["gurney_constant"] = gurney_coefficient(entry.explosive.detonation_velocity)
+    found["gurney_speed"] = gurney_speed(entry.explosive.detonation_velocity, ratio)
+    return found | _products(entry.explosive, settings)
+
+
+def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
+    """Length, diameter and charge length (m) of a round from a mesh file."""
+    import numpy as np
+
+    from burst_fenicsx.problem import Part
+
+    axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
+    relative = mesh.nodes - np.array(entry.position)
+    height = relative @ axis
+    radius = np.linalg.norm(relative - height[:, None] * axis, axis=1)
+    charge = height[np.unique(mesh.cells[mesh.part == Part.CHARGE])]
+    return {
+        "length": mesh.lengths[0],
+        "outer_diameter": 2.0 * float(radius.max()),
+        "charge_length": float(np.ptp(charge)),
+    }
+
+
+def _segments(entry: Round) -> Iterator[dict[str, Any]]:
+    assert entry.profile is not None
+    for segment in entry.profile.segments:
+        volumes = entry.profile.volumes(segment.start, segment.end)
+        casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
+        section = entry.profile.section(0.5 * (segment.start + segment.end))
+        speed = gurney_speed(entry.explosive.detonation_velocity, charge / casing) if charge > 0.0 else None
+        yield {
+            "name": segment.name,
+            "kind": segment.kind,
+            "start": segment.start,
+            "end": segment.end,
+            "wall": float(section.wall),
+            "casing_mass": casing,
+            "charge_mass": charge,
+            "gurney_speed": speed,
+        }
+
+
+def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
+    """Constants of the isentrope, and the effective Gurney constant at three expansions."""
+    from burst_fenicsx.materials.products import LandauProducts, make_products
+
+    products = make_products(explosive, settings.products)
+    if not isinstance(products, LandauProducts):
+        return {"energy_density": products.energy}
+    return {
+        "P0": products.initial_pressure,
+        "Pk": products.knee_pressure,
+        "Vk_over_V0": products.knee_volume,
+        "energy_density": products.energy,
+        "effective_gurney_constant": {str(v): products.gurney_velocity(v) for v in (2.0, 3.0, 7.0)},
+    }
+
+
+def _warnings(
+    case: Case, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
+) -> Iterator[str]:
+    yield from outside_soft(case)
+    yield from arrangement_warnings(case)
+    if settings.products == "landau":
+        yield (
+            'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
+            "travelling detonation front the products do about 1.2 times the work rho Q; "
+            '"landau_cj" and "jwl" give the heat of detonation'
+        )
+    if settings.burn == "time" and settings.products != "jwl":
+        yield (
+            'burst.burn = "time" does not give a steady front with Landau products: cells ahead of it may be crushed; '
+            '"time_or_compression" ignites them'
+        )
+    if not settings.leakage.enabled:
+        yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
+    elif not _VENTING[0] <= settings.leakage.radius_ratio <= _VENTING[1]:
+        yield (
+            f"burst.leakage.radius_ratio = {settings.leakage.radius_ratio:g} lies outside the published "
+            f"{_VENTING[0]:g} to {_VENTING[1]:g}; the final speed depends on it most"
+        )
+    fixed = settings.time_step.fixed
+    if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
+        yield (
+            f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
+            "and falls while cells are compressed"
+        )
+    for index, number in Counter(_first_alike(case)).items():
+        others = f" and {number - 1} alike" if number > 1 else ""
+        key = f"round[{index + 1}] ({described[index]['name']}{others})"
+        yield from _round_warnings(key, settings, described[index])
+    yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
+
+
+def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Rounds near which no published mean masses are; a mean mass that is given needs none."""
+    from transition.law.mean_mass_data import outside_data
+
+    if not isinstance(case.break_up.mean_mass, str):
+        return
+    for index, number in Counter(_first_alike(case)).items():
+        entry, found = rounds[index], described[index]
+        casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
+        filling = entry.explosive.name, entry.explosive.density
+        texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
+        if texts:
+            others = f" and {number - 1} alike" if number > 1 else ""
+            yield (
+                f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are close: "
+                f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
+                "the distances"
+            )
+
+
+def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
+    walls = [segment["wall"] for segment in found.get("segments", []) if segment["kind"] == "wall"]
+    if walls and min(walls) < _MIN_WALL_CELLS * settings.cell_size:
+        yield (
+            f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
+            f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to resolve bending"
+        )
+    for name, error in found["mass_error_of_mesh"].items():
+        if abs(error) > _MASS_TOLERANCE:
+            yield f"{key}: {name} of the mesh is off by {error:+.2%}; use smaller cells to follow the contour"
+    passage = found["charge_length"] / found["detonation_velocity"]
+    if settings.end_time is not None and settings.end_time < passage:
+        yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"

@@ -1,0 +1,211 @@
+"""Output of `fragfield check` on the terminal."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+from fragfield.case import to_toml
+from fragfield.terminal.progress import duration
+from fragfield.terminal.show import number_text, plain_console, stripped
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from rich.console import Console
+
+    from fragfield.case import Case
+
+__all__ = ["check_text", "print_check"]
+
+# Quantity, key, factor from SI, unit and digits, for reading.
+_ROUND_ROWS = (
+    ("length", "length", 1e3, "mm"),
+    ("station of the section", "section_station", 1e3, "mm from the nose"),
+    ("outer diameter", "outer_diameter", 1e3, "mm"),
+    ("casing mass", "casing_mass_per_metre", 1.0, "kg/m"),
+    ("charge mass", "charge_mass_per_metre", 1.0, "kg/m"),
+    ("casing mass", "casing_mass", 1.0, "kg"),
+    ("charge mass", "charge_mass", 1.0, "kg"),
+    ("fuze mass", "fuze_mass", 1.0, "kg"),
+    ("charge ratio C/M", "charge_ratio", 1.0, ""),
+    ("Gurney constant sqrt(2E), Eq. 24", "gurney_constant", 1.0, "m/s"),
+    ("Gurney speed, Eq. 23", "gurney_speed", 1.0, "m/s"),
+    ("P0", "P0", 1e-9, "GPa"),
+    ("Pk", "Pk", 1e-6, "MPa"),
+    ("Vk/V0", "Vk_over_V0", 1.0, ""),
+)
+
+
+def print_check(found: Mapping[str, Any], case: Case | None = None) -> None:
+    """Print what `fragfield.checking.check.check_report` found of a case, and the resolved case where given."""
+    console = plain_console()
+    _print_found(console, found)
+    if case is not None:
+        console.print("\nthe case as resolved:")
+        console.print(to_toml(case, brief=True))
+
+
+def check_text(found: Mapping[str, Any]) -> str:
+    """What `fragfield.checking.check.check_report` found, without the case."""
+    text = StringIO()
+    _print_found(plain_console(text), found)
+    return stripped(text.getvalue())
+
+
+def _print_found(console: Console, found: Mapping[str, Any]) -> None:
+    for names, entry in _alike(found["rounds"]):
+        console.print(_round_table(_listed(names), entry))
+        if entry.get("segments"):
+            console.print(_segment_table(entry["segments"]))
+    _print_arrangement(console, found["arrangement"])
+    mesh, expected = found["mesh"], found["expected"]
+    words = f": {found['geometry']['words']}" if "words" in found["geometry"] else ""
+    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']}){words}")
+    console.print(
+        f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
+        f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
+        f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
+    )
+    from burst_fenicsx.symmetry.words import symmetry_words
+
+    for line in symmetry_words(found["symmetry"]):
+        console.print(line, markup=False)
+    console.print(
+        f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
+        f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
+        f"about {duration(expected['core_seconds'])} on one core"
+    )
+    if len(found["rounds"]) > 1:
+        each = expected["per_round"]
+        console.print(
+            f"per round: {each['cells']:.0f} cells, {each['memory_bytes'] / 1e9:.2g} GB, "
+            f"{duration(each['core_seconds'])} on one core"
+        )
+    for warning in found["warnings"]:
+        console.print(f"warning: {warning}")
+
+
+def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
+    """Rounds with the same numbers together: their names, and the numbers."""
+    groups: list[tuple[list[str], Mapping[str, Any]]] = []
+    for entry in rounds:
+        same = next((group for group in groups if {**group[1], "name": entry["name"]} == entry), None)
+        if same is None:
+            groups.append(([entry["name"]], entry))
+        else:
+            same[0].append(entry["name"])
+    return groups
+
+
+def _listed(names: list[str]) -> str:
+    if len(names) <= 3:
+        return ", ".join(names)
+    return f"{names[0]}, {names[1]}, ... {names[-1]} ({len(names)} rounds alike)"
+
+
+def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
+    """Places of the rounds, their nearest pair, planes and contact."""
+    table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
+    for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
+        table.add_column(head, justify="right" if head.endswith("mm") else "left")
+    for entry in found["rounds"]:
+        place = (f"{value * 1e3 + 0.0:.2f}" for value in entry["position"])
+        axis = ", ".join(f"{value:g}" for value in entry["axis"])
+        table.add_row(entry["name"], *place, f"({axis})", _ignition(entry))
+    console.print(table)
+    if nearest := found["min_clearance"]:
+        first, second = nearest["rounds"]
+        console.print(f"smallest clear distance: {nearest['clearance'] * 1e3:.4g} mm, {first} to {second}")
+    for plane in found["planes"]:
+        normal = ", ".join(f"{value:.4g}" for value in plane["normal"])
+        friction = plane["friction_angle_deg"]
+        console.print(
+            f"plane {plane['name']}: {plane['kind']}, normal ({normal}), "
+            + ("mirrors the rounds" if friction is None else f"friction {friction:g} degrees")
+            + f", {plane['clearance'] * 1e3:.4g} mm from {plane['nearest_round']}",
+            markup=False,
+        )
+    _print_surroundings(console, found["surroundings"])
+    contact = found["contact"]
+    inner = "charge and casing share their nodes"
+    if contact["charge_casing"] == "bonded":
+        inner = (
+            f"charge bonded to casing, cohesion {contact['cohesion'] / 1e6:.4g} MPa, tensile strength "
+            f"{contact['tensile_strength'] / 1e6:.4g} MPa, friction {contact['friction_angle_deg']:.4g} degrees"
+        )
+    outer = "surfaces pass through each other"
+    if contact["surfaces"]:
+        outer = f"contact between colliding surfaces, friction {contact['surface_friction_angle_deg']:.4g} degrees"
+    console.print(f"contact: {inner}; {outer}")
+
+
+def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
+    """Ground and obstacles of the flight."""
+    ground = found["ground"]
+    if "map" in ground:
+        (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
+        console.print(
+            f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
+            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; fragments beyond it are not followed",
+            markup=False,
+        )
+    if bounce := found["bounce"]:
+        console.print(
+            f"bounce: {bounce['name']}, restitution {bounce['normal']:g} normal and {bounce['tangential']:g} along, "
+            f"friction {bounce['friction']:g}" + (f"; {bounce['source']}" if bounce["source"] else ""),
+            markup=False,
+        )
+    for entry in found["obstacles"]:
+        console.print(
+            f"obstacle {entry['name']}: {entry['kind']}, z {entry['base']:.4g} to {entry['top']:.4g} m, "
+            + ("stops fragments" if entry["ricochet"] is None else f"turns fragments off like {entry['ricochet']}"),
+            markup=False,
+        )
+    for entry in found["exposed"]:
+        console.print(
+            f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at {entry['azimuth_deg']:.0f} degrees"
+            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else ""),
+            markup=False,
+        )
+
+
+def _ignition(entry: Mapping[str, Any]) -> str:
+    """How a round is initiated, in words."""
+    words = []
+    if entry["delays"] is not None:
+        first, last = (f"{time * 1e6:.4g}" for time in entry["delays"])
+        points = "" if entry["ignition_points"] == 1 else f" at {entry['ignition_points']} points"
+        words.append(f"at {first} us{points}" if first == last else f"at {first} to {last} us{points}")
+    if entry["initiation"]:
+        pressure, time = entry["initiation"]["pressure"], entry["initiation"]["duration"]
+        if pressure is not None:
+            words.append(f"by {pressure / 1e9:.4g} GPa held for {time * 1e6:.4g} us")
+        elif not words:
+            words.append("never; shock reported")
+    return ", or ".join(words)
+
+
+def _round_table(title: str, entry: Mapping[str, Any]) -> Table:
+    table = Table(title=title, title_justify="left", box=None, show_header=False, pad_edge=False)
+    for label, key, factor, unit in _ROUND_ROWS:
+        if key in entry:
+            table.add_row(label, number_text(entry[key], factor), unit)
+    for key, error in entry["mass_error_of_mesh"].items():
+        table.add_row(f"{key.replace('_', ' ')}, mesh against exact", f"{error * 100:+.3f}", "%")
+    for volume, speed in entry.get("effective_gurney_constant", {}).items():
+        table.add_row(f"effective Gurney constant at V/V0 = {float(volume):g}", f"{speed:.0f}", "m/s")
+    return table
+
+
+def _segment_table(segments: Iterable[Mapping[str, Any]]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for head in ("segment", "kind", "from mm", "to mm", "wall mm", "casing kg", "charge kg", "Gurney m/s"):
+        table.add_column(head, justify="left" if head in ("segment", "kind") else "right")
+    for segment in segments:
+        lengths = (f"{segment[key] * 1e3:.1f}" for key in ("start", "end", "wall"))
+        masses = (f"{segment[key]:.3f}" for key in ("casing_mass", "charge_mass"))
+        table.add_row(segment["name"], segment["kind"], *lengths, *masses, number_text(segment["gurney_speed"], 1.0))
+    return table

@@ -1,0 +1,312 @@
+"""The run directory: files that each stage reads and writes, and when they may be replaced.
+
+A directory holds one case. It is made when missing; an empty one is used as it is. One that holds results, of the same
+case or of another, keeps them: it is refused, unless `resume` continues the same case, `overwrite` removes that
+run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
+a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
+it ends.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case import differences, read_resolved, to_toml
+from fragfield.errors import InputError
+from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
+from fragfield_base.hdf5_files import JOURNAL
+from fragfield_base.locking import locked
+from fragfield_base.writing import DRAFT, write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from fragfield.case import Case
+
+__all__ = ["SCRATCH", "STAGES", "RunDirectory", "Stage"]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of the chain.
+
+    Attributes
+    ----------
+    name : str
+        Word of the command line.
+    needs : str
+        File of the stage before, empty for the first.
+    result : str
+        File by which the stage is known to be complete: the last one it writes.
+    files : tuple of str
+        Everything it writes.
+    parts : tuple of str
+        Keys of summary.json.
+    keys : tuple of str
+        Keys of the case that its result depends on, besides those of earlier stages.
+    """
+
+    name: str
+    needs: str
+    result: str
+    files: tuple[str, ...]
+    parts: tuple[str, ...]
+    keys: tuple[str, ...]
+
+
+STAGES: dict[str, Stage] = {
+    stage.name: stage
+    for stage in (
+        Stage(
+            "burst",
+            "",
+            "burst_snapshot.h5",
+            (
+                "checkpoint.h5",
+                "burst.xdmf",
+                "burst.h5",
+                "burst_revolved.xdmf",
+                "burst_revolved.h5",
+                "burst_snapshot.h5",
+            ),
+            ("burst",),
+            ("burst", "round", "plane"),
+        ),
+        Stage(
+            "break-up",
+            "burst_snapshot.h5",
+            "fragments.h5",
+            ("ensemble_fragments.h5", "arena.csv", "fragments.h5", "fragments.csv"),
+            ("break_up",),
+            ("break_up", "seed", "flight.shape_factor"),
+        ),
+        Stage(
+            "fly",
+            "fragments.h5",
+            "landing.h5",
+            (
+                "hits.h5",
+                "landing.h5",
+                "obstacle_hits.h5",
+                "contacts.h5",
+                "witness.csv",
+                "landing.csv",
+                "obstacle_hits.csv",
+                "contacts.csv",
+                "trajectories.xdmf",
+                "trajectories.h5",
+                "ensemble.h5",
+                "ensemble.csv",
+                "hazard_by_distance.csv",
+                "hazard_by_sector.csv",
+                "contours.geojson",
+                "contours.kml",
+                "uncertainty.json",
+            ),
+            ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "convergence"),
+            ("flight", "witness", "hazard", "site", "obstacle", "exposed"),
+        ),
+        Stage(
+            "report",
+            "",
+            "report.html",
+            ("view_burst.html", "view_fragments.html", "map.html", "report.html"),
+            (),
+            ("title", "document"),
+        ),
+    )
+}
+_MOST_DIFFERENCES = 10
+SCRATCH = ".convergence"
+"""Folder of a run's files with other cell sizes, which are removed; one that a killed run left goes as well."""
+_OWN_FILES = ("case.toml", "summary.json", "run.log")
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """A run's directory and its files."""
+
+    path: Path
+
+    @property
+    def case_file(self) -> Path:
+        """The resolved case."""
+        return self.path / "case.toml"
+
+    @property
+    def log_file(self) -> Path:
+        """What the stages logged."""
+        return self.path / "run.log"
+
+    @property
+    def summary_file(self) -> Path:
+        """The results in numbers."""
+        return self.path / "summary.json"
+
+    def file(self, name: str) -> Path:
+        """Path of a file of the run."""
+        return self.path / name
+
+    @property
+    def exists(self) -> bool:
+        """Whether a run has been started here."""
+        return self.case_file.is_file()
+
+    def stored_case(self) -> Case:
+        """The case of the run that is here; raises InputError where there is none."""
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: no such run directory")
+        if not self.exists:
+            raise InputError(f"{self.path}: not a run directory, it contains no case.toml")
+        stored_case_text(self.case_file, self.summary())
+        return read_resolved(self.case_file)
+
+    def complete(self, stage: Stage) -> bool:
+        """Whether a stage has written its result and its part of the summary."""
+        summary = self.summary()
+        return self.file(stage.result).is_file() and all(part in summary for part in stage.parts)
+
+    def claim(self, case: Case, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Make the directory ready for a run of a case from its first stage.
+
+        Parameters
+        ----------
+        case : Case
+            Resolved.
+        resume : bool
+            Keep what is there; the stored case must be the same.
+        overwrite : bool
+            Remove the files of the run that is there.
+
+        Raises
+        ------
+        InputError
+            The directory cannot be written, holds something else, or another case; the message names the keys.
+        """
+        self.make()
+        if not self.exists:
+            self._refuse_foreign()
+        elif (resume or not overwrite) and (changed := differences(self.stored_case(), case)):
+            hint = "use another --out, or --overwrite to replace that run"
+            if resume:
+                hint = "--resume continues the same case only: repeat its --set, or use another --out"
+            raise InputError(_differ(self.path, changed, hint))
+        if not (resume or overwrite) and (results := self._results()):
+            others = f" and {len(results) - 1} more results" if len(results) > 1 else ""
+            raise InputError(
+                f"{self.path}: holds {results[0]}{others}, which this would delete; allowed: --resume to keep what is "
+                "done and go on, --overwrite to compute it again, or another --out"
+            )
+        if not resume:
+            self.remove(list(STAGES.values()), clean=overwrite)
+        self.write_case(case)
+
+    def enter(self, case: Case, stage: Stage) -> None:
+        """Make the directory ready for one stage whose earlier stages have run here.
+
+        Raises
+        ------
+        InputError
+            The directory cannot be written, holds something else, or the case differs in a key on which earlier
+            stages depend.
+        """
+        self.make()
+        later = list(STAGES.values())[list(STAGES).index(stage.name) :]
+        if not self.exists:
+            self._refuse_foreign()
+            if results := self._results(later):
+                raise InputError(
+                    f"{self.path}: holds {results[0]}, which this would delete, but no case.toml of the run that made "
+                    "it; move it away, or use another --out"
+                )
+        else:
+            self.check_upstream(case, stage)
+        self.write_case(case)
+        self.remove(later)
+
+    def check_upstream(self, case: Case, stage: Stage) -> None:
+        """Raise InputError where the stored case differs in a key on which stages before `stage` depend."""
+        earlier = list(STAGES.values())[: list(STAGES).index(stage.name)]
+        keys = [key for one in earlier if self.file(one.result).is_file() for key in one.keys]
+        if changed := differences(self.stored_case(), case, within=keys):
+            hint = f"its {stage.needs} does not belong to this case; run the earlier stages again, or use another --out"
+            raise InputError(_differ(self.path, changed, hint))
+
+    def make(self) -> None:
+        """Make the directory; raises InputError where it cannot be made or written."""
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.path}: the output folder cannot be made ({error.strerror})") from None
+        probe = self.path / f".fragfield-{os.getpid()}"
+        try:
+            probe.touch()
+            probe.unlink()
+        except OSError as error:
+            raise InputError(f"{self.path}: the output folder cannot be written ({error.strerror})") from None
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the directory for one command that writes into it; raises InputError where another one does."""
+        with locked(self.path, InputError):
+            yield
+
+    def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
+        """Files that took computing."""
+        return [name for stage in stages for name in stage.files if self.file(name).is_file()]
+
+    def _refuse_foreign(self) -> None:
+        names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures", SCRATCH}
+        found = (entry.name for entry in self.path.iterdir())
+        drafts = {name + suffix for name in names for suffix in (DRAFT, JOURNAL, f"{JOURNAL}.new")}
+        other = sorted(name for name in found if name not in names | drafts)
+        if other:
+            more = f" and {len(other) - 1} more" if len(other) > 1 else ""
+            raise InputError(
+                f"{self.path}: holds {other[0]}{more}, which is not a run of this program; "
+                "allowed: a new or an empty folder, or a run's"
+            )
+
+    def write_case(self, case: Case) -> None:
+        """Store the resolved case."""
+        write_text(self.case_file, stamped_toml(to_toml(case)), InputError)
+
+    def summary(self) -> dict[str, Any]:
+        """summary.json, empty where there is none; raises InputError where it is damaged."""
+        return read_stamped_json(self.summary_file) if self.summary_file.is_file() else {}
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        """Store summary.json in one move."""
+        write_text(self.summary_file, stamped_json(summary), InputError)
+
+    def remove(self, stages: Sequence[Stage], *, clean: bool = False) -> None:
+        """Remove what stages have written: results that no longer belong to the case must not stay beside new ones.
+
+        With `clean` the whole summary goes, damaged or not.
+        """
+        names = [name for stage in stages for name in stage.files]
+        name = SCRATCH
+        try:
+            if self.file(SCRATCH).is_dir() and not self.file(SCRATCH).is_symlink():
+                shutil.rmtree(self.file(SCRATCH))
+            for name in (*names, *((self.summary_file.name,) if clean else ())):
+                for suffix in (JOURNAL, f"{JOURNAL}.new", DRAFT, ""):
+                    self.file(name + suffix).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.file(name)}: cannot be removed ({error.strerror})") from None
+        summary = self.summary()
+        parts = [part for stage in stages for part in stage.parts if part in summary]
+        if parts:
+            self.write_summary({key: value for key, value in summary.items() if key not in parts})
+
+
+def _differ(path: Path, changed: Sequence[str], hint: str) -> str:
+    shown = list(changed[:_MOST_DIFFERENCES])
+    if len(changed) > len(shown):
+        shown.append(f"and {len(changed) - len(shown)} more keys")
+    return "\n  ".join([f"{path}: holds the run of another case; {hint}. The cases differ in", *shown])

@@ -1,0 +1,102 @@
+"""Statements on the hazard distance of a run: whether it is determined, and how accurately."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = [
+    "NOT_DETERMINED",
+    "WHICH_NUMBER",
+    "basis_words",
+    "certainty",
+    "is_determined",
+    "margin_metres",
+    "metres",
+    "metres_and_error",
+    "single_words",
+    "whole_metres",
+]
+
+NOT_DETERMINED = "not determined"
+WHICH_NUMBER = (
+    "Which number for what: to keep people away, apply the upper bound of the hazard distance. The distance itself, "
+    "without its bound, is for comparing variants of a case. The range of single events and the largest throw are not "
+    "hazard distances: they show how far single fragments may land, for warnings, for the search for fragments and "
+    "for insurance, and they increase with the number of events considered."
+)
+
+
+def is_determined(summary: Mapping[str, Any]) -> bool:
+    """Whether a summary holds a hazard distance, or none was to be computed."""
+    return bool((summary.get("hazard") or {}).get("determined", True))
+
+
+def certainty(hazard: Mapping[str, Any]) -> str:
+    """Why the distance of summary.json's part "hazard" is not determined, or not known to the tolerance; else empty."""
+    if not hazard.get("determined", True):
+        return f"the hazard distance is not determined: {hazard['reason']}"
+    if hazard.get("converged", True):
+        return ""
+    number, more = hazard["realisations"], hazard.get("more_realisations", True)
+    if hazard.get("standard_error") is None:
+        how = "" if more else "; there is only one set of fragments from another source"
+        return (
+            f"one realisation was flown{how}: the hazard distance has neither a standard error nor an upper bound; set "
+            "break_up.realisations to 20 or more"
+        )
+    error = hazard["standard_error"] / hazard["distance"] if hazard["distance"] else math.inf
+    ask = (
+        "set hazard.max_realisations higher"
+        if more
+        else "no more realisations can be made without the burst's snapshot"
+    )
+    bias = hazard["max_bias"] / hazard["distance"] if hazard["distance"] else 0.0
+    what = f"{100.0 * error:.2g} % (standard error)"
+    if bias > error:
+        what = f"{100.0 * bias:.2g} % (bound of the bias of taking the worst direction)"
+    return f"{number} realisations fix the hazard distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
+
+
+def basis_words(hazard: Mapping[str, Any]) -> str:
+    """In which direction the distance holds, in words."""
+    if hazard.get("basis") == "all_azimuths":
+        return "over all azimuths"
+    words = f"worst direction, azimuth {hazard['direction_deg']:g}°" if hazard.get("determined") else "worst direction"
+    return f"{words}, smoothed over ±{hazard['kernel_deg']:.3g}°"
+
+
+def whole_metres(value: float | None, otherwise: str = "–") -> str:
+    """A distance in whole metres without its unit, as every text, table, figure and console line shows it.
+
+    Rounded up, so that print loses nothing of a distance to keep, and the same number stands everywhere.
+    """
+    return otherwise if value is None or math.isnan(value) else f"{math.ceil(value - 1e-9):,d}"
+
+
+def metres(value: float | None) -> str:
+    """A distance in whole metres, rounded up as by `whole_metres`; or that it is not determined."""
+    return NOT_DETERMINED if value is None else f"{whole_metres(value)} m"
+
+
+def margin_metres(value: float | None) -> str:
+    """A margin in whole metres with its sign, rounded down: print must not add to it."""
+    return "–" if value is None else f"{math.floor(value + 1e-9):+,d}".replace("-", "−")
+
+
+def metres_and_error(value: float | None, error: float | None, between: str = " ") -> str:
+    """A distance as by `whole_metres` with its standard error, without the unit."""
+    if value is None or error is None:
+        return whole_metres(value, NOT_DETERMINED)
+    return f"{whole_metres(value)}{between}±{between}{error:.{1 if error < 9.95 else 0}f}"
+
+
+def single_words(hazard: Mapping[str, Any]) -> str:
+    """What single events may do: 5 to 95 %."""
+    found = hazard.get("single_event")
+    if not found:
+        return NOT_DETERMINED
+    return f"{whole_metres(found['low'])} to {metres(found['high'])}"

@@ -1,0 +1,312 @@
+"""Exposed sites over all realisations: densities, hits and probabilities with bounds, and the verdict on each.
+
+Bounds are one-sided at 95 % and hold for the expected value, as that of the hazard distance: for what the randomness of
+the break-up leaves open, not for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
+the gamma law of Fay and Feuer (Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound
+and holds where nothing was hit at all; its variance is the larger of the hits' own and that between realisations. A
+share of realisations is bounded by Clopper and Pearson (1934). Where all azimuths are alike (one upright round of
+revolution over even ground), a site in the open takes its densities from the curves over all azimuths that the hazard
+distance rests on: the same expected value, known far better than by what passed at one azimuth. Of the pieces of a
+road or an area the worst counts, by its estimate and, for the bound, by the largest of the pieces' bounds: that bounds
+the worst site whichever it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight import FlightResult, Fragments
+    from flight.hazard.ensemble import EnsembleHazard
+    from flight.scene.targets import Witness
+    from fragfield.case import Case
+
+__all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
+
+LEVEL = 0.95
+NORMAL = 1.6448536269514722  # of the normal distribution, at that level
+
+
+def sum_bound(total: float, squares: float, largest: float, level: float = LEVEL) -> float:
+    """One-sided upper bound of the expected value of a sum of weights over independent rare events.
+
+    Parameters
+    ----------
+    total, squares : float
+        Sum of the weights and of their squares, or an estimate of the sum's variance.
+    largest : float
+        No weight is larger.
+    level : float
+        Of the bound.
+
+    Notes
+    -----
+    Fay and Feuer 1997: (v + w^2) / (y + w) times the gamma quantile of shape (y + w)^2 / (v + w^2).
+    """
+    from scipy.special import gammaincinv
+
+    mean, variance = total + largest, squares + largest**2
+    return float(variance / mean * gammaincinv(mean**2 / variance, level))
+
+
+def share_bound(count: int, number: int, level: float = LEVEL) -> float:
+    """One-sided upper bound of a probability that came true `count` times in `number` (Clopper and Pearson 1934)."""
+    from scipy.special import betaincinv
+
+    return 1.0 if count >= number else float(betaincinv(count + 1.0, number - count, level))
+
+
+@dataclass(frozen=True, eq=False)
+class ExposedPlaces:
+    """The exposed sites of a case, and the witness surfaces around them.
+
+    Attributes
+    ----------
+    sites : list of ExposedSite
+        In the order of the case.
+    """
+
+    sites: list[ExposedSite]
+
+    @classmethod
+    def of(cls, case: Case) -> ExposedPlaces:
+        """Those of a resolved case."""
+        return cls(exposed_sites_of(case))
+
+    @property
+    def surfaces(self) -> list[Witness]:
+        """Witness surfaces of all sites."""
+        from flight.hazard.exposed import surfaces_of
+
+        return surfaces_of([prism for site in self.sites for prism in site.prisms])
+
+    def count(self, result: FlightResult, fragments: Fragments, first: int) -> NDArray[Any]:
+        """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`."""
+        from flight.hazard.exposed import count_exposed
+
+        prisms = [prism for site in self.sites for prism in site.prisms]
+        if not prisms:
+            return count_exposed(result, prisms, first, fragments.position, np.zeros(0))
+        with np.errstate(over="ignore"):
+            speed = np.linalg.norm(fragments.velocity, axis=1)
+        return count_exposed(result, prisms, first, fragments.position, speed)
+
+
+@dataclass(eq=False)
+class ExposedSums:
+    """Sums of the counts over realisations, in bounded memory.
+
+    Attributes
+    ----------
+    sites : list of ExposedSite
+        The sites.
+    realisations : int
+        How many were added.
+    """
+
+    sites: list[ExposedSite]
+    realisations: int = 0
+    _sums: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    _between: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    _with_hits: NDArray[np.int64] | None = None
+    _with_through: NDArray[np.int64] | None = None
+    _energy: NDArray[np.float64] | None = None
+
+    def add(self, counts: NDArray[Any]) -> None:
+        """Add the counts of one realisation (prisms,)."""
+        for name in counts.dtype.names or ():
+            values = counts[name].astype(np.float64)
+            self._sums[name] = self._sums.get(name, 0.0) + values
+            self._between[name] = self._between.get(name, 0.0) + values**2
+        hit, through = (counts[name] > 0 for name in ("hits", "through"))
+        self._with_hits = hit.astype(np.int64) + (0 if self._with_hits is None else self._with_hits)
+        self._with_through = through.astype(np.int64) + (0 if self._with_through is None else self._with_through)
+        self._energy = counts["energy"] if self._energy is None else np.maximum(self._energy, counts["energy"])
+        self.realisations += 1
+
+    def _mean(self, name: str, index: int, scale: float, largest: float) -> dict[str, float | None]:
+        """Expected value over realisations with bound and standard error; weights are up to `largest`, over `scale`."""
+        n = self.realisations
+        total, between = float(self._sums[name][index]), float(self._between[name][index])
+        squares = float(self._sums[f"{name}_squares"][index]) if f"{name}_squares" in self._sums else total
+        spread = n / (n - 1) * max(between - total**2 / n, 0.0) if n > 1 else 0.0
+        upper = sum_bound(total, max(squares, spread), largest)
+        error = math.sqrt(spread) / n / scale if n > 1 else None
+        return {"expected": total / n / scale, "upper": upper / n / scale, "standard_error": error}
+
+    def assess(self, case: Case, found: EnsembleHazard) -> list[dict[str, Any]]:
+        """Entries of summary.json, one a site (SI, degrees)."""
+        entries, first = [], 0
+        for site in self.sites:
+            pieces = range(first, first + len(site.prisms))
+            first = pieces.stop
+            entries.append(self._entry(case, site, pieces, found))
+        return entries
+
+    def _entry(self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard) -> dict[str, Any]:
+        assert self._energy is not None  # a flight has been added
+        away = site.edge() - np.asarray(case.flight.origin)
+        distance = np.hypot(away[:, 0], away[:, 1])
+        nearest = int(np.argmin(distance))
+        values = self._building(pieces[0], site) if site.is_building else self._open(case, pieces, site, found)
+        quantity, limit = _criterion(case, site)
+        determined = not found.undetermined
+        entry: dict[str, Any] = {
+            "name": site.table.name,
+            "kind": site.table.kind,
+            "place": list(site.centre),
+            "outline": site.outline.tolist(),
+            "distance": float(distance[nearest]),
+            "azimuth_deg": math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0,
+            "energy": site.prisms[0].energy,
+            **(values if determined else dict.fromkeys(values)),
+            "largest_energy": float(self._energy[pieces.start : pieces.stop].max()),
+            "criterion": {"quantity": quantity, "limit": limit},
+            "realisations": self.realisations,
+            "level": LEVEL,
+        }
+        entry["verdict"] = _verdict(entry, quantity, limit) if determined else "not determined"
+        entry["margin"] = _margin(away, distance, found)
+        return entry
+
+    def _open(self, case: Case, pieces: range, site: ExposedSite, found: EnsembleHazard) -> dict[str, Any]:
+        normal, ground = [], []
+        for index, prism in zip(pieces, site.prisms, strict=True):
+            normal.append(self._mean("track", index, prism.volume, prism.longest))
+            ground.append(self._mean("landings", index, prism.area, 1.0))
+        worst = int(
+            np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
+        )
+        counted = {"normal": _worst(normal), "ground": _worst(ground)}
+        around = _all_round(case, site, found)
+        density = around or counted
+        table = site.table
+        target = site.area * getattr(table, "number", 1.0)
+        hits = {key: None if value is None else value * target for key, value in density["normal"].items()}
+        x, y = site.prisms[worst].corners.mean(axis=0).tolist()
+        return {
+            "density_normal": density["normal"],
+            "density_ground": density["ground"],
+            "counted": counted if around else None,
+            "expected_hits": hits,
+            "probability": {key: -math.expm1(-(hits[key] or 0.0)) for key in ("expected", "upper")},
+            "pieces": len(site.prisms),
+            "worst_place": [x, y],
+            "target_area": target,
+            "not_stopped": None,
+            "barrier": None,
+        }
+
+    def _building(self, index: int, site: ExposedSite) -> dict[str, Any]:
+        assert self._with_hits is not None  # a flight has been added
+        assert self._with_through is not None
+        prism, n = site.prisms[0], self.realisations
+        count, through = int(self._with_hits[index]), int(self._with_through[index])
+        barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
+        passed = self._mean("through", index, 1.0, 1.0)
+        return {
+            "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.min_shadow),
+            "density_ground": None,
+            "counted": None,
+            "expected_hits": self._mean("hits", index, 1.0, 1.0),
+            "probability": {"expected": count / n, "upper": share_bound(count, n)},
+            "pieces": 1,
+            "worst_place": list(site.centre),
+            "target_area": None,
+            "not_stopped": {**passed, "probability": {"expected": through / n, "upper": share_bound(through, n)}}
+            if barriers
+            else None,
+            "barrier": barriers or None,
+        }
+
+
+def _all_round(case: Case, site: ExposedSite, found: EnsembleHazard) -> dict[str, dict[str, float | None]] | None:
+    """Densities over all azimuths, the largest over the distances of a site; None where they are not the site's.
+
+    They are not where directions differ, where the site has an energy or a height of its own, or where too few
+    fragments reach so far that a bound could be drawn from them.
+    """
+    from flight.hazard.density.estimate import KINDS
+
+    expected, prism = found.expected, site.prisms[0]
+    usual = case.hazard.energy, case.hazard.person_height
+    if expected is None or expected.direction is not None or found.undetermined or not expected.density_high.size:
+        return None
+    if (prism.energy, prism.height) != usual:
+        return None
+    away = site.edge() - np.asarray(case.flight.origin)
+    distance = np.hypot(away[:, 0], away[:, 1])
+    at = np.log(np.geomspace(max(float(distance.min()), 1e-3), float(distance.max()) * (1.0 + 1e-9), 65))
+    factor = student_bound(expected.groups)
+    made: dict[str, dict[str, float | None]] = {}
+    for kind, name in enumerate(KINDS):
+        with np.errstate(divide="ignore"):
+            mean, low, high = (
+                np.interp(at, np.log(expected.radius), np.log(rows[kind]), right=-np.inf)
+                for rows in (expected.density, expected.density_low, expected.density_high)
+            )
+        worst = int(np.argmax(mean))
+        if not np.isfinite([mean[worst], low[worst], high[worst]]).all():
+            return None
+        spread = 0.5 * (high[worst] - low[worst]) / NORMAL
+        value = math.exp(mean[worst])
+        made[name] = {
+            "expected": value,
+            "upper": value * math.exp(factor * spread),
+            "standard_error": value * spread,
+        }
+    return made
+
+
+def student_bound(groups: int) -> float:
+    """Factor on the bootstrap's standard deviation for a one-sided bound at `LEVEL`, for so many groups."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(groups - 1, LEVEL)) * math.sqrt(groups / (groups - 1))
+
+
+def _worst(values: list[dict[str, float | None]]) -> dict[str, float | None]:
+    """Largest estimate with its standard error, and the largest of all bounds."""
+    worst = max(values, key=lambda value: value["expected"] or 0.0)
+    return {**worst, "upper": max(value["upper"] or 0.0 for value in values)}
+
+
+def _criterion(case: Case, site: ExposedSite) -> tuple[str, float]:
+    table = site.table
+    if table.max_probability is not None:
+        return "probability", table.max_probability
+    if table.max_hits is not None:
+        return "hits", table.max_hits
+    return "density", case.hazard.density if table.max_density is None else table.max_density
+
+
+def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
+    """Return "met" where the bound meets the criterion, "not met" where the estimate exceeds it, else "not shown"."""
+    names = {
+        "probability": ("probability",),
+        "hits": ("expected_hits",),
+        "density": ("density_normal", "density_ground"),
+    }
+    values = [entry[name] for name in names[quantity] if entry[name] is not None]
+    if max(value["upper"] for value in values) <= limit:
+        return "met"
+    return "not met" if max(value["expected"] for value in values) > limit else "not shown"
+
+
+def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
+    """Smallest distance of the site's edge beyond the hazard distance in its direction (m), or beyond its bound."""
+    expected = found.expected
+    if expected is None or found.undetermined:
+        return None
+    reach = expected.upper_by_direction if np.isfinite(expected.upper_by_direction).all() else expected.by_direction
+    turn = np.degrees(np.arctan2(away[:, 1], away[:, 0])) % 360.0
+    direction = np.round(turn / 360.0 * len(reach)).astype(int) % len(reach)
+    return float((distance - reach[direction]).min())

@@ -1,0 +1,183 @@
+"""Contents of the site map: distances by direction, exposed sites, obstacles, rounds and lines of terrain.
+
+One list of shapes in metres of the site's frame is behind the report's figure, the page with pan and zoom, and the
+files for geographic programs, so that all of them hold the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.conversion.exposed_sites import outline_of
+from fragfield.case.conversion.surroundings import ground_of
+from fragfield.hazard.arrangement import with_images
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from flight import HeightMap
+    from flight.hazard.contours import Contour, Site
+    from flight.hazard.ensemble import EnsembleHazard
+    from fragfield.case import Case
+
+    Array = NDArray[np.float64]
+
+__all__ = ["KINDS", "Shape", "shapes_of", "to_contours"]
+
+KINDS = {
+    "hazard_upper": "hazard distance, upper bound: the distance to apply",
+    "hazard": "hazard distance of the expected density",
+    "max_throw": "farthest fragment by sector (not a hazard distance)",
+    "exposed": "exposed site",
+    "obstacle": "barricade, wall or building",
+    "round": "round",
+    "terrain": "height of the ground",
+}
+"""Kinds of shapes, in words."""
+REACH = 1.25  # of what is to be seen, up to which lines of terrain are drawn
+LEVELS = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A line or an area on the map.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    name : str
+        Its name.
+    points : (k, 2) float64
+        In the site's frame (m); one point alone is a position.
+    closed : bool
+        Whether the last point joins the first.
+    properties : dict
+        What else is known of it.
+    label : (2,) floats, optional
+        Where its name stands (m); left out: above it.
+    """
+
+    kind: str
+    name: str
+    points: Array
+    closed: bool = True
+    properties: dict[str, Any] = field(default_factory=dict)
+    label: tuple[float, float] | None = None
+
+
+def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]]) -> list[Shape]:
+    """All shapes of a resolved case: terrain first, so that it is drawn below the rest.
+
+    Parameters
+    ----------
+    case : Case
+        Resolved.
+    found : EnsembleHazard
+        Of its flights.
+    exposed : sequence of dict
+        The entries `exposed` of summary.json.
+    """
+    shapes = [*_distances(case, found), *_obstacles(case), *map(_exposed, exposed)]
+    images = with_images(case) if case.round else np.zeros((0, 3))
+    shapes += [Shape("round", f"round {number}", position[None, :2]) for number, position in enumerate(images, 1)]
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return shapes
+    return [*_terrain(ground, extent_of(shapes)), *shapes]
+
+
+def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
+    """Lower left and upper right corner (m) of what is to be seen: the farthest fragment counts for nothing there."""
+    seen = [shape.points for shape in shapes if shape.kind not in ("max_throw", "terrain")]
+    positions = np.concatenate([*seen, [[-10.0, -10.0], [10.0, 10.0]]])
+    return positions.min(axis=0), positions.max(axis=0)
+
+
+def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
+    """Shapes other than distances as lines on the Earth, for GeoJSON and KML."""
+    from flight.hazard.contours import Contour
+
+    made = []
+    for shape in shapes:
+        if shape.kind in ("hazard_upper", "hazard", "max_throw"):
+            continue  # the flight writes them as geodesic arcs
+        away = shape.points - np.asarray(origin)
+        turn = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+        ring = site.coordinates(turn, np.hypot(away[:, 0], away[:, 1]))
+        if shape.closed and len(ring) > 1:
+            ring = np.concatenate([ring, ring[:1]])
+        properties = {"name": shape.name, "quantity": shape.kind, "what": KINDS[shape.kind], **shape.properties}
+        made.append(Contour(ring, properties, shape.closed))
+    return made
+
+
+def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
+    from flight.hazard.contours import outline
+
+    expected, origin = found.expected, np.asarray(case.flight.origin)
+    rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
+    if expected is not None and not found.undetermined:
+        rows += [("hazard", expected.by_direction), ("hazard_upper", expected.upper_by_direction)]
+    for kind, reach in rows:
+        if np.isfinite(reach).all() and reach.max(initial=0.0) > 0.0:
+            turn, distance = outline(reach)
+            turn = np.radians(turn)
+            points = origin + distance[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+            yield Shape(kind, KINDS[kind], points, properties={"largest_m": round(float(reach.max()), 1)})
+
+
+def _obstacles(case: Case) -> Iterator[Shape]:
+    for one in case.obstacle:
+        yield Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
+
+
+def _exposed(entry: Mapping[str, Any]) -> Shape:
+    probability = entry["probability"] or {"expected": None, "upper": None}
+    hits = entry["expected_hits"] or {"expected": None, "upper": None}
+    properties = {
+        "place": entry["kind"],
+        "verdict": entry["verdict"],
+        "distance_m": _rounded(entry["distance"]),
+        "margin_m": _rounded(entry["margin"]),
+        "expected_hits": _rounded(hits["expected"]),
+        "expected_hits_upper": _rounded(hits["upper"]),
+        "probability_of_a_hit": _rounded(probability["expected"]),
+        "probability_of_a_hit_upper": _rounded(probability["upper"]),
+        "largest_energy_J": _rounded(entry["largest_energy"]),
+    }
+    x, y = entry["place"]
+    label = (float(x), float(y)) if entry["kind"] == "road" else None
+    return Shape("exposed", entry["name"], np.array(entry["outline"]), properties=properties, label=label)
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.4g}")
+
+
+def _terrain(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Shape]:
+    """Lines of equal height, at round heights, around what is to be seen."""
+    from contourpy import contour_generator
+    from matplotlib.ticker import MaxNLocator
+
+    centre, half = 0.5 * (extent[0] + extent[1]), 0.5 * REACH * (extent[1] - extent[0])
+    (west, south), (east, north) = ground.corner, ground.end
+    rows, columns = ground.heights.shape
+    x, y = np.linspace(west, east, columns), np.linspace(south, north, rows)
+    half = half + ground.step  # up to the nodes just beyond
+    here_x = (x >= (centre - half)[0]) & (x <= (centre + half)[0])
+    here_y = (y >= (centre - half)[1]) & (y <= (centre + half)[1])
+    if here_x.sum() < 2 or here_y.sum() < 2:
+        return
+    heights = ground.heights[np.ix_(here_y, here_x)]
+    lines = contour_generator(x[here_x], y[here_y], heights)
+    for level in MaxNLocator(nbins=LEVELS).tick_values(float(heights.min()), float(heights.max())):
+        for line in lines.lines(float(level)):
+            points = np.asarray(line)
+            if len(points) > 2:
+                yield Shape("terrain", f"{level:g} m", points, closed=False, properties={"height_m": float(level)})

@@ -1,0 +1,98 @@
+"""Arena tables: written from a run's break-up, or flown instead of it when a test's table is given."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from flight import Fragments
+    from flight.arena import ArenaTable
+    from fragfield.case import Case
+
+__all__ = ["arena_basis", "arena_of", "arena_realisation", "read_arena", "write_arena"]
+
+_log = logging.getLogger(__name__)
+
+
+def read_arena(path: Path | None) -> ArenaTable | None:
+    """The table of a file, or None where it is no arena table."""
+    from flight.arena import ArenaTable, is_arena_file
+
+    return ArenaTable.read(path) if path is not None and is_arena_file(path) else None
+
+
+def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
+    """Fragments of all rounds of a case, each alone; of a case without rounds one upright round 1 m up.
+
+    Raises
+    ------
+    InputError
+        The case has planes of symmetry: give every round its own place.
+    """
+    from flight import Fragments
+
+    if any(plane.kind == "symmetry" for plane in case.plane):
+        raise InputError(
+            "arena tables and planes of symmetry: give every round its own table [[round]] with its position"
+        )
+    places = [(one.position, one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
+    if number == 0 and len(places) > 1:
+        _log.warning(
+            "the arena table is that of one round: %d rounds fly as if each were alone",
+            len(places),
+            extra={"code": "arena_alone"},
+        )
+    return Fragments.concatenate(
+        [
+            table.realisation(
+                case.seed, number, position=position, axis=axis, shape_factor=case.flight.shape_factor,
+                round_number=index,
+            )
+            for index, (position, axis) in enumerate(places)
+        ]
+    )  # fmt: skip
+
+
+def arena_basis(case: Case) -> tuple[str, tuple[float, ...]]:
+    """Basis of the hazard distance of an arena table, and mirror planes, as `hazard_directions`."""
+    from fragfield.case.conversion.directions import even_surroundings
+    from fragfield.case.conversion.stages import hazard_directions
+
+    if case.round:
+        return hazard_directions(case)
+    return ("all_azimuths" if even_surroundings(case) else "worst_direction"), ()
+
+
+def arena_of(case: Case, realisations: Sequence[Fragments]) -> ArenaTable | None:
+    """Mean table of one round; None where rounds behind planes of symmetry look another way than those before them."""
+    from flight.arena import ArenaTable
+
+    axes = np.array([one.axis for one in case.round], dtype=np.float64).reshape(-1, 3)
+    rounds = 1 + max(int(one.round.max()) for one in realisations if len(one))
+    if rounds > len(axes):
+        first = axes[0] / np.linalg.norm(axes[0])
+        normals = np.array([plane.normal for plane in case.plane if plane.kind == "symmetry"]).reshape(-1, 3)
+        if np.abs(axes / np.linalg.norm(axes, axis=1, keepdims=True) - first).max() > 1e-9:
+            return None
+        if np.abs(normals @ first).max(initial=0.0) > 1e-9:
+            return None
+        axes = axes[:1]
+    return ArenaTable.of(realisations, axes)
+
+
+def write_arena(case: Case, realisations: Sequence[Fragments], path: Path, provenance: Mapping[str, str]) -> None:
+    """Write arena.csv of a break-up, where it has one."""
+    table = arena_of(case, realisations) if case.round and any(len(one) for one in realisations) else None
+    if table is None:
+        path.unlink(missing_ok=True)
+        return
+    words = "mean of one round over all realisations of the break-up; zones from the nose"
+    table.write(path, {**provenance, "what": words})

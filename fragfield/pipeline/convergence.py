@@ -1,0 +1,305 @@
+"""Grid convergence of a run's own results: the axisymmetric burst repeated with other cell sizes.
+
+After the flight of an axisymmetric run the burst, the break-up and the flight are computed with cells of twice the
+size, and, as far as half of the time that the run took allows, of sqrt(2) times the size and of 1/sqrt(2) of it. What
+they give stands in summary.json as `convergence`; `fragfield.pipeline.grid_convergence` has the arithmetic. The files
+of these computations lie in a scratch folder within the run directory and are removed.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import shutil
+import time
+import warnings
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.files.run_directory import SCRATCH
+from fragfield.pipeline.followed_quantities import QUANTITIES
+from fragfield.pipeline.grid_convergence import grid_convergence
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from fragfield.case import Case
+    from fragfield.pipeline.ensemble import FlownEnsemble
+    from fragfield.pipeline.job import Job
+
+__all__ = ["convergence_of", "convergence_words", "with_cells"]
+
+_CONSOLE = (
+    ("mean_initial_speed", "mean speed", 1.0, "m/s"),
+    ("speed_99", "99 % of the mass", 1.0, "m/s"),
+    ("hazard_distance", "hazard distance", 1.0, "m"),
+)
+_KINDS = {
+    "oscillating": "oscillating",
+    "diverging": "not converging",
+    "two_sizes": "two sizes",
+    "statistical": "within statistical error",
+    "constant": "no difference",
+    "one_size": "one size",
+}
+_SHARE = 0.5  # of the time that the run has taken: what other sizes may take
+_FEWEST = 12  # realisations at another size, where the run has so many
+_ROOT = math.sqrt(2.0)
+_SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
+_LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class _Result:
+    """What one size gave: its cells, its quantities with their standard errors, and what its parts took (s)."""
+
+    size: float
+    cells: int
+    realisations: int
+    values: dict[str, float | None]
+    errors: dict[str, float | None]
+    start_seconds: float
+    stepping_seconds: float
+
+
+def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], seconds: float) -> dict[str, Any]:
+    """The part `convergence` of summary.json. On one rank.
+
+    Parameters
+    ----------
+    job : Job
+        The run, whose burst and flight are complete.
+    flown, headline : FlownEnsemble, mapping
+        Its flight, and the part `hazard`.
+    seconds : float
+        What its flight took (s).
+
+    Returns
+    -------
+    dict
+        `reason`: why there is none, or what was left out; and where there is one: `sizes` (m, ascending), `cells`,
+        `representative_sizes` (m: of cells in the number that the meshes have), `realisations`, `seconds` and
+        `quantities`, by name `values`, `standard_errors` (hazard alone), `order`, `order_used`, `extrapolated`,
+        `uncertainty`, `factor` and `kind`, see `fragfield.pipeline.grid_convergence.GridConvergence`.
+    """
+    burst = (job.source.summary().get("burst") or {}) if job.fragments is None else {}
+    if reason := _why_none(job, burst):
+        return {"reason": reason}
+    own = _own_result(burst, flown, headline)
+    began = time.perf_counter()
+    taken = max(began - job.began, burst["wall_seconds"] + seconds)
+    words: list[str] = []
+    budget = math.inf if job.thorough else _SHARE * taken
+    results = [own, *_other_sizes(job, own, budget, seconds / max(own.realisations, 1), words)]
+    results.sort(key=lambda one: one.size)
+    spent = time.perf_counter() - began
+    _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
+    return {
+        "sizes": [one.size for one in results],
+        "cells": [one.cells for one in results],
+        "representative_sizes": [_representative(one, own) for one in results],
+        "realisations": [one.realisations for one in results],
+        "quantities": {name: found for name in QUANTITIES if (found := _quantity(name, results, own)) is not None},
+        "seconds": spent,
+        "reason": "; ".join(words),
+    }
+
+
+def with_cells(case: Case, size: float, realisations: int) -> Case:
+    """The case with cells of another size (m) and so many realisations, without what the quantities do not need."""
+    assert case.burst is not None
+    output = case.burst.output.model_copy(update={"interval": case.burst.time_limit})
+    burst = case.burst.model_copy(
+        update={"cell_size": size, "convergence": "off", "geometry": "axisymmetric", "output": output}
+    )
+    hazard = {"max_realisations": realisations, "stack_rule": None}
+    return case.model_copy(
+        update={
+            "burst": burst,
+            "witness": [],
+            "exposed": [],
+            "site": None,
+            "break_up": case.break_up.model_copy(update={"realisations": realisations}),
+            "flight": case.flight.model_copy(update={"trajectories": 0}),
+            "hazard": case.hazard.model_copy(update=hazard),
+        }
+    )
+
+
+def convergence_words(part: Mapping[str, Any]) -> list[str]:
+    """One line of text on the part `convergence` of summary.json, or none where a run has not the part."""
+    if "sizes" not in part:
+        return [str(part["reason"])] if part.get("reason") else []
+    sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
+    parts = []
+    for name, words, factor, unit in _CONSOLE:
+        entry = part["quantities"].get(name)
+        if entry is None or entry["uncertainty"] is None:
+            continue
+        order = f", order {entry['order']:.2g}" if entry["order"] is not None else f", {_KINDS[entry['kind']]}"
+        parts.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
+    if not parts:
+        return [f"no grid convergence: {part['reason']}"] if part.get("reason") else []
+    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
+
+
+def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
+    """Why the run has no convergence of its own; empty where it has."""
+    if job.fragments is not None:
+        return "no grid convergence: the fragments are from another source"
+    if not burst or job.case.burst is None:
+        return "no grid convergence: the burst is not part of this run"
+    if burst.get("geometry") != "axisymmetric":
+        return (
+            "no grid convergence: other cell sizes are computed for axisymmetric bursts only, and this one is in three "
+            f"dimensions; {_SWEEP}"
+        )
+    if job.lean:
+        return "no grid convergence: not computed for the runs of a sweep"
+    if job.case.burst.convergence == "off":
+        return f'no grid convergence: burst.convergence = "off"; {_SWEEP}, or set it to "auto"'
+    return ""
+
+
+def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mapping[str, Any]) -> _Result:
+    """The quantities of a burst and its flight."""
+    number = int(headline["realisations"])
+    counts = flown.hazard.counts.hazardous.sum(axis=1)
+    known = bool(headline["determined"])
+    distance, upper = (headline[key] if known else None for key in ("distance", "upper"))
+    error = headline["standard_error"] if known else None
+    values = {
+        "mean_initial_speed": burst["mean_initial_speed"],
+        "max_initial_speed": burst["max_initial_speed"],
+        "speed_99": (burst.get("speed_quantiles") or {}).get("99"),
+        "outer_diameter": burst["outer_diameter"],
+        "hazardous_fragments": float(counts.mean()),
+        "hazard_distance": distance,
+        "hazard_distance_upper": upper,
+    }
+    # The bound's own statistical error is taken as that of the distance, on which it stands.
+    of_count = float(counts.std(ddof=1) / math.sqrt(len(counts))) if len(counts) > 1 else None
+    errors = {"hazardous_fragments": of_count, "hazard_distance": error, "hazard_distance_upper": error}
+    times = (burst["start_seconds"], burst["stepping_seconds"])
+    return _Result(burst["cell_size"], burst["cells"], number, values, errors, *times)
+
+
+def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words: list[str]) -> Iterator[_Result]:
+    """Results with other cells, the coarsest in any case; `words` says what was left out and why."""
+    from transition.placement.attitude import TOGETHER
+
+    began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
+    bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
+    affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
+    number = own.realisations
+    if affordable < number:
+        number = min(number, max(_FEWEST, int(affordable) // TOGETHER * TOGETHER))
+    for factor in (2.0, _ROOT, 1.0 / _ROOT):
+        size = factor * own.size
+        estimate = start + per_burst / factor**3 + number * per_flight
+        left = budget - (time.perf_counter() - began)
+        if factor < 2.0 and estimate > left:
+            if factor > 1.0:
+                words.append(f"{1e3 * size:.3g} mm left out: about {estimate:.1f} s, with {max(left, 0.0):.1f} s left")
+            break
+        if (found := _computed(job, size, number, words)) is not None:
+            start = found.start_seconds  # without the first run's imports and compilation
+            yield found
+
+
+def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Result | None:
+    """The quantities with cells of another size; None where they cannot be computed."""
+    import transition
+    from burst_fenicsx import simulate
+    from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
+    from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.parallel import Team
+    from fragfield.terminal.progress import ProgressReporter
+
+    case = with_cells(job.case, size, realisations)
+    folder = job.target.file(SCRATCH)
+    try:
+        with _scratch(folder), _silent():
+            done = simulate(burst_rounds(case), burst_settings(case), folder, comm=job.team.alone, series=False)
+            broken = transition.BreakUp(transition.Snapshot.read(folder / "burst_snapshot.h5"), break_up_settings(case))
+            fragments = [broken.realisation(case.seed).fragments]
+            fragments += broken.many(case.seed, range(1, realisations), job.threads)
+            alone = replace(job, case=case, team=Team(), reporter=ProgressReporter(enabled=False))
+            flown = fly_all(alone, fragments)
+    except Exception as error:
+        if exit_code_of(error) == EXIT_FAULT:
+            raise
+        words.append(f"{1e3 * size:.3g} mm could not be computed: {message_of(error)}")
+        return None
+    assert flown is not None  # a team of one
+    return _own_result(
+        done.summary, flown, flown.hazard.headline or {"realisations": realisations, "determined": False}
+    )
+
+
+@contextmanager
+def _scratch(folder: Path) -> Iterator[None]:
+    """A folder that is there for a while, however the while ends."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    try:
+        yield
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Other sizes log and warn of nothing: the run's log and findings are those of its own size."""
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [one.level for one in loggers]
+    for one in loggers:
+        one.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for one, level in zip(loggers, levels, strict=True):
+            one.setLevel(level)
+
+
+def _representative(one: _Result, own: _Result) -> float:
+    """Cell size (m) by the number of cells: meshes have whole numbers of layers (ASME V&V 20, 2-4.1)."""
+    return own.size * math.sqrt(own.cells / one.cells)
+
+
+def _quantity(name: str, results: list[_Result], own: _Result) -> dict[str, Any] | None:
+    """Convergence of one quantity; None where the run itself has no value of it."""
+    if own.values[name] is None:
+        return None
+    values, errors = ([getattr(one, what).get(name) for one in results] for what in ("values", "errors"))
+    statistical = name in own.errors
+    known = [i for i, value in enumerate(values) if value is not None and (not statistical or errors[i] is not None)]
+    if not known:
+        known = [i for i, value in enumerate(values) if value is not None]
+        statistical = False
+    sizes = [_representative(results[i], own) for i in known]
+    distinct = [k for k, size in enumerate(sizes) if all(abs(size - other) > 0.02 * size for other in sizes[:k])]
+    found = grid_convergence(
+        [sizes[k] for k in distinct],
+        [values[known[k]] for k in distinct],
+        [errors[known[k]] for k in distinct] if statistical else None,
+        at=_representative(own, own),
+    )
+    entry: dict[str, Any] = {"values": values}
+    if name in own.errors:
+        entry["standard_errors"] = errors
+    return entry | {
+        "order": found.order,
+        "order_used": found.order_used,
+        "extrapolated": found.extrapolated,
+        "uncertainty": found.uncertainty,
+        "factor": found.factor,
+        "kind": found.kind,
+    }

@@ -1,0 +1,333 @@
+"""The realisations of a run, distributed over the ranks: each is broken up and flown on one rank.
+
+Realisations are flown in batches, and more are made until the hazard distance is known well enough. What a realisation
+gives does not depend on the rank that computes it, and rank 0 puts the parts together by their
+numbers, so that the result is the same on any number of ranks, to the last bit.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from flight import FlightProgress, FlightResult, Fragments, HeightMap
+    from flight.hazard.balance import Balance
+    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.polar_grid import PolarGrid
+    from flight.hazard.density.tally import Tally
+    from flight.hazard.ensemble import EnsembleHazard
+    from fragfield.case import Case
+    from fragfield.pipeline.job import Job
+    from fragfield.pipeline.realisations import Realisations
+    from transition import BreakUpResult
+
+__all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
+
+KEPT = 200
+"""Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
+_AT_ONCE = 48  # realisations of a batch
+_FEWEST_MORE = 12
+_REACH = 2000.0  # m; a flight extends its cells where fragments pass beyond
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class FlownEnsemble:
+    """What the flights of all realisations gave.
+
+    Attributes
+    ----------
+    first : FlightResult
+        The first realisation's flight, row by row.
+    hazard : EnsembleHazard
+        Over all.
+    witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+        Hits by realisation and sector, of the first `KEPT` realisations.
+    balance : Balance
+        How the flights of all fragments ended.
+    more : bool
+        Whether more realisations could be made.
+    exposed : list of dict
+        What the exposed sites of the case meet, as in summary.json.
+    """
+
+    first: FlightResult
+    hazard: EnsembleHazard
+    witnesses: dict[str, NDArray[Any]]
+    balance: Balance
+    more: bool
+    exposed: list[dict[str, Any]]
+
+
+def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
+    """Break the casings up as often as the case asks.
+
+    Returns
+    -------
+    The first realisation with its ledgers, and the fragments of the others; None on ranks other than 0.
+    """
+    import transition
+    from fragfield.case.conversion.stages import break_up_settings
+
+    team, seed = job.team, job.case.seed
+    snapshot = team.broadcast(transition.Snapshot.read(snapshot_file) if team.first else None)
+    assert snapshot is not None
+    prepared = transition.BreakUp(snapshot, break_up_settings(job.case))
+    first = prepared.realisation(seed) if team.first else None
+    numbers = team.share(range(1, job.case.break_up.realisations))
+    further = team.collect(prepared.many(seed, numbers, job.threads))
+    return None if first is None else (first, further)
+
+
+def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None:
+    """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
+
+    The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
+    the standard error of the distance is below `hazard.tolerance` or there are `hazard.max_realisations`.
+
+    Parameters
+    ----------
+    job : Job
+        The case, the ranks, threads and progress.
+    realisations : sequence of Fragments
+        On rank 0; the others receive them.
+
+    Returns
+    -------
+    FlownEnsemble, or None on ranks other than 0
+    """
+    from fragfield.pipeline.realisations import Realisations
+
+    source = Realisations(job, realisations)
+    flown = _Flights(job)
+    found = _Found(job, source) if job.team.first else None
+    done, target = 0, source.count
+    while done < target:
+        batch = range(done, min(done + _AT_ONCE, target))
+        if batch.stop > source.count:
+            source.prepare()
+        numbers = job.team.share(batch)
+        parts = job.team.collect(flown.many(numbers, source.of(numbers)))
+        done = batch.stop
+        if found is not None:
+            found.add(batch, parts)
+        if done == target:
+            target = job.team.broadcast(found.wanted(done, more=source.more) if found is not None else None)
+            flown.expected = target
+    return None if found is None else found.result(flown.first, source)
+
+
+class _Found:
+    """What the realisations flown so far gave, on rank 0."""
+
+    def __init__(self, job: Job, source: Realisations) -> None:
+        from flight.hazard.balance import Balance
+        from flight.hazard.density.directions import Directions
+        from flight.hazard.density.groups import DensityGroups
+        from fragfield.case.conversion.exposed_sites import exposed_sites_of
+        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, kernel_degrees
+        from fragfield.hazard.exposed import ExposedSums
+        from fragfield.pipeline.arena import arena_basis
+
+        self.case, self.criteria = job.case, hazard_criteria(job.case)
+        if source.arena is not None:
+            basis, mirrors = arena_basis(job.case)
+        else:
+            basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
+        grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
+        used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
+        self.together = source.together
+        self.groups = DensityGroups(Directions(grid, basis, kernel, used), self.together)
+        self.all_round = DensityGroups(Directions(grid), self.together)
+        self.counts: list[Tally] = []
+        self.tables: list[dict[str, NDArray[Any]]] = []
+        self.balance = Balance()
+        self.exposed = ExposedSums(exposed_sites_of(job.case))
+
+    def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
+        """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
+        for number, part in zip(numbers, parts, strict=True):
+            self.groups.add(*part.fields)
+            self.all_round.add(*part.fields)
+            self.balance += part.balance
+            if self.exposed.sites:
+                self.exposed.add(part.exposed)
+            if number < KEPT:
+                assert part.counts is not None  # of the first ones
+                self.counts.append(part.counts)
+                self.tables.append(part.tables)
+
+    def wanted(self, done: int, *, more: bool) -> int:
+        """How many realisations to have, as many as there are where they are enough."""
+        most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
+        if not more or done >= most or self.balance.reason:
+            return done
+        error = self.assess(quick=True).uncertainty
+        if error <= tolerance:
+            return done
+        needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
+        wanted = min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
+        return min(-(-wanted // self.together) * self.together, most)
+
+    def assess(self, *, quick: bool = False) -> ExpectedDistance:
+        """The distance by what has been flown."""
+        from flight.hazard.density.expected import DRAWS, expected_distance
+
+        draws = DRAWS // 4 if quick else DRAWS
+        return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=not quick)
+
+    def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
+        """The whole, once all have been flown."""
+        from flight.hazard.density.tally import Tally
+        from flight.hazard.ensemble import assess_ensemble
+
+        assert first is not None  # rank 0 flies the first one
+        witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
+        found = assess_ensemble(
+            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
+            undetermined=self.balance.reason, all_round=self.all_round,
+        )  # fmt: skip
+        exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
+        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """What one realisation gave; `counts` and `tables` of the first ones alone."""
+
+    counts: Tally | None
+    tables: dict[str, NDArray[Any]]
+    fields: tuple[NDArray[np.float64], NDArray[np.float64]]
+    balance: Balance
+    exposed: NDArray[Any]
+
+
+class _Flights:
+    """The flights of one rank, with one progress: the first on all threads, the others side by side."""
+
+    def __init__(self, job: Job) -> None:
+        from flight.hazard.density.near_ground import NearGround
+        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
+        from fragfield.hazard.exposed import ExposedPlaces
+
+        self.arguments = flight_arguments(job.case)
+        if job.lean:
+            self.arguments["sample"] = 0  # no paths for ParaView
+        self.criteria, self.case = hazard_criteria(job.case), job.case
+        self.near = NearGround(hazard_grid(job.case), self.criteria)
+        self.exposed = ExposedPlaces.of(job.case)
+        self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
+        self.arguments["witnesses"] += self.exposed.surfaces
+        self.job, self.done, self.total = job, 0, 0
+        self.expected = job.case.break_up.realisations
+        self.began = time.perf_counter()
+        self.first: FlightResult | None = None
+
+    def many(self, numbers: Sequence[int], realisations: Sequence[Fragments]) -> list[_Part]:
+        """Counts of realisations; what one gives does not depend on which others are flown beside it."""
+        import flight
+
+        waiting = list(zip(numbers, realisations, strict=True))
+        parts = [self._alone(*waiting.pop(0))] if waiting and waiting[0][0] == 0 else []
+        if not waiting:
+            return parts
+        workers = min(self.job.cores, len(waiting))
+        self._expect(len(waiting[0][1]))
+        with warnings.catch_warnings(), ThreadPoolExecutor(workers) as pool:
+            warnings.simplefilter("ignore", flight.FlightWarning)  # reported for the first
+            flown = pool.map(lambda one: self._fly(*one, threads=self.job.cores // workers), waiting)
+            for (_, fragments), part in zip(waiting, flown, strict=True):
+                parts.append(part)
+                self.done += len(fragments)
+                self._progress(flight.FlightProgress(0, 0, 0.0))
+        return parts
+
+    def _alone(self, number: int, fragments: Fragments) -> _Part:
+        """The first realisation, whose rows are kept."""
+        self._expect(len(fragments))
+        part = self._fly(number, fragments, threads=self.job.cores, on_progress=self._progress)
+        self.done += len(fragments)
+        return part
+
+    def _fly(
+        self, number: int, fragments: Fragments, *, threads: int,
+        on_progress: Callable[[FlightProgress], None] | None = None,
+    ) -> _Part:  # fmt: skip
+        """Counts of one realisation, and its hits by sector on every surface."""
+        import flight
+        from flight.hazard.balance import Balance
+        from flight.hazard.density.fields import fields_of
+        from flight.hazard.density.tally import tally
+        from flight.hazard.density.witness_hazard import sector_hits
+
+        ground = self.arguments["ground"]
+        fragments = above_ground(fragments, ground, warn=number == 0)
+        arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
+        result = flight.fly(fragments, **arguments, near_ground=self.near, threads=threads, on_progress=on_progress)
+        exposed = self.exposed.count(result, fragments, self.own)
+        if len(result.witnesses) > self.own:
+            own = result.hits["witness"] < self.own
+            result = replace(result, witnesses=result.witnesses[: self.own], hits=result.hits[own])
+        result.summary["hits"] = len(result.hits)
+        if number == 0:
+            self.first = result
+        lowest = ground if isinstance(ground, float) else float(ground.heights.min())
+        balance = Balance.of(result, fragments, self.criteria, lowest=lowest, gravity=self.case.flight.gravity)
+        fields = fields_of(result)
+        if number >= KEPT:
+            return _Part(None, {}, fields, balance, exposed)
+        width = 360.0 / self.case.hazard.sectors
+        counts = tally(result, self.criteria, sector_width=width, distance=self.case.hazard.distance_cell)
+        names = [surface.name for surface in result.witnesses]
+        tables = {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
+        return _Part(counts, tables, fields, balance, exposed)
+
+    def _expect(self, fragments: int) -> None:
+        """How many fragments there will be, if all realisations have so many."""
+        self.total = max(self.done + fragments, -(-self.expected // self.job.team.size) * fragments)
+
+    def _progress(self, state: FlightProgress) -> None:
+        seconds = time.perf_counter() - self.began
+        self.job.reporter.flight(replace(state, done=self.done + state.done, total=self.total, wall_seconds=seconds))
+
+
+def hazard_grid(case: Case) -> PolarGrid:
+    """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
+    from flight.hazard.density.polar_grid import PolarGrid
+    from fragfield.case.conversion.stages import kernel_degrees
+
+    hazard = case.hazard
+    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
+
+
+def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:
+    """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
+    x, y, z = fragments.position.T
+    height = np.full(len(z), ground) if isinstance(ground, float) else ground.at(x, y)
+    below = z < height
+    if not below.any():
+        return fragments
+    if warn:
+        _log.warning(
+            "%d fragments (%.3g kg) were up to %.3g m below the ground at the end of the burst; they start on "
+            "its surface",
+            int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),
+            extra={"code": "below_ground"},
+        )  # fmt: skip
+    position = fragments.position.copy()
+    position[:, 2] = np.maximum(z, height)
+    return replace(fragments, position=position)

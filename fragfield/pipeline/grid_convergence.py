@@ -1,0 +1,161 @@
+"""Grid convergence of a number computed with several cell sizes: observed order, limit, uncertainty.
+
+The procedure is that of ASME V&V 20 (2009) and of Celik et al., J. Fluids Eng. 130 (2008) 078001, after Roache,
+J. Fluids Eng. 116 (1994) 405: with three sizes h1 < h2 < h3 and values that approach a limit in one direction, the
+order p follows from
+
+    (f3 - f2) / (f2 - f1) = (h3^p - h2^p) / (h2^p - h1^p),
+
+the limit is f1 - (f2 - f1) / ((h2/h1)^p - 1), and the uncertainty of a value is 1.25 times its distance from the limit.
+Where no order can be observed (two sizes, values that oscillate or diverge, differences within their statistical
+errors), the order is taken as one, the distance from the limit by the range of all values, and the safety factor is 3.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
+
+FACTOR_OBSERVED = 1.25
+"""Safety factor of Roache's index where the order was observed with three sizes."""
+FACTOR_RANGE = 3.0
+"""Safety factor where it was not."""
+ORDERS = (0.5, 2.0)
+"""Bounds of the order that is used: above 2 no element of first degree converges, below 0.5 the limit is a guess."""
+
+Kind = Literal["monotone", "oscillating", "diverging", "two_sizes", "statistical", "constant", "one_size"]
+_LARGEST_ORDER = 20.0
+_SAME = 1e-12  # relative difference of values that are the same
+_SIGNIFICANT = 2.0  # standard errors of a difference
+
+
+@dataclass(frozen=True)
+class GridConvergence:
+    """What several cell sizes say of a number.
+
+    Attributes
+    ----------
+    kind : str
+        "monotone" (order observed), "oscillating", "diverging", "two_sizes", "statistical" (the values differ by no
+        more than two of their standard errors), "constant" (they do not differ) or "one_size".
+    order : float or None
+        Observed order p, not clipped; only where monotone.
+    order_used : float or None
+        Order of the uncertainty: the observed one within `ORDERS`, else 1.
+    extrapolated : float or None
+        Limit for cells of no size; only where constant, or monotone with an order of 0.5 or more.
+    uncertainty : float or None
+        Of the value with the size asked for, in its unit: the grid convergence index, half a band of about 95 %.
+    factor : float or None
+        Safety factor in it.
+    """
+
+    kind: Kind
+    order: float | None
+    order_used: float | None
+    extrapolated: float | None
+    uncertainty: float | None
+    factor: float | None
+
+
+def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | None:
+    """Order p of the convergence of three values.
+
+    Parameters
+    ----------
+    sizes : three floats
+        Ascending cell sizes; their ratios need not be equal.
+    values : three floats
+
+    Returns
+    -------
+    float, or None where the values do not approach a limit: they oscillate or diverge. At most 20.
+    """
+    (h1, h2, h3), (f1, f2, f3) = sizes, values
+    if f2 == f1:
+        return None
+    ratio = (f3 - f2) / (f2 - f1)
+    if ratio <= math.log(h3 / h2) / math.log(h2 / h1):  # its value for p = 0
+        return None
+    low, high = 0.0, _LARGEST_ORDER
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        # Divided by h1^p: no power overflows or vanishes.
+        found = ((h3 / h1) ** middle - (h2 / h1) ** middle) / math.expm1(middle * math.log(h2 / h1))
+        low, high = (middle, high) if found < ratio else (low, middle)
+    return 0.5 * (low + high)
+
+
+def grid_convergence(
+    sizes: Sequence[float],
+    values: Sequence[float],
+    standard_errors: Sequence[float] | None = None,
+    *,
+    at: float | None = None,
+) -> GridConvergence:
+    """Order and limit of a value, and its uncertainty with one of the sizes.
+
+    Parameters
+    ----------
+    sizes : (n,) floats
+        Different cell sizes, in any order and unit.
+    values : (n,) floats
+        What was computed with them.
+    standard_errors : (n,) floats, optional
+        Statistical errors of the values; they decide whether a trend is significant and are not part of
+        `uncertainty`.
+    at : float, optional
+        Cell size whose value's uncertainty is asked for; left out: the smallest.
+
+    Raises
+    ------
+    ValueError
+        Sizes that are not positive or not different, numbers that are not finite, or lengths that differ.
+    """
+    h, f = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)
+    errors = np.zeros(len(h)) if standard_errors is None else np.asarray(standard_errors, dtype=float)
+    if h.shape != f.shape or h.shape != errors.shape or h.ndim != 1 or not len(h):
+        raise ValueError("sizes, values and standard errors need the same length, at least one")
+    if not (np.isfinite(h).all() and np.isfinite(f).all() and np.isfinite(errors).all() and (h > 0.0).all()):
+        raise ValueError("sizes must be positive, values and standard errors finite")
+    order = np.argsort(h)[:3]  # the three finest; coarser ones are farther from the range of convergence
+    h, f, errors = h[order], f[order], errors[order]
+    if (np.diff(h) <= 0.0).any():
+        raise ValueError("cell sizes must differ")
+    scale_of_size = 1.0 if at is None else at / float(h[0])
+    if len(h) == 1:
+        return GridConvergence("one_size", None, None, None, None, None)
+    scale: float = float(np.abs(f).max()) + float(np.finfo(float).tiny)
+    if float(np.ptp(f)) <= _SAME * scale:
+        return GridConvergence("constant", None, None, float(f[0]), 0.0, FACTOR_OBSERVED)
+    differences, of_difference = np.abs(f[1:] - f[0]), np.hypot(errors[1:], errors[0])
+    if (of_difference > 0.0).any() and (differences <= _SIGNIFICANT * of_difference).all():
+        return _by_range("statistical", h, f, scale_of_size)
+    if len(h) == 2:
+        return _by_range("two_sizes", h, f, scale_of_size)
+    if (f[2] - f[1]) * (f[1] - f[0]) < 0.0:
+        return _by_range("oscillating", h, f, scale_of_size)
+    p = observed_order(h.tolist(), f.tolist())
+    if p is None:
+        return _by_range("diverging", h, f, scale_of_size)
+    used = float(np.clip(p, *ORDERS))
+    beyond = float((f[1] - f[0]) / ((h[1] / h[0]) ** used - 1.0))
+    error = abs(beyond) * float(scale_of_size**used)
+    limit = float(f[0]) - beyond if p >= ORDERS[0] else None
+    return GridConvergence("monotone", p, used, limit, FACTOR_OBSERVED * error, FACTOR_OBSERVED)
+
+
+def _by_range(kind: Kind, h: NDArray[np.float64], f: NDArray[np.float64], scale_of_size: float) -> GridConvergence:
+    """First order through the range of the values."""
+    beyond = scale_of_size * float(np.ptp(f)) / (float(h[-1] / h[0]) - 1.0)
+    return GridConvergence(kind, None, 1.0, None, FACTOR_RANGE * beyond, FACTOR_RANGE)

@@ -1,0 +1,81 @@
+"""Source of a flight's realisations: files for the first ones, the burst's snapshot for further ones."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fragfield.pipeline.arena import arena_realisation, read_arena
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from flight import Fragments
+    from fragfield.pipeline.job import Job
+    from transition import BreakUp
+
+__all__ = ["Realisations"]
+
+
+class Realisations:
+    """The realisations of a run, by number.
+
+    Parameters
+    ----------
+    job : Job
+        The case, its run directory and the ranks.
+    given : sequence of Fragments
+        The first realisations, on rank 0; on the others nothing. Collective.
+
+    Attributes
+    ----------
+    count : int
+        Number of those given.
+    arena : ArenaTable or None
+        Table of an arena test, where that is flown.
+    """
+
+    def __init__(self, job: Job, given: Sequence[Fragments]) -> None:
+        self.job = job
+        # A list is sent to the other ranks, of an ensemble in a file its place: each rank reads what it flies.
+        self._given = job.team.broadcast(given if job.team.first else None)
+        self.count = len(self._given)
+        self._prepared: BreakUp | None = None
+        snapshot = job.source.file("burst_snapshot.h5")
+        self._snapshot = job.team.broadcast(snapshot if job.fragments is None and snapshot.is_file() else None)
+        self.arena = job.team.broadcast(read_arena(job.fragments) if job.team.first else None)
+
+    @property
+    def together(self) -> int:
+        """Realisations that are not independent of each other, because their tilts were drawn together."""
+        from transition.placement.attitude import TOGETHER
+
+        ours = self.job.fragments is None and self.arena is None
+        return TOGETHER if ours and self.job.case.break_up.tilt > 0.0 else 1
+
+    @property
+    def more(self) -> bool:
+        """Whether any number can be made."""
+        return self._snapshot is not None or self.arena is not None
+
+    def of(self, numbers: Sequence[int]) -> list[Fragments]:
+        """The fragments of these realisations; any rank may ask for its own once `prepare` has been called on all."""
+        made = [number for number in numbers if number >= self.count]
+        new: dict[int, Fragments] = {}
+        if made and self.arena is not None:
+            new = {number: arena_realisation(self.arena, self.job.case, number) for number in made}
+        elif made:
+            assert self._prepared is not None  # `prepare` comes first
+            new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.threads), strict=True))
+        return [new[number] if number >= self.count else self._given[number] for number in numbers]
+
+    def prepare(self) -> None:
+        """Read the snapshot on every rank, once. Collective."""
+        if self._prepared is not None or self._snapshot is None:
+            return
+        import transition
+        from fragfield.case.conversion.stages import break_up_settings
+
+        team = self.job.team
+        snapshot = team.broadcast(transition.Snapshot.read(self._snapshot) if team.first else None)
+        assert snapshot is not None
+        self._prepared = transition.BreakUp(snapshot, break_up_settings(self.job.case))

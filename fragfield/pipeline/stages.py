@@ -1,0 +1,195 @@
+"""The stages, each from its input files to its output files and its part of summary.json."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fragfield.files.provenance import provenance_of
+from fragfield.hazard.certainty import certainty
+from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
+from fragfield.pipeline.job import Job
+from fragfield.pipeline.recorded_warnings import recorded_warnings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from flight import Fragments
+    from fragfield.files.run_directory import Stage
+
+__all__ = ["Job", "break_up", "burst", "fly", "perform", "report"]
+
+_log = logging.getLogger(__name__)
+
+
+def perform(job: Job, stage: Stage) -> None:
+    """Run one stage, with its time in the log."""
+    _log.info("%s: begins", stage.name)
+    job.reporter.stage(stage.name)
+    started = time.perf_counter()
+    with recorded_warnings(job, stage.name):
+        _STAGE_FUNCTIONS[stage.name](job, stage)
+    _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
+    if job.figures is not None:
+        from fragfield.report.figures.early import draw_early
+
+        draw_early(job.figures, job.target.path, stage.name)
+
+
+def burst(job: Job, stage: Stage) -> None:
+    """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
+    from burst_fenicsx import simulate
+    from fragfield.case.conversion.geometry import burst_geometry
+    from fragfield.case.conversion.stages import burst_rounds, burst_settings
+
+    settings, choice = burst_settings(job.case), burst_geometry(job.case)
+    alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
+    if job.team.first:
+        _log.info("burst.geometry: %s", choice.words)
+    if job.team.first or not alone:
+        result = simulate(
+            burst_rounds(job.case),
+            settings,
+            job.target.path,
+            comm=job.team.alone if alone else job.team.comm,
+            provenance=provenance_of(job.case),
+            on_progress=job.reporter.burst,
+            resume=job.resume,
+            series=not job.lean,
+            profile=job.profile,
+        )
+        if job.team.first:
+            job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
+    if alone:
+        job.team.broadcast()
+
+
+def break_up(job: Job, stage: Stage) -> None:
+    """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
+    from flight.files.ensemble import write_fragment_ensemble
+    from fragfield.pipeline.ensemble import break_up_all
+
+    broken = break_up_all(job, job.needed(stage))
+    if broken is None:
+        return
+    result, further = broken
+    provenance = provenance_of(job.case)
+    if further:
+        write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
+    for name in ("fragments.csv", "fragments.h5"):
+        result.fragments.write(job.target.file(name), provenance)
+    write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
+    job.note({stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}})
+
+
+def fly(job: Job, stage: Stage) -> None:
+    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
+    from flight import hazard
+    from flight.files.ensemble import write_ensemble
+    from fragfield.case.conversion.stages import hazard_criteria
+    from fragfield.hazard.contours import write_contours
+    from fragfield.hazard.rules import rules_of
+    from fragfield.hazard.stack_rule import stack_rule_of
+    from fragfield.pipeline.convergence import convergence_of
+    from fragfield.pipeline.ensemble import fly_all
+
+    began = time.perf_counter()
+    flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
+    seconds = time.perf_counter() - began
+    if flown is None:
+        job.team.broadcast()
+        return
+    provenance = provenance_of(job.case)
+    flown.first.write(job.target.path, provenance)
+    write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
+    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed)
+    criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
+    surfaces = []
+    for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
+        hits = flown.first.hits_on(surface.name)
+        by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
+        surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
+    summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
+    if job.fragments is not None:
+        summary["fragments_file"] = job.fragments.name
+    headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
+                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more}  # fmt: skip
+    if words := certainty(headline):
+        _log.warning("%s", words, extra={"code": "certainty"})
+    if job.case.hazard.stack_rule is not None:
+        summary["stack_rule"] = stack_rule_of(job.case)
+    obstacles = flown.first.by_face(criteria.energy)
+    rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
+    convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
+    job.team.broadcast()
+    job.note(
+        {
+            "flight": summary,
+            "witness": surfaces,
+            "obstacle": obstacles,
+            "hazard": headline,
+            "exposed": flown.exposed,
+            "rules": rules,
+            "convergence": convergence,
+        }
+    )
+
+
+def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
+    """The fragments of all realisations; of fragments from another source there is one set."""
+    import flight
+    from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
+
+    arena = read_arena(job.fragments)
+    if arena is not None:
+        fragments = arena_realisation(arena, job.case, 0)
+        arena.write(job.target.file("arena.csv"), provenance_of(job.case))
+    else:
+        fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+    others = job.source.file("ensemble_fragments.h5")
+    further: Sequence[Fragments] = ()
+    if job.fragments is None and others.is_file():
+        further = read_fragment_ensemble(others)
+    if job.fragments is not None or job.source.path != job.target.path:
+        provenance = provenance_of(job.case)
+        for name in ("fragments.h5", "fragments.csv"):
+            fragments.write(job.target.file(name), provenance)
+        if further:
+            write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
+    return WithFirst(fragments, further)
+
+
+@dataclass(frozen=True)
+class WithFirst(Sequence["Fragments"]):
+    """The first realisation and the others, which may lie in a file."""
+
+    first: Fragments
+    others: Sequence[Fragments]
+
+    def __len__(self) -> int:
+        """Number of realisations."""
+        return 1 + len(self.others)
+
+    def __getitem__(self, number: Any) -> Any:  # noqa: ANN401 - a number here; slices have no use
+        """One realisation by its number."""
+        if not 0 <= number < len(self):
+            raise IndexError(number)
+        return self.others[number - 1] if number else self.first
+
+
+def report(job: Job, stage: Stage) -> None:
+    """The report of whatever the run directory holds: report.html."""
+    from fragfield.report import write_report
+
+    write_report(job.source.path, job.target.file(stage.result), figures=job.figures)
+
+
+_STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
+    "burst": burst,
+    "break-up": break_up,
+    "fly": fly,
+    "report": report,
+}

@@ -1,0 +1,127 @@
+"""Figures of the burst: speed along the round, casing over time, energy ledger."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["casing_over_time", "energy_ledger", "speed_along_round"]
+
+_FEW_ROUNDS = 3  # of which the largest speed is drawn as well
+_LEDGER = {
+    "kinetic": "kinetic",
+    "plastic": "plastic work",
+    "strain": "strain",
+    "viscous": "artificial viscosity",
+    "contact": "contact",
+    "hourglass": "hourglass",
+    "damping": "damping",
+}
+
+
+def speed_along_round(run: RunFiles, narrow: bool) -> Figure | None:
+    """Mean and largest casing speed against the fraction of the length, all rounds; of many the mean alone."""
+    if not run.rounds:
+        return None
+    figure, (axis,) = new_figure(narrow=narrow, height=3.5, narrow_height=3.6)
+    several, many = len(run.rounds) > 1, len(run.rounds) > _FEW_ROUNDS
+    for index, item in enumerate(run.rounds):
+        style = LINES[index % len(LINES)]
+        dashes = style["linestyle"] if many else "-"
+        present = item.along["casing_mass"] > 0
+        place = item.along["station"][present] / float(item.attributes["length"])
+        label = f"{item.name}, " if several else ""
+        axis.plot(
+            place, item.along["mean_speed"][present], color=style["color"], linestyle=dashes, label=f"{label}mean"
+        )
+        if many:
+            continue
+        axis.plot(
+            place, item.along["max_speed"][present], color=style["color"], linestyle=(0, (4, 1.6)), linewidth=1.1,
+            marker=".", markersize=3.5, label=f"{label}largest cell",
+        )  # fmt: skip
+    _mark_segments(axis, run, narrow)
+    axis.set(xlim=(0, 1), xlabel="Station from the nose / length", ylabel="Casing speed (m/s)")
+    axis.set_ylim(bottom=0)
+    columns = (2, 4) if many else (1, 2)
+    axis.legend(ncols=columns[not narrow], loc="upper center", bbox_to_anchor=(0.5, -0.17))
+    return figure
+
+
+def _mark_segments(axis: object, run: RunFiles, narrow: bool) -> None:
+    """Limits and names of the first round's segments, where all rounds are cut alike."""
+    first = run.rounds[0]
+    length = float(first.attributes["length"])
+    ends = first.segments["end"] / length
+    alike = all(
+        len(item.segments) == len(ends) and np.allclose(item.segments["end"] / float(item.attributes["length"]), ends)
+        for item in run.rounds
+    )
+    if not alike:
+        return
+    for line in first.segments:
+        start, end = float(line["start"]) / length, float(line["end"]) / length
+        axis.axvline(end, color=GREY, linewidth=0.7, linestyle=":")  # type: ignore[attr-defined]
+        # A letter takes about 0.06 inches; the axis is about 3 or 6.5 inches wide.
+        if (end - start) * (3.0 if narrow else 6.5) > 0.06 * len(str(line["name"])):
+            axis.annotate(  # type: ignore[attr-defined]
+                str(line["name"]), ((start + end) / 2, 1.0), xycoords=("data", "axes fraction"), ha="center",
+                va="bottom", fontsize=7, color=GREY,
+            )  # fmt: skip
+
+
+def casing_over_time(run: RunFiles, narrow: bool) -> Figure | None:
+    """Mean casing speed and outer diameter against time."""
+    if not {"time", "mean_casing_speed", "outer_diameter"} <= set(run.history):
+        return None
+    time = run.history["time"] * 1e6
+    figure, (speed, diameter) = new_figure(
+        *((2, 1) if narrow else (1, 2)), narrow=narrow, height=2.8, narrow_height=4.6, sharex=True
+    )
+    speed.plot(time, run.history["mean_casing_speed"], **LINES[0])
+    speed.set(ylabel="Mean casing speed (m/s)", title="Speed")
+    diameter.plot(time, run.history["outer_diameter"] * 1e3, **LINES[0])
+    diameter.set(ylabel="Outer diameter (mm)", title="Largest mean diameter")
+    done = run.part("burst").get("acceleration_complete")
+    for axis in (speed, diameter):
+        axis.set_xlim(0, time[-1])
+        if isinstance(done, (int, float)) and np.isfinite(done):
+            axis.axvline(done * 1e6, color=ACCENT, linewidth=0.9, linestyle=":")
+    speed.set_ylim(bottom=0)
+    for axis in (diameter,) if narrow else (speed, diameter):
+        axis.set_xlabel("Time (µs)")
+    return figure
+
+
+def energy_ledger(run: RunFiles, narrow: bool) -> Figure | None:
+    """Where the work of the products went, and what does not close, against time."""
+    if not {"time", "products_work", "energy_error"} <= set(run.history):
+        return None
+    time = run.history["time"] * 1e6
+    figure, (ledger, error) = new_figure(
+        2, 1, narrow=narrow, height=4.6, narrow_height=5.4, sharex=True, gridspec_kw={"height_ratios": (3, 1)}
+    )
+    ledger.plot(time, run.history["products_work"] * 1e-6, color=INK, linewidth=2.4, label="work of the products")
+    for style, (name, label) in zip(LINES, _LEDGER.items(), strict=False):
+        values = run.history.get(name)
+        if values is not None and np.any(values != 0):
+            ledger.plot(time, values * 1e-6, label=label, **style)
+    ledger.set(ylabel="Energy (MJ)", title="Ledger")
+    ledger.set_ylim(bottom=min(0.0, ledger.get_ylim()[0]))
+    ledger.legend(ncols=2 if narrow else 4, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+    percent = run.history["energy_error"] * 100
+    error.plot(time, percent, **LINES[0])
+    for limit in (-1, 1):
+        error.axhline(limit, color=ACCENT, linewidth=0.9, linestyle=":")
+    reach = max(1.25, 1.1 * float(np.nanmax(np.abs(percent), initial=0.0)))
+    error.set(ylim=(-reach, reach), xlim=(0, time[-1]), xlabel="Time (µs)", title="Imbalance (dotted: 1 %)")
+    error.set_ylabel("% of the\nproducts' work")
+    return figure

@@ -1,0 +1,111 @@
+"""Style of the figures: readable in grey, with units, wide for paper and screen, narrow for a telephone."""
+
+from __future__ import annotations
+
+import io
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from fragfield.report.figures.layout import place_panels, prepare, settle
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["ACCENT", "GREY", "INK", "LINES", "RULE", "SPEED_MAP", "drawing_style", "new_figure", "to_bytes"]
+
+INK = "#1d2733"
+GREY = "#8b95a1"
+RULE = "#d5dae0"
+ACCENT = "#b3361e"
+SPEED_MAP = "cividis"
+"""Colour map of speeds; its lightness grows evenly, so that it survives a grey copy."""
+
+# Colours differ in lightness, and every line has its own dashes, so that a grey print still distinguishes them.
+LINES: tuple[dict[str, Any], ...] = (
+    {"color": "#16365c", "linestyle": "-"},
+    {"color": "#c4601d", "linestyle": (0, (5, 1.6))},
+    {"color": "#3d8fa6", "linestyle": (0, (1.2, 1.2))},
+    {"color": "#7a4b8c", "linestyle": (0, (6, 1.6, 1.2, 1.6))},
+    {"color": "#9a8a1f", "linestyle": (0, (9, 2))},
+    {"color": "#5d6670", "linestyle": (0, (3, 1, 1, 1, 1, 1))},
+    {"color": "#b3361e", "linestyle": (0, (2.5, 1))},
+    {"color": "#2f7d4f", "linestyle": (0, (7, 1, 2, 1))},
+)
+
+_STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # a title that makes way for ticks above would ask for all of them
+    "axes.labelsize": 8.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": RULE,
+    "grid.linewidth": 0.6,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 7.8,
+    "legend.frameon": False,
+    "legend.handlelength": 2.8,
+    "lines.linewidth": 1.6,
+    "text.color": INK,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "path",
+    "svg.hashsalt": "fragfield",
+}
+
+
+@contextmanager
+def drawing_style() -> Iterator[None]:
+    """Draw with the report's settings, without a display and without touching the caller's settings."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):
+        yield
+
+
+def new_figure(
+    rows: int = 1, columns: int = 1, *, narrow: bool, height: float, narrow_height: float, **grid: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure of the report's width with its axes in reading order; heights in inches.
+
+    The figure is not known to pyplot, so that nothing is left open and no window system is asked for.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(3.75, narrow_height) if narrow else (7.4, height))
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, squeeze=False, **grid)
+    return figure, [axis for line in axes for axis in line]
+
+
+def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
+    """The figure as files of those kinds ("svg" or "png", of so many dots an inch), the same bytes for the same data.
+
+    The figure is laid out once, for all of them: that takes longer than to draw it.
+    """
+    prepare(figure)
+    place_panels(figure)
+    # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
+    drawn = settle(figure).padded(0.06)
+    files = []
+    for kind in kinds:
+        buffer = io.BytesIO()
+        metadata = {"Date": None} if kind == "svg" else None
+        figure.savefig(buffer, format=kind, dpi=dots, metadata=metadata, bbox_inches=drawn)
+        files.append(buffer.getvalue())
+    return files

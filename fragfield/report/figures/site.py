@@ -1,0 +1,182 @@
+"""The map of the site: distances by direction, exposed sites, obstacles and terrain, with scale and north."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.hazard.site_map import KINDS, extent_of, shapes_of
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure
+from fragfield.report.tables.exposed_sites import exposed_entries
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from fragfield.case import Case
+    from fragfield.hazard.site_map import Shape
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["exposed_figure", "north_of", "site_figure", "site_shapes"]
+
+VERDICT_COLORS = {"met": "#2b6b46", "not met": "#a3301a", "not shown": "#9a5b00", "not determined": "#5d6670"}
+_TERRAIN, _OBSTACLE = "#b7a98c", "#6b4e16"
+
+
+def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
+    """The resolved case and its shapes, with exposed sites, obstacles, terrain or a geographic position; else None."""
+    case = run.case
+    if run.ensemble is None or case is None:
+        return None
+    if not (exposed_entries(run) or case.obstacle or case.site is not None or case.flight.ground.map is not None):
+        return None
+    shapes = shapes_of(case, run.ensemble, exposed_entries(run))
+    return (case, shapes) if shapes else None
+
+
+def north_of(case: Case) -> float | None:
+    """Azimuth of north from +x, counter-clockwise (degrees); None where the case does not say."""
+    if case.site is not None:
+        return math.degrees(case.site.bearing)
+    return 90.0 if case.flight.ground.map is not None else None
+
+
+def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
+    """The map with scale bar and north."""
+    found = site_shapes(run)
+    if found is None:
+        return None
+    case, shapes = found
+    figure, (axis,) = new_figure(narrow=narrow, height=7.0, narrow_height=5.0)
+    verdicts = {entry["name"]: entry["verdict"] for entry in exposed_entries(run)}
+    labels: set[str] = set()
+    for shape in shapes:
+        _draw(axis, shape, verdicts, labels, narrow)
+    low, high = extent_of(shapes)
+    margin = 0.08 * float((high - low).max())
+    axis.set(
+        xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal",
+        xlabel="x (m)", ylabel="y (m)",
+    )  # fmt: skip
+    axis.grid(visible=False)
+    _scale(axis)
+    north = north_of(case)
+    if north is not None:
+        _north(axis, north)
+    if labels:
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08 if not narrow else -0.14), ncols=1 if narrow else 2)
+    return figure
+
+
+def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], narrow: bool) -> None:
+    points = np.concatenate([shape.points, shape.points[:1]]) if shape.closed else shape.points
+    x, y = points.T
+    if shape.kind == "terrain":
+        axis.plot(x, y, color=_TERRAIN, linewidth=0.6, zorder=1, label=_once(labels, "height of the ground (m)"))
+        middle = len(points) // 2
+        axis.annotate(shape.name[:-2], (x[middle], y[middle]), fontsize=6, color="#8a7b5c", ha="center", va="center",
+                      annotation_clip=True, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4})  # fmt: skip
+    elif shape.kind in ("hazard_upper", "hazard"):
+        upper = shape.kind == "hazard_upper"
+        axis.plot(x, y, color=ACCENT, linewidth=1.5 if upper else 0.9, linestyle="-" if upper else (0, (4, 2)),
+                  zorder=3, label=_once(labels, KINDS[shape.kind]))  # fmt: skip
+    elif shape.kind == "max_throw":
+        axis.plot(x, y, color=GREY, linewidth=0.8, linestyle=":", zorder=1, label=_once(labels, KINDS[shape.kind]))
+    elif shape.kind == "obstacle":
+        axis.fill(x, y, facecolor=_OBSTACLE, alpha=0.45, edgecolor=_OBSTACLE, linewidth=0.8, zorder=2,
+                  hatch="////", label=_once(labels, "barricade, wall, building that stops fragments"))  # fmt: skip
+    elif shape.kind == "round":
+        axis.plot(x[:1], y[:1], marker="+", color=INK, markersize=9, markeredgewidth=1.4, linestyle="", zorder=5,
+                  label=_once(labels, "rounds"))  # fmt: skip
+    else:
+        verdict = verdicts.get(shape.name, "not determined")
+        color = VERDICT_COLORS[verdict]
+        axis.fill(x, y, facecolor=color, alpha=0.35, edgecolor=color, linewidth=1.2, zorder=4,
+                  label=_once(labels, f"exposed site, criterion {verdict}"))  # fmt: skip
+        centre = points[:-1].mean(axis=0)
+        if np.ptp(x) + np.ptp(y) < 12.0:  # a person's square is hardly seen
+            axis.plot(*centre, marker="o", color=color, markersize=5, zorder=5)
+        where = shape.label or _label_place(points)
+        axis.annotate(shape.name, where, xytext=(0, 4), textcoords="offset points", ha="center",
+                      fontsize=6.5 if narrow else 7.2, color=color, zorder=6, annotation_clip=True,
+                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8})  # fmt: skip
+
+
+def _label_place(points: NDArray[np.float64]) -> tuple[float, float]:
+    top = points[int(np.argmax(points[:, 1]))]
+    return float(points[:, 0].mean()), float(top[1])
+
+
+def _once(labels: set[str], label: str) -> str:
+    """A label for the legend, the first time alone."""
+    if label in labels:
+        return "_"
+    labels.add(label)
+    return label
+
+
+def _scale(axis: Axes) -> None:
+    (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
+    length = _round_length(0.22 * (right - left))
+    x, y = left + 0.04 * (right - left), low + 0.035 * (high - low)
+    axis.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt", zorder=7)
+    axis.annotate(f"{length:g} m", (x + 0.5 * length, y), xytext=(0, 4), textcoords="offset points", ha="center",
+                  fontsize=7.5, zorder=7, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
+
+
+def _round_length(most: float) -> float:
+    step = 10.0 ** math.floor(math.log10(most))
+    return max(factor * step for factor in (1.0, 2.0, 5.0) if factor * step <= most)
+
+
+def _north(axis: Axes, azimuth: float) -> None:
+    turn = math.radians(azimuth)
+    (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
+    length = 0.07 * min(right - left, high - low)
+    way = length * np.array([math.cos(turn), math.sin(turn)])
+    tail = np.array([right, high]) - 1.3 * length - 0.5 * way
+    style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
+    axis.annotate("", tuple(tail + way), tuple(tail), arrowprops=style, zorder=7)
+    axis.text(
+        float(tail[0] + 1.35 * way[0]),
+        float(tail[1] + 1.35 * way[1]),
+        "N",
+        ha="center",
+        va="center",
+        fontsize=9,
+        fontweight="bold",
+        zorder=7,
+    )
+
+
+def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
+    """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
+    entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
+    if not entries:
+        return None
+    names = {"density": ("density_normal", "density_ground"), "probability": ("probability",), "hits": ("expected_hits",)}  # fmt: skip  # noqa: E501
+    height = 1.1 + 0.34 * len(entries)
+    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=1.2 + 0.36 * len(entries))
+    bounds = []
+    for row, entry in enumerate(entries):
+        quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
+        value = max((entry[n] for n in names[quantity] if entry[n]), key=lambda one: one["upper"])
+        upper, expected = value["upper"] / limit, value["expected"] / limit
+        color = VERDICT_COLORS[entry["verdict"]]
+        axis.plot([max(expected, 1e-6), upper], [row, row], color=color, linewidth=2.4, solid_capstyle="butt")
+        axis.plot(upper, row, marker="|", color=color, markersize=10, markeredgewidth=2.0)
+        if expected > 0.0:
+            axis.plot(expected, row, marker="o", color=color, markersize=5)
+        bounds.append((max(expected, 0.2 * upper), upper))
+    axis.axvline(1.0, color=ACCENT, linewidth=1.1)
+    axis.set(
+        xscale="log", yticks=range(len(entries)), yticklabels=[entry["name"] for entry in entries],
+        xlabel="Part of the criterion" if narrow else "Part of the criterion: expected value (dot), upper bound (bar)",
+        xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
+    )  # fmt: skip
+    axis.invert_yaxis()
+    axis.grid(visible=False, axis="y")
+    return figure

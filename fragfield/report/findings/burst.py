@@ -1,0 +1,186 @@
+"""Findings on the burst: energy ledger, hourglass energy, lost and folded cells, walls, unreacted rounds."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.report.blocks import Finding
+from fragfield.report.findings.contact import contact_findings, passed_findings
+from fragfield.report.findings.values import counted, value_of
+from fragfield.report.quantities import number
+from fragfield.report.reading.mesh_quality import scaled_jacobian
+from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
+
+if TYPE_CHECKING:
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["burst_findings", "ledger_findings"]
+
+_MOST_HOURGLASS = 0.1
+
+
+def ledger_findings(run: RunFiles) -> list[Finding]:
+    """How well the energy ledger closes, and what the products gave."""
+    part = run.part("burst")
+    found: list[Finding] = []
+    error = value_of(part, "energy_error")
+    if error is not None:
+        text = f"The energy ledger closes within {number(abs(error) * 100, 3)} % of the products' work"
+        at_end = value_of(part, "energy_error_at_end")
+        if at_end is not None:
+            text += f" at most, and within {number(abs(at_end) * 100, 2)} % at the end"
+        if not abs(error) <= 0.05:
+            found.append(Finding("stop", f"{text}; above 5 % the burst is not computed correctly."))
+        elif abs(error) > 0.01:
+            found.append(Finding("warning", f"{text}; 1 % is the aim."))
+        else:
+            found.append(Finding("good", f"{text} (aim: 1 %)."))
+    share = value_of(part, "products_balance")
+    if share is not None:
+        text = f"Work done by the products and energy left in them are {number(share * 100, 4)} % of the charges' heat"
+        if share > 1.01:
+            found.append(
+                Finding(
+                    "warning",
+                    f"{text} of detonation: more than the charges hold, so that speeds are overestimated "
+                    "(known of the product model `landau`; compare with `landau_cj` or `jwl`).",
+                )
+            )
+        else:
+            found.append(Finding("good", f"{text} of detonation."))
+    found += _hourglass(run)
+    momentum = value_of(part, "momentum_error")
+    if momentum is not None and abs(momentum) > 1e-9:
+        found.append(Finding("warning", f"Total momentum drifts by {momentum:.1e} of the momentum summed."))
+    return found
+
+
+def _hourglass(run: RunFiles) -> list[Finding]:
+    """Whether the control of hourglass modes, no physics, took a share of the work that shows in the speeds."""
+    taken, work = (run.history.get(name) for name in ("hourglass", "products_work"))
+    if taken is None or work is None or not len(work) or not work[-1] > 0.0:
+        return []
+    share = float(taken[-1] / work[-1])
+    if not share > _MOST_HOURGLASS:
+        return []
+    return [
+        Finding(
+            "warning",
+            f"Hourglass control took {number(100 * share, 2)} % of the products' work; above 10 % cells fold where "
+            "casings meet, and speeds are underestimated: repeat with smaller cells or quadrature = “full”.",
+        )
+    ]
+
+
+def burst_findings(run: RunFiles) -> list[Finding]:
+    """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
+    part = run.part("burst")
+    found: list[Finding] = []
+    folded = _folded_casing_cells(run)
+    lost, cells = (
+        value_of(part, "lost_cells"),
+        value_of(part.get("symmetry") or part, "all_cells") or value_of(part, "cells"),
+    )
+    if lost is not None and cells:
+        if lost:
+            were = "was" if lost == 1 else "were"
+            text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
+            found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted."))
+        elif not folded:
+            found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
+    if folded:
+        found.append(
+            Finding(
+                "warning",
+                f"{counted(folded, 'cell')} of the casings {'is' if folded == 1 else 'are'} folded at the end of the "
+                "burst (inverted at a corner); results there are not reliable.",
+            )
+        )
+    released, casing = value_of(part, "released_casing_mass"), value_of(part, "casing_mass")
+    if released and casing:
+        found.append(
+            Finding(
+                "note",
+                f"{number(released, 3)} kg of the casings ({100 * released / casing:.2g} %) is torn metal at the end: "
+                "without strength, and folded or expanded to more than twice its volume. Its stresses were set "
+                "to zero; it "
+                "keeps its mass and momentum; single speeds in it are not reliable.",
+            )
+        )
+    size = run.cell_size or math.nan
+    walls = [float(np.min(item.segments["wall_thickness"])) for item in run.rounds if len(item.segments)]
+    if walls and size > 0:
+        across = min(walls) / size
+        if across < 3:
+            found.append(
+                Finding(
+                    "warning",
+                    f"The thinnest wall ({number(min(walls) * 1e3, 3)} mm) is {across:.1f} cells across; below 3 the "
+                    "casing is coarse: repeat with smaller cells and compare.",
+                )
+            )
+    found += [*contact_findings(run, size), *passed_findings(run), *_unreacted(run)]
+    if "acceleration_complete" in part and part["acceleration_complete"] is None:
+        growth = value_of(part, "kinetic_energy_growth")
+        how = (
+            f" (kinetic energy grew by {number(100 * growth, 2)} % over the last window)" if growth is not None else ""
+        )
+        found.append(
+            Finding("warning", f"The casing still accelerates at the end of the burst{how}: speeds are underestimated.")
+        )
+    return found
+
+
+def _unreacted(run: RunFiles) -> list[Finding]:
+    """Rounds that were never initiated, that a shock initiated, or whose products gave less than half its heat."""
+    unreacted = never_initiated(run)
+    found = [
+        Finding(
+            "warning",
+            f"Round “{name}” was never initiated: its charge did not detonate within the computed time, and its "
+            "casing is "
+            "not that of a detonated round.",
+        )
+        for name in unreacted
+    ]
+    found += [
+        Finding(
+            "note" if exposure["verdict"] == "below" and exposure["resolved"] else "warning",
+            f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is one of "
+            "short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round below it "
+            "is not therefore safe.",
+        )
+        for name, exposure, initiated in exposed_rounds(run.part("burst"))
+        if not initiated
+    ]
+    shares = [
+        (str(one.get("name")), value_of(one, "products_balance")) for one in run.part("burst").get("rounds") or []
+    ]
+    found += [
+        Finding(
+            "warning",
+            f"Round “{name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was initiated "
+            "late, in part, or not at all, and its casing is not that of a detonated round.",
+        )
+        for name, share in shares
+        if share is not None and share < 0.5 and name not in unreacted
+    ]
+    found += [
+        Finding(
+            "note",
+            f"Round “{name}” was initiated by shock, at {number(1e6 * time, 3)} µs. Whether and when a "
+            "shock initiates a charge depends on `initiation` and on the cell size: repeat with other values of both.",
+        )
+        for name, time in initiated_by_shock(run)
+    ]
+    return found
+
+
+def _folded_casing_cells(run: RunFiles) -> int:
+    if not run.nodes:
+        return 0
+    return int((scaled_jacobian(run.nodes["position"], run.cells["nodes"][run.cells["part"] == 0]) <= 0.0).sum())

@@ -1,0 +1,58 @@
+"""Findings that a reader must know before using the numbers, ordered by severity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fragfield.case.checks.bounds import outside_soft
+from fragfield.report.blocks import Finding
+from fragfield.report.findings.burst import burst_findings, ledger_findings
+from fragfield.report.findings.hazard import break_up_findings, convergence_findings, flight_findings, imprint_findings
+from fragfield.report.findings.validation_status import read_record, validation_words
+
+if TYPE_CHECKING:
+    from fragfield.report.blocks import Weight
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["findings"]
+
+_ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
+_JUDGED = {"certainty", "drag_table", "passed_through", "rounds_alone"}
+"""Codes of recorded warnings whose matter is judged here from numbers."""
+
+
+def findings(run: RunFiles) -> list[Finding]:
+    """All findings of a run, the gravest first."""
+    found = [
+        *_stages(run),
+        *ledger_findings(run),
+        *burst_findings(run),
+        *break_up_findings(run),
+        *flight_findings(run),
+        *imprint_findings(run),
+    ]
+    found += [*convergence_findings(run), *_recorded(run)]
+    if run.provenance:
+        version = (run.provenance.get(key, "") for key in ("program_version", "revision"))
+        found.append(Finding(*validation_words(read_record(), *version)))
+    return sorted(found, key=lambda item: _ORDER[item.weight])
+
+
+def _stages(run: RunFiles) -> list[Finding]:
+    if not run.missing:
+        return []
+    names = ", ".join(run.missing)
+    return [Finding("warning", f"Not yet run: {names}. Results that depend on it are missing below.")]
+
+
+def _recorded(run: RunFiles) -> list[Finding]:
+    """What the case is unusual in, and what the stages warned of, each once."""
+    found = list(outside_soft(run.case)) if run.case is not None else []
+    records = run.summary.get("findings") or []
+    found += [str(one["text"]) for one in records if one["code"] not in _JUDGED]
+    return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
+
+
+def _sentence(text: str) -> str:
+    """A text with a capital letter and a full stop."""
+    return f"{text[0].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"

@@ -1,0 +1,169 @@
+"""Findings on break-up, flight and hazard distance: mean mass, certainty, convergence, imprint of the mesh."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.hazard.certainty import certainty
+from fragfield.report.blocks import Finding
+from fragfield.report.findings.values import value_of
+from fragfield.report.quantities import number
+
+if TYPE_CHECKING:
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["break_up_findings", "convergence_findings", "flight_findings", "imprint_findings"]
+
+_MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
+
+
+def break_up_findings(run: RunFiles) -> list[Finding]:
+    """Mass, momentum and energy of the fragments against the burst, and how well the mean mass is known."""
+    part = run.part("break_up")
+    found: list[Finding] = []
+    mass = value_of(part, "mass_error")
+    if mass is not None and abs(mass) > 1e-6:
+        found.append(
+            Finding(
+                "warning",
+                f"Fragments hold {number(100 * abs(mass), 3)} % {'less' if mass < 0 else 'other'} mass than the casing "
+                "(the graded sampler drops the heaviest, which fly farthest).",
+            )
+        )
+    for name, what in (("momentum_error", "momentum"), ("energy_error", "kinetic energy")):
+        value = value_of(part, name)
+        if value is not None and abs(value) > 0.05:
+            found.append(
+                Finding("note", f"Fragments carry {what} that differs by {100 * abs(value):.2g} % from the burst.")
+            )
+    return [*found, *_mean_mass(part.get("mean_mass"))]
+
+
+def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
+    """How well the mean fragment mass is known, and where no data are near; nothing for runs of earlier versions."""
+    if part is None:
+        return []
+    law = "is given" if part["law"] == "given" else f"follows the law “{part['law']}”"
+    if part["factor"] is None:
+        stated = f"No factor of its uncertainty is stated: {part['factor_source']}. Set `break_up.mean_mass_factor`."
+    else:
+        source = "as given in the case" if part["factor_source"] == "input" else part["factor_source"]
+        stated = (
+            f"It is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric standard "
+            f"deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and compare the "
+            "distances."
+        )
+    found = [Finding("note", f"The mean fragment mass {law}. {stated}")]
+    by_round: dict[str, list[str]] = {}
+    for one in part["outside_data"]:
+        by_round.setdefault(str(one["round"]), []).append(str(one["text"]))
+    found += [
+        Finding(
+            "warning",
+            f"No published mean fragment masses are close to round “{name}”: {'; '.join(texts)}. No stated factor "
+            "covers it.",
+        )
+        for name, texts in by_round.items()
+    ]
+    return found
+
+
+def flight_findings(run: RunFiles) -> list[Finding]:
+    """Certainty of the hazard distance, and fragments outside the drag table or still in the air."""
+    part = run.part("flight")
+    found: list[Finding] = []
+    if part or run.part("hazard"):
+        found += _certainty(run.part("hazard"))
+    beyond, flown = value_of(part, "above_drag_table"), value_of(part, "fragments")
+    if beyond and flown:
+        found.append(
+            Finding(
+                "warning",
+                f"{number(int(beyond))} of {number(int(flown))} fragments were faster than the end of the drag table "
+                f"“{part.get('drag', '')}” ; its last coefficient was used there.",
+            )
+        )
+    flown, landed = value_of(part, "fragments"), value_of(part, "landed")
+    if flown and landed is not None and landed < flown:
+        found.append(Finding("note", f"{number(int(flown - landed))} of {number(int(flown))} fragments did not land."))
+    return found
+
+
+def _certainty(hazard: dict[str, Any]) -> list[Finding]:
+    """Whether the hazard distance is determined, and whether there are enough realisations."""
+    if not hazard:
+        text = (
+            "This flight was computed by an earlier version, which did not estimate the hazard distance: "
+            "run `fragfield fly` again."
+        )
+        return [Finding("stop", text)]
+    words = certainty(hazard)
+    if not hazard["determined"]:
+        return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]
+    if words:
+        return [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
+    text = f"{number(int(hazard['realisations']))} realisations fix the hazard distance to"
+    found = [Finding("good", f"{text} {100 * hazard['tolerance']:g} % (standard error).")]
+    if hazard["distance"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
+        share = 100 * hazard["max_bias"] / hazard["distance"]
+        text = f"Taking the worst direction may bias the hazard distance by up to {share:.1g} % either way."
+        found.append(Finding("note", text))
+    return found
+
+
+def convergence_findings(run: RunFiles) -> list[Finding]:
+    """How far the cells, apart from randomness, leave the hazard distance open."""
+    part, hazard = run.part("convergence"), run.part("hazard")
+    entry = (part.get("quantities") or {}).get("hazard_distance")
+    if not part or not hazard or not hazard.get("determined"):
+        return []
+    if entry is None or entry["uncertainty"] is None or not hazard.get("distance"):
+        return [Finding("note", f"{part['reason'][0].upper()}{part['reason'][1:]}.")] if part.get("reason") else []
+    share, tolerance = entry["uncertainty"] / hazard["distance"], hazard["tolerance"]
+    text = f"The cell size leaves the hazard distance uncertain by {number(100.0 * share, 2)} %"
+    if share > _MOST_TOLERANCES * tolerance:
+        text += (
+            f" (grid convergence, values {_trend(entry['kind'])}), several times `hazard.tolerance` "
+            f"({100.0 * tolerance:g} %): repeat with smaller cells."
+        )
+        return [Finding("warning", text)]
+    return [Finding("good", f"{text} (grid convergence, in addition to its statistical error).")]
+
+
+def _trend(kind: str) -> str:
+    """Kind of a grid convergence as part of a sentence."""
+    return {
+        "monotone": "with an observed order",
+        "oscillating": "that oscillate",
+        "diverging": "that do not converge",
+        "two_sizes": "of two sizes",
+        "statistical": "within their statistical errors",
+        "constant": "that agree",
+    }.get(kind, kind)
+
+
+def imprint_findings(run: RunFiles) -> list[Finding]:
+    """Numbers that differ between neighbouring sectors far more than randomness explains: the mesh may show."""
+    found = []
+    for witness in run.witnesses:
+        hits = np.array([line.get("hits") or 0 for line in witness.get("by_azimuth") or []], dtype=float)
+        if len(hits) < 12 or hits.mean() < 5:
+            continue
+        # A count's variance is its mean; less the mean of two neighbours it is 3/2 of that. Fragments fill the casing
+        # without gaps, which alone makes it two to three times as much.
+        jump = hits - 0.5 * (np.roll(hits, 1) + np.roll(hits, -1))
+        ratio = float(np.mean(jump**2) / (1.5 * hits.mean()))
+        if ratio > 6.0:
+            found.append(
+                Finding(
+                    "warning",
+                    f"Numbers by azimuth on “{witness.get('name', '')}” differ between neighbouring sectors "
+                    f"{math.sqrt(ratio):.1f} times as much as independent counts would: directions may be "
+                    "affected by the "
+                    "mesh. Judge single sectors only with smaller cells, or use wider sectors.",
+                )
+            )
+    return found

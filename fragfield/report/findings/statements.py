@@ -1,0 +1,121 @@
+"""Basis and scope of a result for the case at hand, and its permitted uses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.case import Case
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["MAY_BE_USED_FOR", "MUST_NOT_BE_USED_FOR", "limits", "summary_terms"]
+
+
+def summary_terms(run: RunFiles) -> str:
+    """What the hazard distance and its bound are."""
+    criteria, hazard = run.criteria, run.part("hazard")
+    if run.fragments_file is None:
+        mean = "the mean over realisations of the random break-up"
+    elif hazard.get("realisations", 1) > 1:
+        mean = f"the mean over random draws from the table {run.fragments_file}"
+    else:
+        mean = f"of the fragments of {run.fragments_file} alone"
+    text = (
+        f"The hazard distance is where the expected density of fragments of {criteria.energy:.3g} J or more falls "
+        f"below one per {1.0 / criteria.density:.1f} m² for the last time: {mean}, on the ground or normal to the "
+        "paths below a person's height, whichever distance is larger. "
+    )
+    if hazard.get("upper") is not None:
+        what = "the break-up" if run.fragments_file is None else "the draws"
+        text += (
+            "Its upper bound lies beyond the model's true value with a confidence of 95 % (bootstrap over the "
+            f"realisations); it covers the randomness of {what}, not the uncertainty of inputs and models. "
+        )
+    return f"{text}Distances are measured from the origin given in the case."
+
+
+def limits(run: RunFiles) -> tuple[str, ...]:
+    """What the result does not cover: only what holds for the case at hand."""
+    return tuple(_limits(run))
+
+
+def _limits(run: RunFiles) -> Iterator[str]:
+    yield (
+        "Fragments of the casings only: no blast, heat or ground shock, no debris of buildings, vehicles or soil, no "
+        "secondary fragments."
+    )
+    if run.fragments_file is None:
+        yield from _of_burst(run)
+    else:
+        yield (
+            f"Number, mass, speed and direction of the fragments are those of {run.fragments_file}: what was not "
+            "measured there is not in the result."
+        )
+    if run.case is not None:
+        yield from _of_flight(run.case)
+
+
+def _of_burst(run: RunFiles) -> Iterator[str]:
+    if _many_rounds(run):
+        yield (
+            "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
+            "initiated is an "
+            "input, or follows from the threshold of pressure and time that the case gives."
+        )
+        yield "Casings of neighbouring rounds collide only during the computed burst."
+    yield (
+        "Detonation is a prescribed burn; burning, deflagration and partial reactions throw fewer, heavier pieces "
+        "and are not covered."
+    )
+    yield (
+        "Natural break-up after a statistical law: single fragments are not predicted. Numbers and masses rest on "
+        "calibrated inputs."
+    )
+    yield (
+        "The burst's final speed depends most on the leakage radius (burst.leakage.radius_ratio) and on the cell size: "
+        "vary both before basing a decision on the result."
+    )
+
+
+def _of_flight(case: Case) -> Iterator[str]:
+    if case.flight.collisions is None:
+        yield "Collisions of fragments with each other in flight are not computed."
+    else:
+        yield "Fragments collide with each other in flight as spheres, within the first metres (flight.collisions)."
+    if case.flight.shape.model == "mean":
+        yield "Flight is that of tumbling fragments with a mean presented area; one that flies edge-on travels farther."
+    else:
+        yield f"Presented areas are drawn by the model “{case.flight.shape.model}”; real shapes are not known."
+    ground = "the height map" if case.flight.ground.map is not None else "flat ground"
+    stops = _names_of_obstacles(case)
+    if stops:
+        yield f"Fragments land on {ground}; only what the case defines stops them: {stops}. Vegetation is not modelled."
+    else:
+        yield f"Fragments land on {ground}, and nothing stops them: the case has no walls, barricades or buildings."
+
+
+def _names_of_obstacles(case: Case) -> str:
+    names = [f"{one.kind} “{one.name}”" for one in case.obstacle]
+    return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
+
+
+def _many_rounds(run: RunFiles) -> bool:
+    """Whether several rounds burst, those behind planes of symmetry among them."""
+    if run.case is None:
+        return len(run.rounds) > 1
+    return len(run.case.round) > 1 or any(plane.kind == "symmetry" for plane in run.case.plane)
+
+
+MAY_BE_USED_FOR = (
+    "estimating how far, how densely and how fast fragments of stored, handled or tested cased charges fly",
+    "comparing arrangements, fills and separations with each other",
+    "planning trials and supporting, with test data, the review of a safety case by qualified persons",
+)
+
+MUST_NOT_BE_USED_FOR = (
+    "replacing the quantity-distances that the competent authority prescribes, or its approval",
+    "reducing a distance on the strength of one run, without bands, grid convergence and comparison with tests",
+    "rating or improving the effect of a munition on a target, for which this program has no function",
+)

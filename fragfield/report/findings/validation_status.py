@@ -1,0 +1,142 @@
+"""The validation behind the report: its last record, and whether that is of the version that computed the run.
+
+The record is the file data/validation.json of the package, written by `python -m validation --record`; this module
+reads the file and is independent of how the cases are computed.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib import resources
+from typing import TYPE_CHECKING, Any, Literal
+
+from fragfield.errors import InputError
+from fragfield.report.blocks import Paragraph, Table
+from fragfield.report.quantities import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from importlib.resources.abc import Traversable
+
+    from fragfield.report.blocks import Block
+
+__all__ = ["Record", "read_record", "validation_blocks", "validation_words"]
+
+_FORMAT, _FORMAT_VERSION = "fragfield validation", 1
+_COMMAND = "“python -m validation --record”"
+
+
+@dataclass(frozen=True)
+class Record:
+    """The recorded cases by name; empty where no record goes with the program."""
+
+    cases: Mapping[str, Mapping[str, Any]]
+
+    def misses(self) -> list[Mapping[str, Any]]:
+        """The rows whose error is above their tolerance, of all cases."""
+        return [row for case in self.cases.values() for row in case["rows"] if row["passed"] is False]
+
+    def stopped(self) -> list[str]:
+        """Names of the cases that could not be computed to their end."""
+        return [name for name, case in self.cases.items() if case["stopped"]]
+
+    def kinship(self, version: str, revision: str) -> Literal["same", "version", "other"]:
+        """Whether every case was computed by that very source, only by that version, or by another one.
+
+        A source with local changes ("+") is never known to be the same.
+        """
+        if any(case["fragfield"] != version for case in self.cases.values()):
+            return "other"
+        known = bool(revision) and not revision.endswith("+")
+        return "same" if known and all(case["revision"] == revision for case in self.cases.values()) else "version"
+
+
+def read_record(path: Traversable | None = None) -> Record:
+    """Read the record of the validation; one that is not there is empty.
+
+    Raises
+    ------
+    InputError
+        The file is no such record.
+    """
+    file = path if path is not None else resources.files("fragfield") / "data" / "validation.json"
+    if not file.is_file():
+        return Record({})
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        if content["format"] != _FORMAT or content["format_version"] != _FORMAT_VERSION:
+            raise InputError(
+                f"{file}: found {content['format']!r} of version {content['format_version']}, expected "
+                f"{_FORMAT!r} of version {_FORMAT_VERSION}; write it again by {_COMMAND}"
+            )
+        return Record(content["cases"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{file}: no record of the validation ({error}); write it again by {_COMMAND}") from error
+
+
+def validation_words(record: Record, version: str, revision: str) -> tuple[Literal["warning", "note", "good"], str]:
+    """The weight and the words of what the record means for a run of that version and revision."""
+    if not record.cases:
+        return "warning", f"No validation record comes with this program; make one by {_COMMAND}."
+    kinship = record.kinship(version, revision)
+    misses, stopped = len(record.misses()), record.stopped()
+    judged = sum(row["passed"] is not None for case in record.cases.values() for row in case["rows"])
+    text = f"Validation: {number(judged - misses)} of {number(judged)} checks passed"
+    if stopped:
+        text += f", {', '.join(stopped)} stopped"
+    if kinship == "same":
+        return ("note" if misses or stopped else "good"), f"{text}, computed by the same revision as this result."
+    if kinship == "version":
+        whose = f"version {version}, but by another revision of the source than this result"
+        return "note", f"{text}, computed by {whose}."
+    return "warning", f"{text}, but not all computed by version {version or 'of this result, which is not known'}."
+
+
+def validation_blocks(record: Record, version: str, revision: str) -> Iterator[Block]:
+    """The section: what the record says of this version, a line a case, and every miss by name."""
+    yield Paragraph(validation_words(record, version, revision)[1])
+    if not record.cases:
+        return
+    lines = []
+    for name, case in record.cases.items():
+        judged = [row for row in case["rows"] if row["passed"] is not None]
+        passed = sum(row["passed"] for row in judged)
+        cells = "coarse cells" if case["quick"] else "full"
+        revision_words = case["revision"] or "–"
+        state = f"stopped: {case['stopped']}" if case["stopped"] else cells
+        verdict = f"{passed} of {len(judged)}"
+        lines.append((name, verdict, state, case["fragfield"], revision_words, str(case["date"])[:10]))
+    yield Table(
+        "Validation cases", ("Case", "Checks passed", "Computed", "Version", "Revision", "Date"), tuple(lines),
+        f"The cases are described in validation/README.md of the source. {_COMMAND} computes them again.",
+    )  # fmt: skip
+    if misses := record.misses():
+        shown = tuple(
+            (
+                f"{row['case']}: {row['quantity']}",
+                _with_unit(row["ours"], row),
+                _with_unit(row["reference"], row),
+                _size(row, "error"),
+                _size(row, "tolerance"),
+            )
+            for row in misses
+        )
+        sources = "; ".join(dict.fromkeys(f"{row['case']}: {row['source']}" for row in misses))
+        head = ("Check", "Computed", "Reference", "Error", "Tolerance")
+        yield Table("Checks missed", head, shown, f"References: {sources}.")
+
+
+def _with_unit(value: float | None, row: Mapping[str, Any]) -> str:
+    return "–" if value is None else f"{number(value)} {row.get('unit') or ''}".strip()
+
+
+def _size(row: Mapping[str, Any], key: str) -> str:
+    """An error or a tolerance: relative in per cent, or where a bound is judged the distance outside of it."""
+    value = row[key]
+    if value is None:
+        return "–"
+    if row["tolerance"] == 0.0:
+        return number(value, 3) if key == "error" else "a bound"
+    text = f"{100 * value:+.1f} %" if key == "error" else f"{100 * value:.1f} %"
+    return text.replace("-", "−")

@@ -1,0 +1,185 @@
+"""Tables of distances: the hazard distance with its bound, and the distances of single events."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.hazard.certainty import basis_words, metres_and_error, whole_metres
+from fragfield.report.blocks import Table
+from fragfield.report.quantities import SPACE, number
+from fragfield.report.reading.landings import ensemble, hazard_density
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from flight.hazard.ensemble import EnsembleHazard
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["density_table", "distance_table", "sector_table", "stack_rule_table"]
+
+
+def distance_table(run: RunFiles) -> Iterator[Table]:
+    """The hazard distance with its bound and error, and beside it what single events do."""
+    hazard = run.part("hazard")
+    if not hazard:
+        return
+    if not hazard["determined"]:
+        lines = [("Hazard distance", "not determined", hazard["reason"])]
+        yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
+        return
+    error, where = hazard["standard_error"], basis_words(hazard)
+    count = number(hazard["realisations"])
+    bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
+    single = hazard["single_event"]
+    lines = [
+        ("Hazard distance, upper bound (95 %)", whole_metres(hazard["upper"]), f"to be applied; {where}"),
+        (
+            "Hazard distance", metres_and_error(hazard["distance"], error, SPACE),
+            f"of the expected density, mean of {count} realisations{bias if hazard['max_bias'] else ''}",
+        ),
+        ("… by area of ground alone", whole_metres(hazard["distance_ground"]), "expected density of landings"),
+        (
+            "… normal to the paths alone", whole_metres(hazard["distance_normal"]),
+            "along the paths below a person's height",
+        ),
+        (
+            "Single events: median, 5 to 95 %",
+            f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
+            "not a hazard distance: where the fragment density of one event falls below the limit",
+        ),
+        ("Largest throw", whole_metres(hazard["largest_throw"]), "not a hazard distance: farthest single fragment"),
+    ]  # fmt: skip
+    note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
+    yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
+
+
+def _tilt_words(run: RunFiles) -> str:
+    """How far from plumb the realisations stand; nothing where they are upright, or were flown from a file."""
+    deviation = run.part("break_up").get("tilt_deviation") or 0.0
+    if not deviation:
+        return ""
+    return (
+        " Every realisation is tilted at random from the vertical, by a standard deviation of "
+        f"{np.degrees(deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
+    )
+
+
+def density_table(run: RunFiles) -> Iterator[Table]:
+    """Density of hazardous fragments and probability of a hit at a few distances, for the summary."""
+    found = ensemble(run)
+    if found is None or not found.pooled.hazardous.any():
+        return
+    curves, area = found.by_distance, 1.0 / hazard_density(run)
+    lines = []
+    for cell in _few_cells(found):
+        line = [f"{found.counts.edges[cell]:,.0f}{SPACE}–{SPACE}{found.counts.edges[cell + 1]:,.0f}"]
+        for name in ("ground", "normal"):
+            curve = curves[f"{name}_density"]
+            line.append(_share(area * curve.pooled[cell]))
+            if name == "ground":
+                several = found.realisations > 1
+                line.append(_share_span(area * curve.low[cell], area * curve.high[cell]) if several else "–")
+        lines.append((*line, _share(float(curves["probability"].pooled[cell]))))
+    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Hit on a person")
+    note = (
+        f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
+        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; "
+        "5 to 95 % are those of single events. Last column: probability of a hit on a person at a random azimuth."
+    )
+    yield Table("Density by distance", head, tuple(lines), note)
+
+
+def _few_cells(found: EnsembleHazard, most: int = 8) -> list[int]:
+    """About `most` distance cells, evenly spread to half as far again as the hazardous fragment distance reaches."""
+    assert found.expected is not None  # of every run that this version has flown
+    farthest = 1.5 * (found.expected.upper or found.expected.distance)
+    last = int(np.flatnonzero(found.by_distance["ground_density"].pooled > 0).max(initial=0))
+    last = min(last, max(1, int(np.searchsorted(found.distance, farthest))))
+    return sorted({round(cell) for cell in np.linspace(0, last, min(most, last + 1))})
+
+
+def _share(value: float) -> str:
+    """A density in parts of the acceptable one, or a probability: two digits, however small."""
+    return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
+
+
+def _share_span(low: float, high: float) -> str:
+    return f"{_share(low)}{SPACE}–{SPACE}{_share(high)}"
+
+
+def sector_table(run: RunFiles) -> Iterator[Table]:
+    """Hazard distance by direction, and what single events do by sector."""
+    found = ensemble(run)
+    if found is None or found.expected is None:
+        return
+    throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
+    expected, known = found.expected, not found.undetermined
+    several = found.realisations > 1
+    lines = []
+    for i, azimuth in enumerate(found.azimuth):
+        at = round(float(azimuth) / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
+        upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
+        lines.append(
+            (
+                f"{azimuth:.0f}",
+                number(round(float(hazardous.pooled[i]), 1)),
+                whole_metres(upper) if known else "–",
+                whole_metres(distance) if known else "–",
+                whole_metres(throw.median[i]),
+                _span(throw.low[i], throw.high[i]) if several else "–",
+            )
+        )
+    head = (
+        "Azimuth (°)", "Hazardous, mean", "Hazard distance (m), upper bound", "Of the expected density",
+        "Farthest (m), median", "5 to 95 %",
+    )  # fmt: skip
+    same = " The hazard distance is that over all azimuths." if expected.direction is None else ""
+    note = (
+        f"Hazard distance of {number(expected.realisations)} realisations; 0 where the acceptable density is never "
+        f"reached.{same} Farthest fragment of single events, which is not a hazard distance."
+    )
+    yield Table("Distances by direction", head, tuple(lines), note)
+
+
+def stack_rule_table(run: RunFiles) -> Iterator[Table]:
+    """TP-12's rule for stacks beside the direct result."""
+    rule = run.part("flight").get("stack_rule")
+    found = ensemble(run)
+    if not isinstance(rule, dict) or found is None:
+        return
+    if found.expected is None or found.undetermined:
+        return
+    direct, by_rule = found.expected, rule["hazard"]
+    lines = [
+        (
+            "Hazard distance, upper bound", whole_metres(direct.upper), whole_metres(by_rule["upper"]),
+            _ratio(direct.upper, by_rule["upper"]),
+        ),
+        (
+            "Hazard distance", metres_and_error(direct.distance, direct.standard_error, SPACE),
+            metres_and_error(by_rule["distance"], by_rule["standard_error"], SPACE),
+            _ratio(direct.distance, by_rule["distance"]),
+        ),
+    ]  # fmt: skip
+    head = ("Distance (m)", f"Direct, {number(direct.realisations)} realisations", _rule_words(rule), "Ratio")
+    weights = "0.9 and 0.1" if rule["cover"] == "open" else "0.7 and 0.1"
+    note = (
+        f"The rule of DDESB TP-12 takes {weights} of the {number(rule['side'])} rounds on the fullest side and of the "
+        f"{number(rule['top'])} on top: {rule['effective_number']:.3g} times the field of the single round of "
+        f"{rule['single']}. It does not account for colliding casings."
+    )
+    yield Table("Rule for stacks", head, tuple(lines), note)
+
+
+def _ratio(one: float | None, other: float | None) -> str:
+    return f"{one / other:.2f}" if one is not None and other else "–"
+
+
+def _rule_words(rule: Mapping[str, Any]) -> str:
+    return f"Rule, {rule['effective_number']:.3g} single rounds, {number(rule['realisations'])} realisations"
+
+
+def _span(low: float, high: float) -> str:
+    return f"{whole_metres(low)}{SPACE}–{SPACE}{whole_metres(high)}"

@@ -1,0 +1,130 @@
+"""Exposed sites: the verdicts for the first page, and all numbers for the hazard section."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.hazard.certainty import margin_metres, whole_metres
+from fragfield.report.blocks import Paragraph, Table
+from fragfield.report.quantities import SPACE, number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from fragfield.report.blocks import Block
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["exposed_entries", "exposed_tables", "verdict_table"]
+
+_QUANTITIES = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
+
+
+def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
+    """The entries `exposed` of summary.json; none where the case has no exposed sites."""
+    found = run.summary.get("exposed")
+    return [entry for entry in found if isinstance(entry, dict)] if isinstance(found, list) else []
+
+
+def verdict_table(run: RunFiles) -> Iterator[Block]:
+    """What the safety engineer decides on, one line a site."""
+    entries = exposed_entries(run)
+    if not entries:
+        return
+    lines = []
+    for entry in entries:
+        quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
+        value = _governing(entry)
+        lines.append(
+            (
+                entry["name"],
+                f"{entry['verdict']} ({_QUANTITIES[quantity]})",
+                "–" if value is None else _part(value["upper"] / limit),
+                _few((entry["probability"] or {}).get("upper")),
+                margin_metres(entry["margin"]),
+                whole_metres(entry["distance"]),
+                _few(entry["largest_energy"]),
+            )
+        )
+    head = ("Exposed site", "Criterion", "Part of it", "Probability of a hit", "Margin (m)", "Distance (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
+    note = (
+        "Upper bounds (95 %) of expected values. Part: the bound divided by the site's limit; 1 is the "
+        "limit. Margin: from the nearest edge to the hazard distance in its direction (its upper bound), negative "
+        "where the site lies inside; shelter does not change it. “Not shown”: the expected value meets the "
+        "criterion, its bound does not; more realisations may decide."
+    )
+    yield Table("Exposed sites", head, tuple(lines), note)
+
+
+def exposed_tables(run: RunFiles) -> Iterator[Block]:
+    """All numbers of every site, and how walls were judged."""
+    entries = exposed_entries(run)
+    if not entries:
+        return
+    lines = [
+        (
+            f"{entry['name']} ({entry['kind']})",
+            _bounded(entry["density_normal"], 55.7),
+            _bounded(entry["density_ground"], 55.7),
+            _bounded(entry["expected_hits"]),
+            _bounded(entry["probability"]),
+            number(entry["pieces"]),
+        )
+        for entry in entries
+    ]
+    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Pieces")  # fmt: skip  # noqa: E501
+    note = (
+        f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
+        "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
+        "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
+        "people and vehicles: assuming that all are present; on a building: on its walls and roof."
+    )
+    yield Table("Exposed sites, all numbers", head, tuple(lines), note)
+    yield from _walls(entries)
+
+
+def _walls(entries: list[dict[str, Any]]) -> Iterator[Block]:
+    judged = [entry for entry in entries if entry["not_stopped"]]
+    if not judged:
+        return
+    lines = [
+        (
+            entry["name"],
+            _bounded(entry["expected_hits"]),
+            _bounded(entry["not_stopped"]),
+            _bounded(entry["not_stopped"]["probability"]),
+        )
+        for entry in judged
+    ]
+    head = ("Building", "Hazardous hits", "Of those not shown to be stopped", "Probability of one or more of these")
+    yield Table("Walls and roofs", head, tuple(lines))
+    sources = sorted({source for entry in judged for source in entry["barrier"].values()})
+    yield Paragraph(
+        "Stopped or not, for protection alone: impact taken as normal to the wall, the fragment as a compact cylinder "
+        f"with the sharpest nose. By {'; '.join(sources)}. What lies outside a relation's range counts as not stopped."
+    )
+
+
+def _governing(entry: Mapping[str, Any]) -> dict[str, float] | None:
+    names = {"density": ("density_normal", "density_ground"), "probability": ("probability",), "hits": ("expected_hits",)}  # fmt: skip  # noqa: E501
+    values = [entry[name] for name in names[entry["criterion"]["quantity"]] if entry[name] is not None]
+    return max(values, key=lambda value: value["upper"]) if values else None
+
+
+def _bounded(value: Mapping[str, float | None] | None, scale: float = 1.0) -> str:
+    if not value or value["expected"] is None or value["upper"] is None:
+        return "–"
+    return f"{_few(scale * value['expected'])};{SPACE}{_few(scale * value['upper'])}"
+
+
+def _few(value: float | None) -> str:
+    """Two digits, however small."""
+    if value is None:
+        return "–"
+    return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
+
+
+def _part(value: float) -> str:
+    """A part of the criterion, rounded up: a bound must not meet it by the print alone."""
+    if value <= 0.0:
+        return "0"
+    return number(float(f"{value * (1.0 + 0.5e-2):.2g}"), 2)

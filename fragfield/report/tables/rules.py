@@ -1,0 +1,77 @@
+"""Published rules, compared with the computed distance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fragfield.hazard.certainty import whole_metres
+from fragfield.report.blocks import Paragraph, Points, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.report.blocks import Block
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["rule_tables"]
+
+
+def rule_tables(run: RunFiles) -> Iterator[Block]:
+    """The computed distance, every rule's distance, and what each rests on."""
+    part = run.part("rules")
+    rules = part.get("rules") or []
+    if not rules:
+        return
+    hazard = run.part("hazard")
+    own = hazard.get("upper") or hazard.get("distance")
+    known = own is not None and hazard.get("determined")
+    lines = [
+        (
+            "This computation, upper bound (95 %)",
+            "fragments",
+            whole_metres(own) if known else "–",
+            "computed from the burst",
+        )
+    ]
+    lines += [(rule["name"], rule["hazard"], whole_metres(rule["distance"]), _based(rule["hazard"])) for rule in rules]
+    lines += [*_stack_rule(run)]
+    note = (
+        "Rules give distances from mass alone; they account neither for this round nor for this site. “–”: "
+        "outside the rule's "
+        "range. Sources, formulas, inputs and ranges follow."
+    )
+    yield Table(
+        "Distances by rules, compared with the computed one",
+        ("Rule", "Against", "Distance (m)", "Based on"),
+        tuple(lines),
+        note,
+    )
+    blast = max(
+        (r["distance"] for r in rules if r["hazard"] == "blast" and r["name"].startswith("Inhabited")), default=None
+    )
+    if known and blast is not None:
+        larger = "fragments" if own >= blast else "blast"
+        yield Paragraph(
+            f"The larger of both: fragments {whole_metres(own)} m by this computation, blast {whole_metres(blast)} m "
+            f"by K 40 from the net explosive mass: {larger} govern{'' if larger == 'fragments' else 's'}. The blast "
+            "was not computed from the burst."
+        )
+    yield Points(
+        tuple(
+            f"{rule['name']}: {rule['formula']}; {rule['inputs']}; range: {rule['range']}. Source: {rule['source']}."
+            for rule in rules
+        )
+    )
+    yield Paragraph("Rules left out", kind="heading")
+    yield Points(tuple(part.get("left_out") or ()))
+
+
+def _stack_rule(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
+    rule = run.part("flight").get("stack_rule")
+    if isinstance(rule, dict):
+        upper = rule["hazard"]["upper"] or rule["hazard"]["distance"]
+        yield ("DDESB TP-12, rule for stacks (upper bound)", "fragments", whole_metres(upper), "single round's run")
+
+
+def _based(hazard: str) -> str:
+    return "mass alone; not from the burst" if hazard == "blast" else "mass alone"

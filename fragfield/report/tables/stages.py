@@ -1,0 +1,286 @@
+"""The tables of the report: practical values with SI beside them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.report.blocks import Rows, Table
+from fragfield.report.quantities import UNKNOWN, Row, number, row
+from fragfield.report.reading.landings import hazard_density, hazard_energy, landings
+from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = [
+    "azimuth_tables",
+    "break_up_rows",
+    "burst_rows",
+    "flight_rows",
+    "hazard_rows",
+    "ledger_table",
+    "mesh_rows",
+    "provenance_rows",
+]
+
+# What summary.json holds: key -> (words, SI unit). Keys of the contract come first, others are shown under their name.
+_BURST = {
+    "end_time": ("End of the burst", "s"),
+    "acceleration_complete": ("Acceleration complete at", "s"),
+    "mean_initial_speed": ("Mean initial speed, by mass", "m/s"),
+    "speed_90": ("Speed not exceeded by 90 % of the casings' mass", "m/s"),
+    "speed_99": ("Speed not exceeded by 99 % of the casings' mass", "m/s"),
+    "max_initial_speed": ("Largest initial speed, mean of a cell (not converging: see grid convergence)", "m/s"),
+    "outer_diameter": ("Outer diameter at the end", "m"),
+    "casing_mass": ("Mass of the casings", "kg"),
+    "charge_mass": ("Mass of the charges", "kg"),
+    "kinetic_energy_growth": ("Growth of the casings' kinetic energy over the last window", "%"),
+    "products_balance": ("Work done and energy left in the products, over heat of detonation", "%"),
+    "momentum_error": ("Drift of momentum", "1"),
+    "max_penetration": ("Largest overlap in contact", "m"),
+    "steps": ("Steps (the longest)", ""),
+    "cell_steps": ("Steps of cells", ""),
+    "ranks": ("Ranks", ""),
+    "threads": ("Threads a rank", ""),
+    "wall_seconds": ("Wall time", "s"),
+    "seconds_per_cell_step": ("Time per cell and step", "s"),
+    "peak_memory_bytes": ("Largest memory", "byte"),
+}
+_LEDGER = {
+    "products_work": "Work of the products",
+    "kinetic": "Kinetic energy",
+    "kinetic_casing": "– of the casing",
+    "strain": "Strain energy",
+    "plastic": "Plastic work",
+    "viscous": "Artificial viscosity",
+    "hourglass": "Hourglass control",
+    "contact": "Contact",
+    "damping": "Damping",
+    "products_energy_left": "Energy left in the products",
+}
+
+
+_CELLS = {"3d": "Hexahedra", "axisymmetric": "Quadrilaterals of the meridian", "plane": "Quadrilaterals of the section"}
+_GEOMETRIES = {"3d": "three dimensions", "axisymmetric": "axisymmetric", "plane": "plane section: no axial flow"}
+
+
+def _cells(lines: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(line) for line in lines)
+
+
+def mesh_rows(run: RunFiles) -> Rows:
+    """Size of the mesh and quality of its cells."""
+    nodes, cells = run.nodes["reference"], run.cells["nodes"]
+    quality, aspect = scaled_jacobian(nodes, cells), aspect_ratio(nodes, cells)
+    after = scaled_jacobian(run.nodes["position"], cells)
+    part = run.cells["part"]
+    return Rows(
+        "Mesh",
+        (
+            row("Cell size", run.cell_size, "m"),
+            row(_CELLS[run.geometry], len(cells)),
+            row("– of the casings", int((part == 0).sum())),
+            row("– of the charges", int((part == 1).sum())),
+            row("Nodes", len(nodes)),
+            row("Smallest scaled Jacobian, before", float(quality.min()), "", "aim: 0.2 or more; 1 is a box", digits=3),
+            row("Mean scaled Jacobian, before", float(quality.mean()), digits=3),
+            row("Largest aspect ratio, before", float(aspect.max()), digits=3),
+            row(
+                "Casing cells folded at the end", int((after[part == 0] <= 0).sum()), "",
+                "scaled Jacobian of 0 or less, where the casing has torn",
+            ),
+            *_geometry_rows(run),
+            *_symmetry_rows(run),
+        ),
+    )  # fmt: skip
+
+
+def _geometry_rows(run: RunFiles) -> Iterator[Row]:
+    """In which geometry the burst was computed, and why."""
+    burst = run.summary.get("burst", {})
+    if "geometry" in burst:
+        name = _GEOMETRIES[burst["geometry"]]
+        yield row("Geometry of the burst", name, "", str(burst.get("geometry_reason", "")))
+
+
+def _symmetry_rows(run: RunFiles) -> Iterator[Row]:
+    """What of the arrangement was computed, where planes of symmetry bound it."""
+    from burst_fenicsx.symmetry.words import symmetry_words
+
+    found = run.part("burst").get("symmetry")
+    if found and found["planes"]:
+        yield row("Hexahedra computed", run.part("burst").get("cells"), "", "the others are their images")
+    for line in symmetry_words(found) if found else ():
+        words, _, rest = line.partition(": ")
+        yield Row(words.capitalize(), rest)
+
+
+def ledger_table(run: RunFiles) -> Iterator[Table]:
+    """Entries of the ledger at the end."""
+    if "products_work" not in run.history or not len(run.history["products_work"]):
+        return
+    work = float(run.history["products_work"][-1])
+    lines = []
+    for key, words in _LEDGER.items():
+        if key in run.history:
+            value = float(run.history[key][-1])
+            share = number(100 * value / work, 3) if work else "–"
+            lines.append((words, number(value * 1e-6, 4), share))
+    error = run.history.get("energy_error")
+    if error is not None:
+        worst = float(np.nanmax(np.abs(error), initial=0.0))
+        lines.append(("Largest imbalance", number(worst * work * 1e-6, 3), number(worst * 100, 3)))
+    yield Table("Ledger at the end of the burst", ("Entry", "MJ", "% of the work"), tuple(lines))
+
+
+def burst_rows(run: RunFiles) -> Iterator[Rows]:
+    """The burst in numbers."""
+    part = run.part("burst")
+    if part:
+        quantiles = part.get("speed_quantiles") or {}
+        part = {**part, **{f"speed_{percent}": value for percent, value in quantiles.items()}}
+        shown = [(key, part.get(key)) for key in _BURST if _worth(key, part.get(key))]
+        units = {key: "" if unit == "1" else unit for key, (_, unit) in _BURST.items()}
+        yield Rows("Burst", tuple(row(_BURST[key][0], value, units[key]) for key, value in shown))
+
+
+def _worth(key: str, value: object) -> bool:
+    """Whether there is something to show; no overlap means no contact; several overlaps have rows of their own."""
+    return value is not None and not (key == "max_penetration" and (value == 0 or isinstance(value, dict)))
+
+
+def break_up_rows(run: RunFiles) -> Iterator[Rows]:
+    """The break-up in numbers."""
+    mass = run.fragments["mass"]
+    part = run.part("break_up")
+    speed = np.linalg.norm(run.fragments["velocity"], axis=1)
+    rows = [
+        row("Fragments", len(mass)),
+        row("Mass of all", float(mass.sum()), "kg"),
+        row("Mean mass", float(mass.mean()) if len(mass) else None, "kg"),
+        row("Heaviest", float(mass.max(initial=0.0)), "kg"),
+        row("Fastest", float(speed.max(initial=0.0)), "m/s"),
+    ]
+    if run.fragments_file is None:
+        handed = "error handed over"
+        rows += [
+            row("Mass against the casing", part.get("mass_error"), "%", handed, digits=2),
+            row("Momentum against the burst", part.get("momentum_error"), "%", handed, digits=2),
+            row("Kinetic energy against the burst", part.get("energy_error"), "%", handed, digits=2),
+        ]
+    yield Rows("Fragments", tuple(rows))
+
+
+def flight_rows(run: RunFiles) -> Iterator[Rows]:
+    """The flight in numbers."""
+    part = run.part("flight")
+    rows = [
+        row("Realisations flown", part.get("realisations")),
+        row("Fragments flown", part.get("fragments"), "", "first realisation, as below"),
+        row("Landed", part.get("landed")),
+        row("Farthest at rest", part.get("max_rest_distance") if part.get("bounces") else None, "m", "after bounces"),
+        row("Drag table", part.get("drag")),
+        *_area_rows(part.get("presented_area") or {}),
+        *_contact_rows(part.get("contact") or {}),
+        row("Fragments above the drag table's speeds", part.get("above_drag_table")),
+        row("Wall time", part.get("wall_seconds"), "s"),
+    ]
+    rows += [row(f"Fragments through “{item.get('name', '')}”", item.get("hits")) for item in run.witnesses]
+    yield Rows("Flight", tuple(one for one in rows if one.value != UNKNOWN))
+
+
+def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
+    """The model of the presented areas."""
+    if not area:
+        return
+    words = str(area.get("model"))
+    if "ratios" in area:
+        words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"]) + f", {area.get('orientation')}"
+    if "spread" in area:
+        words += f", spread {area['spread']:g}"
+    low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))
+    yield row("Presented areas", words, "", f"shape factor {low} to {high} kg/m³ for 90 % of the fragments")
+
+
+def _contact_rows(contact: Mapping[str, Any]) -> Iterator[Row]:
+    """What fragments did to each other, where they could."""
+    if contact:
+        lost = row("", contact.get("energy_lost"), "J").value
+        yield row("Impacts between fragments", contact.get("contacts"), "", f"energy lost: {lost}")
+
+
+def hazard_rows(run: RunFiles) -> Iterator[Rows]:
+    """What counts as hazardous, and the hazardous fragments of the first realisation."""
+    found = landings(run)
+    rows = [
+        row("Hazardous from", hazard_energy(run), "J", "impact energy; 58 ft lb is 79 J"),
+        Row("Acceptable density", f"1 per {1 / hazard_density(run):.1f} m²", f"{hazard_density(run):.5f} 1/m²"),
+    ]
+    if found is not None and len(found.x):
+        first = "first realisation"
+        rows.append(row("Hazardous fragments on the ground", int(found.hazardous.sum()), "", first))
+        rows.append(row("Largest impact energy", float(found.energy.max()), "J", first))
+        if found.hazardous.any():
+            rows.append(row("Farthest hazardous fragment", float(found.distance[found.hazardous].max()), "m", first))
+    yield Rows("Hazard", tuple(rows))
+
+
+def azimuth_tables(run: RunFiles) -> Iterator[Table]:
+    """Every witness surface by azimuth."""
+    for witness in run.witnesses:
+        lines = [
+            (
+                f"{line.get('azimuth_deg', 0):.0f}",
+                number(line.get("hits")),
+                number(line["hazardous_hits"]) if line.get("hazardous_hits") is not None else "–",
+                _rounded(line.get("mean_initial_speed")),
+                _rounded(line.get("max_initial_speed")),
+            )
+            for line in witness.get("by_azimuth") or []
+        ]
+        head = ("Azimuth (°)", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
+        if lines:
+            name = witness.get("name", "")
+            yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
+
+
+def _rounded(value: float | None, decimals: int = 0) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:,.{decimals}f}"
+
+
+def provenance_rows(run: RunFiles) -> Iterator[Rows | Table]:
+    """Program, versions, seed, date, and the fingerprints of the files."""
+    rows = [
+        Row(words, run.provenance[key])
+        for key, words in (
+            ("program", "Program"), ("program_version", "Version"), ("revision", "Revision"), ("date", "Date (UTC)"),
+            ("seed", "Seed"), ("platform", "Platform"),
+        )
+        if run.provenance.get(key)
+    ]  # fmt: skip
+    versions = run.summary.get("versions") or _json(run.provenance.get("versions"))
+    rows += [Row(f"Version of {name}", str(value)) for name, value in versions.items() if name != "fragfield"]
+    if rows:
+        yield Rows("Program", tuple(rows))
+    lines = []
+    for path in sorted(run.folder.iterdir()):
+        if path.is_file() and path.suffix in {".toml", ".json", ".h5", ".csv", ".xdmf"}:
+            size = path.stat().st_size
+            digest = "too large" if size > 200_000_000 else hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+            lines.append((path.name, number(size), digest))
+    if lines:
+        yield Table("Files of the run", ("File", "Bytes", "SHA-256, first 16"), _cells(lines))
+
+
+def _json(text: str | None) -> dict[str, Any]:
+    try:
+        found = json.loads(text or "{}")
+    except json.JSONDecodeError:
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,217 @@
+"""Uncertainty of the inputs in the report: the budget of the distance to be signed, shares of the inputs, sources."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.hazard.certainty import whole_metres
+from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
+from fragfield.report.figures.uncertainty import distribution_figure, places_figure, tornado_figure
+from fragfield.report.quantities import SPACE, Row, number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["signed_card", "uncertainty_blocks", "uncertainty_section"]
+
+_NOT_IN_IT = (
+    "What is not in the budget: the error of the models themselves, shown by comparison with measurements (section "
+    "on validation), and inputs that are not listed. An index says which input is worth a measurement; it does not "
+    "make the input better known."
+)
+_APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
+_ESTIMATORS = {
+    "expansion": "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; "
+    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by bootstrap.",
+    "saltelli": "Shares from {blocks} blocks of Saltelli's design by the estimators of Jansen and Saltelli, "
+    "statistical errors of the samples taken out; errors by bootstrap.",
+}
+
+
+def signed_card(run: RunFiles) -> list[Card]:
+    """The distance to be signed, for the first page; none where there is no study of uncertainty."""
+    budget = run.part("uncertainty").get("budget")
+    if not budget:
+        return []
+    missing = "" if budget["complete"] else "; one contribution is unknown, see the section"
+    note = f"inputs, statistical error and grid added up{missing}"
+    return [Card("Distance to be signed", whole_metres(budget["signed"]), "m", note)]
+
+
+def uncertainty_section(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> list[Section]:
+    """The section, or none where the run has no study of uncertainty."""
+    found = run.part("uncertainty")
+    return [Section("uncertainty", "Uncertainty of the inputs", [*uncertainty_blocks(run, draw)])] if found else []
+
+
+def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> Iterator[Block]:
+    """All blocks of the section and of the page."""
+    found = run.part("uncertainty")
+    yield from _states(found)
+    if not found.get("distance"):
+        yield Paragraph(f"No result: {found['states'].get('reason', 'no sample gave a distance')}.", kind="caution")
+        yield _inputs(found)
+        return
+    yield from _headline(found)
+    yield from _budget(found["budget"])
+    yield Paragraph(_NOT_IN_IT)
+    yield from draw(
+        "uncertainty_distribution", "Distribution of the hazard distance",
+        "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, "
+        "50 and 95 %, the distance of the run itself, and the distance to be signed.", distribution_figure,
+    )  # fmt: skip
+    yield from draw(
+        "uncertainty_tornado", "Effect of each input on the hazard distance",
+        "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), "
+        "the others at random. Light: the input at its low end.", tornado_figure,
+    )  # fmt: skip
+    yield from _indices("Share of each input in the variance of the distance", found["distance"])
+    yield from draw(
+        "uncertainty_sites", "Exposed sites over the inputs",
+        "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
+        places_figure,
+    )  # fmt: skip
+    yield from _places(found)
+    yield _inputs(found)
+
+
+def _states(found: Mapping[str, Any]) -> Iterator[Block]:
+    design, states = found["design"], found["states"]
+    name = "Latin hypercube" if design["method"] == "latin_hypercube" else "Saltelli's design"
+    shared = f" They share {design['bursts']} bursts: {design['geometry']}." if design["bursts"] else ""
+    text = (
+        f"{number(design['samples'])} samples of {len(found['inputs'])} inputs ({name}, seed {design['seed']}), "
+        f"each with {number(design['realisations'])} realisations of the break-up.{shared}"
+    )
+    yield Paragraph(text)
+    lost = states["failed"] + states["not_determined"] + states["missing"]
+    if lost:
+        yield Paragraph(
+            f"{number(lost)} samples gave no distance and are left out of all numbers below "
+            f"({states['failed']} failed, {states['not_determined']} not determined, {states['missing']} not made): "
+            "the distribution may be too narrow.",
+            kind="caution",
+        )
+        if states["messages"]:
+            yield Points(tuple(states["messages"]))
+
+
+def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
+    spread, budget = found["distance"]["spread"], found["budget"]
+    span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
+    what, error = "taken out" if spread["resolved"] else "included", f"± {spread['median_standard_error']:.1f}"
+    cards = [
+        Card("Distance to be signed", whole_metres(budget["signed"]), "m", _governs(budget)),
+        Card("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
+        Card("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
+    ]  # fmt: skip
+    yield Cards(tuple(cards))
+    if not spread["resolved"]:
+        yield Paragraph(
+            "The inputs spread the distance by less than the statistical error of a sample: the quantiles are those of "
+            "both together, too wide; more realisations for each sample (uncertainty.realisations) separate them.",
+            kind="caution",
+        )
+    if not budget["complete"]:
+        yield Paragraph(
+            "One contribution to the budget is unknown: the distance to be signed does not include it.", kind="caution"
+        )
+
+
+def _governs(budget: Mapping[str, Any]) -> str:
+    if budget["governed_by"] == "sum":
+        return "median and all contributions"
+    return "the upper bound of the run itself, which is the larger one"
+
+
+def _budget(budget: Mapping[str, Any]) -> Iterator[Block]:
+    lines = [("median over the inputs", f"{budget['median']:.1f}", "")]
+    for one in budget["contributions"]:
+        width = "not known" if one["half_width"] is None else f"+{one['half_width']:.1f}"
+        share = "" if one["share"] is None else f"{100 * one['share']:.0f}{SPACE}%"
+        lines.append((one["name"], width, share))
+    lines.append(("root of the sum of squares", f"+{budget['sum']:.1f}", ""))
+    lines.append(("distance to be signed", f"{budget['signed']:.1f}", ""))
+    head = ("Contribution", "m", "Share of the sum of squares")
+    yield Table("Budget of the distance (m)", head, tuple(lines), budget["rule"])
+    yield Points(tuple(f"{_capital(one['name'])}: {one['note']}." for one in budget["contributions"]))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
+    estimator = entry["estimator"]
+    if "indices" not in entry:
+        yield Paragraph(f"No shares of the inputs: {estimator['reason']}.")
+        return
+    order = sorted(entry["indices"], key=lambda one: -one["total"])
+    lines = tuple(
+        (
+            one["name"],
+            f"{100 * one['total']:.1f}{SPACE}±{SPACE}{100 * one['total_standard_error']:.1f}",
+            f"{100 * one['total_low']:.0f}{SPACE}–{SPACE}{100 * one['total_high']:.0f}",
+            f"{100 * one['first']:.1f}{SPACE}±{SPACE}{100 * one['first_standard_error']:.1f}",
+        )
+        for one in order
+    )
+    head = ("Input", "total effect (%)", "95 %", "first order (%)")
+    left = f"{100 * estimator['unexplained']:.0f}"
+    note = _ESTIMATORS[estimator["name"]].format(**{**estimator, "left": left})
+    yield Table(
+        title,
+        head,
+        lines,
+        f"{note} Total effects may add up to more than 100 %: the joint effect of several inputs counts for each "
+        "of them.",
+    )
+
+
+def _places(found: Mapping[str, Any]) -> Iterator[Block]:
+    lines = []
+    for place in found["exposed"]:
+        for name, words in (
+            ("density", "density (1/m²)"),
+            ("hits", "expected hits"),
+            ("probability", "probability of a hit"),
+        ):
+            entry = place[name]
+            if entry is None:
+                continue
+            spread = entry["spread"]
+            largest = max(entry.get("indices") or [], key=lambda one: one["total"], default=None)
+            most = "–" if largest is None else f"{largest['name']} ({100 * largest['total']:.0f}{SPACE}%)"
+            values = (entry["nominal"], spread["low"], spread["median"], spread["high"])
+            lines.append((place["name"], words, *(f"{value:.3g}" for value in values), most))
+    if lines:
+        head = ("Exposed site", "Quantity", "the run", "5 %", "50 %", "95 %", "largest share")
+        yield Table(
+            "Exposed sites over the inputs",
+            head,
+            tuple(lines),
+            "Expected values; densities are the larger of that normal to the path and that on the ground.",
+        )
+
+
+def _inputs(found: Mapping[str, Any]) -> Rows:
+    """What is uncertain, and where that comes from, one row of running text for each input."""
+    return Rows(
+        "Uncertain inputs and their sources",
+        tuple(
+            Row(
+                _capital(entry["name"]),
+                f"{_capital(_APPLIES[entry['applies']] + entry['words'])}. Key: {_keys(entry['keys'])}. "
+                f"{_capital(entry['source'])}",
+                note="judgement" if entry["judgement"] else "",
+            )
+            for entry in found["inputs"]
+        ),
+    )
+
+
+def _keys(keys: Sequence[str]) -> str:
+    more = f" and {len(keys) - 2} more" if len(keys) > 2 else ""
+    return ", ".join(keys[:2]) + more

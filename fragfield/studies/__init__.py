@@ -1,0 +1,1 @@
+"""Studies of several runs: comparison of two, sweeps over keys, and uncertainty of the inputs."""

@@ -1,0 +1,138 @@
+"""The files of a comparison: comparison.json, CSV tables and a picture."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.units.quantities import show
+from fragfield.errors import InputError
+from fragfield.report.figures.drawing import GREY, LINES, drawing_style, new_figure, to_bytes
+from fragfield_base.csv_text import harmless
+from fragfield_base.writing import write_bytes, write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["write_comparison"]
+
+_NOTHING = dict.fromkeys(("verdict", "quantity", "part_of_criterion", "probability", "margin"))
+_PICTURED = (("hits", "ratio of numbers"), ("max_initial_speed", "ratio of largest speeds"))
+
+
+def write_comparison(found: dict[str, Any], folder: Path) -> None:
+    """Write comparison.json, a table of each kind as CSV, and comparison.png.
+
+    Tables that would be empty are left out. The paths go into `found["files"]`.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written, or is a run's.
+    """
+    if (folder / "case.toml").exists():
+        raise InputError(f"{folder}: holds a run; a comparison needs a folder of its own")
+    tables = {
+        "casing.csv": found["casing"],
+        "distances.csv": found["distances"],
+        "by_azimuth.csv": list(azimuth_rows(found["witness"])),
+        "by_distance.csv": [flat_row(row) for row in found["by_distance"]],
+        "by_zone.csv": [flat_row(row) for row in found["by_zone"]],
+        "places.csv": [
+            flat_row({**row, **{key: row[key] or _NOTHING for key in ("run", "reference")}}) for row in found["places"]
+        ],
+    }
+    written = ["comparison.json", *(name for name, rows in tables.items() if rows)]
+    pictured = bool(found["witness"] or found["by_distance"])
+    found["files"] = [str(folder / name) for name in [*written, *(["comparison.png"] if pictured else [])]]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: the comparison cannot be written ({error.strerror})") from None
+    write_text(folder / "comparison.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
+    for name in written[1:]:
+        _write_table(folder / name, tables[name])
+    if pictured:
+        write_bytes(folder / "comparison.png", _picture(found), InputError)
+
+
+def azimuth_rows(surfaces: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+    for surface in surfaces:
+        for row in surface["by_azimuth"]:
+            yield {"witness": surface["name"], **flat_row(row)}
+
+
+def flat_row(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row whose tables have become columns NAME_run, NAME_run_error and so on."""
+    flat: dict[str, Any] = {}
+    for name, value in row.items():
+        if isinstance(value, dict):
+            flat |= {f"{name}_{key}": entry for key, entry in value.items()}
+        else:
+            flat[name] = value
+    return flat
+
+
+def _write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows({key: harmless(one) if isinstance(one, str) else one for key, one in row.items()} for row in rows)
+    write_text(path, text.getvalue(), InputError)
+
+
+def _picture(found: Mapping[str, Any]) -> bytes:
+    """Ratios by azimuth, a line of panels a surface, and below them the densities by distance."""
+    rows = len(found["witness"]) + bool(found["by_distance"])
+    with drawing_style():
+        figure, axes = new_figure(rows, 2, narrow=False, height=2.4 * rows + 0.5, narrow_height=2.4 * rows)
+        for number, surface in enumerate(found["witness"]):
+            for (key, label), axis in zip(_PICTURED, axes[2 * number : 2 * number + 2], strict=True):
+                _draw_ratio(axis, surface, key, label)
+        if found["by_distance"]:
+            for (key, title), axis in zip(
+                (("ground_density", "all azimuths"), ("worst_ground_density", "densest sector")), axes[-2:], strict=True
+            ):
+                _draw_density(axis, found, key, title)
+        _put_title(figure, found)
+        return to_bytes(figure, "png")[0]
+
+
+def _put_title(figure: Figure, found: Mapping[str, Any]) -> None:
+    first, second = (found[key]["title"] or found[key]["directory"] for key in ("run", "reference"))
+    figure.suptitle(f"{show(first)}\nover {show(second)}", fontsize=9)
+
+
+def _column(rows: Sequence[Mapping[str, Any]], name: str, key: str) -> np.ndarray[Any, Any]:
+    return np.array([math.nan if row[name][key] is None else row[name][key] for row in rows])
+
+
+def _draw_ratio(axis: Axes, surface: Mapping[str, Any], key: str, label: str) -> None:
+    rows = surface["by_azimuth"]
+    azimuth = np.array([row["azimuth_deg"] for row in rows])
+    ratio, error = _column(rows, key, "ratio"), _column(rows, key, "ratio_error")
+    axis.axhline(1.0, color=GREY, linewidth=0.8)
+    axis.errorbar(azimuth, ratio, np.nan_to_num(error), capsize=1.5, elinewidth=0.8, **LINES[0])
+    axis.set(title=f"{surface['name']}: {label}", xlabel="azimuth (degrees)", ylabel="ratio", xlim=(-5, 360))
+    axis.set_xticks(range(0, 361, 90))
+    axis.set_ylim(bottom=0.0)
+
+
+def _draw_density(axis: Axes, found: Mapping[str, Any], key: str, title: str) -> None:
+    rows = found["by_distance"]
+    distance = [row["distance_m"] for row in rows]
+    for style, name, label in zip(LINES, ("run", "reference"), ("run", "reference"), strict=False):
+        density = _column(rows, key, name)
+        axis.plot(distance, np.where(density > 0.0, density, math.nan), label=label, **style)
+    axis.set_yscale("log")
+    axis.set(title=f"hazardous fragments, {title}", xlabel="distance (m)", ylabel="per m² of ground")
+    axis.legend()

@@ -1,0 +1,163 @@
+"""A comparison on the terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from fragfield.hazard.certainty import metres_and_error
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rich.console import Console
+    from rich.table import Table
+
+__all__ = ["print_comparison"]
+
+_MOST_LINES = 12  # of the table by distance, and of differences
+_RATIOS = (
+    ("number", "hits"),
+    ("hazardous", "hazardous_hits"),
+    ("largest speed", "max_initial_speed"),
+    ("mean speed", "mean_initial_speed"),
+)
+
+
+def print_comparison(found: Mapping[str, Any]) -> None:
+    """Print what `comparison.compare_runs` found, tables by distance thinned out."""
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False, soft_wrap=True)
+    for key, word in (("run", "run"), ("reference", "over")):
+        one = found[key]
+        number = "not flown" if one["realisations"] is None else f"{one['realisations']} realisations"
+        document = f", document {one['document']}" if one["document"] else ""
+        console.print(
+            f"{word:5}{one['directory']}: {one['title']} (seed {one['seed']}, {number}{document})", markup=False
+        )
+    _print_lines(console, "the cases differ in", found["differences"])
+    for note in found["notes"]:
+        console.print(f"note: {note}", markup=False)
+    if found["casing"]:
+        console.print(_casing_table(found["casing"]))
+    if found["distances"]:
+        console.print(_distance_table(found["distances"]))
+    for surface in found["witness"]:
+        console.print(_witness_table(surface, all_round=found["all_round"]))
+    if found["by_distance"]:
+        console.print(_density_table(found["by_distance"]))
+    if found["places"]:
+        console.print(_site_table(found["places"]))
+    if found["by_zone"]:
+        console.print(_zone_table(found["by_zone"]))
+    for path in found.get("files", ()):
+        console.print(f"written to {path}", markup=False)
+
+
+def _print_lines(console: Console, head: str, lines: Sequence[str]) -> None:
+    if not lines:
+        return
+    console.print(f"{head}")
+    for line in lines[:_MOST_LINES]:
+        console.print(f"  {line}", markup=False)
+    if len(lines) > _MOST_LINES:
+        console.print(f"  and {len(lines) - _MOST_LINES} more keys")
+
+
+def _table(title: str, heads: Sequence[str]) -> Table:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for number, head in enumerate(heads):
+        table.add_column(head, justify="right" if number else "left", no_wrap=bool(number))
+    return table
+
+
+def _casing_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    table = _table("", ("", "run", "over", "ratio"))
+    for row in rows:
+        unit = f" ({row['unit']})" if row["unit"] else ""
+        table.add_row(row["quantity"] + unit, *(_number(row[key]) for key in ("run", "reference", "ratio")))
+    return table
+
+
+def _distance_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    table = _table("distances (m) ± standard error", ("", "run", "over", "ratio"))
+    for row in rows:
+        both = (_metres(row, key) for key in ("run", "reference"))
+        table.add_row(row["label"], *both, _with_error(row, "ratio"))
+    return table
+
+
+def _metres(row: Mapping[str, Any], key: str) -> str:
+    return metres_and_error(row[key], row[f"{key}_error"])
+
+
+def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:
+    over = " over the mean of all azimuths" if all_round else ""
+    title = (
+        f"witness {surface['name']}, sectors of {surface['sector_width_deg']:g} degrees{over}; ratios ± standard error"
+    )
+    table = _table(title, ("azimuth", "hits", "over", *(head for head, _ in _RATIOS)))
+    for row in [*surface["by_azimuth"], {"azimuth_deg": None, **surface["total"]}]:
+        azimuth = "all" if row["azimuth_deg"] is None else f"{row['azimuth_deg']:g}"
+        hits = (_number(row["hits"][key]) for key in ("run", "reference"))
+        table.add_row(azimuth, *hits, *(_with_error(row[key], "ratio") for _, key in _RATIOS))
+    return table
+
+
+def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Every so manieth cell up to the farthest that holds anything."""
+    filled = [number for number, row in enumerate(rows) if any(row["ground_density"][k] for k in ("run", "reference"))]
+    rows = rows[: filled[-1] + 1] if filled else []
+    step = max(1, -(-len(rows) // _MOST_LINES))
+    cells = "" if step == 1 else f", one cell of {step}"
+    heads = ("m", "all round", "over", "ratio", "densest sector", "over", "ratio")
+    table = _table(f"hazardous fragments per 100 m2 of ground by distance{cells}", heads)
+    for row in rows[::step]:
+        columns = []
+        for name in ("ground_density", "worst_ground_density"):
+            columns += [_number(100.0 * row[name][key]) for key in ("run", "reference")]
+            columns.append(_with_error(row[name], "ratio"))
+        table.add_row(f"{row['distance_m']:g}", *columns)
+    return table
+
+
+def _site_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    heads = ("exposed site", "verdict", "over", "part of criterion", "over", "margin m", "over")
+    table = _table("exposed sites; upper bounds (95 %)", heads)
+    for row in rows:
+        both = [row[key] or {} for key in ("run", "reference")]
+        cells = [str(one.get("verdict", "-")) for one in both]
+        cells += [_number(one.get(key)) for key in ("part_of_criterion", "margin") for one in both]
+        table.add_row(row["name"], *cells)
+    return table
+
+
+def _zone_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    heads = ("degrees from the nose", "number", "over", "kg", "over", "mean m/s", "over", "largest m/s", "over")
+    table = _table("fragments of one round by polar zone, at launch", heads)
+    for row in rows:
+        cells = [
+            _number(row[n][k]) for n in ("number", "mass", "mean_speed", "max_speed") for k in ("run", "reference")
+        ]
+        table.add_row(f"{row['from_deg']:g} to {row['to_deg']:g}", *cells)
+    return table
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+
+
+def _with_error(row: Mapping[str, Any], key: str) -> str:
+    value, error = row[key], row[f"{key}_error"]
+    if value is None:
+        return "-"
+    if not error:
+        return f"{value:.2f}"
+    # Two decimals, more where the error would read as none.
+    decimals = max(2, -math.floor(math.log10(error))) if math.isfinite(error) else 2
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"

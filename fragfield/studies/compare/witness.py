@@ -1,0 +1,115 @@
+"""Hits of two runs on one witness surface, divided sector by sector."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.errors import InputError
+from fragfield.studies.compare.estimates import compared, estimate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["QUANTITIES", "compare_hits", "sectors_together"]
+
+QUANTITIES = (
+    "hits",
+    "hazardous_hits",
+    "max_initial_speed",
+    "mean_initial_speed",
+    "mean_initial_speed_by_number",
+)
+"""What is compared: numbers, and initial speeds (m/s), the largest, the mean by mass and the mean by number."""
+_NUMBERS = ("hits", "hazardous_hits")
+_USUAL = 15.0  # degrees
+
+
+def sectors_together(sectors: int, width: float | None) -> int:
+    """How many of the runs' sectors make one of the comparison, an odd number so that centres stay centres.
+
+    Parameters
+    ----------
+    sectors : int
+        Of the runs.
+    width : float or None
+        Asked for (degrees); None: 15 degrees where that is possible, else the runs' own.
+
+    Raises
+    ------
+    InputError
+        The width is no odd multiple of the runs' own, or no whole fraction of the circle.
+    """
+    allowed = {together * 360.0 / sectors: together for together in range(1, sectors + 1, 2) if sectors % together == 0}
+    if width is None:
+        return allowed.get(_USUAL, 1)
+    near = [together for own, together in allowed.items() if abs(own - width) < 1e-6 * own]
+    if not near:
+        known = ", ".join(f"{own:g}" for own in allowed)
+        raise InputError(f"--sector: found {width:g}; allowed: {known} degrees, odd multiples of the runs' sectors")
+    return near[0]
+
+
+def compare_hits(
+    run: NDArray[Any], reference: NDArray[Any], together: int, *, all_round: bool = False
+) -> dict[str, Any]:
+    """Ratios of the hits on a surface.
+
+    Parameters
+    ----------
+    run, reference : (n, s) and (m, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+        Hits by realisation and sector.
+    together : int
+        Sectors that make one of the comparison.
+    all_round : bool
+        Divide by the reference's mean over all azimuths: for a round that is alike all round, with less scatter.
+
+    Returns
+    -------
+    dict
+        "total" over all azimuths, and "by_azimuth", one row a sector with `azimuth_deg` and, for each of QUANTITIES, a
+        table as `estimates.compared` has it. A sector's speeds are means over the realisations that hit it.
+    """
+    sectors = run.shape[1]
+    total = _rows(_values(_grouped(run, sectors)), _values(_grouped(reference, sectors)))[0]
+    mine, other = _values(_grouped(run, together)), _values(_grouped(reference, together))
+    if all_round:
+        other = {name: _mean_over_sectors(values) for name, values in other.items()}
+    width = 360.0 / sectors * together
+    rows = [{"azimuth_deg": index * width, **row} for index, row in enumerate(_rows(mine, other))]
+    return {"total": total, "sector_width_deg": width, "by_azimuth": rows}
+
+
+def _rows(run: dict[str, NDArray[np.float64]], reference: dict[str, NDArray[np.float64]]) -> list[dict[str, Any]]:
+    columns = {name: compared(estimate(run[name]), estimate(reference[name])) for name in QUANTITIES}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _grouped(table: NDArray[Any], together: int) -> NDArray[Any]:
+    """Neighbouring sectors (n, s / together, together); the middle one of the first group is the first sector."""
+    turned = np.roll(table, together // 2, axis=1)
+    return turned.reshape(len(table), -1, together)
+
+
+def _values(group: NDArray[Any]) -> dict[str, NDArray[np.float64]]:
+    """Every quantity by realisation and sector (n, k); speeds are NaN where nothing hit."""
+    hits = group["hits"].sum(axis=2)
+    mass = group["mass"].sum(axis=2)
+    momentum = (group["mass"] * group["mean_initial_speed"]).sum(axis=2)
+    by_number = (group["hits"] * group["mean_initial_speed_by_number"]).sum(axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return {
+            **{name: group[name].sum(axis=2).astype(np.float64) for name in _NUMBERS},
+            "max_initial_speed": np.where(hits > 0, group["max_initial_speed"].max(axis=2), np.nan),
+            "mean_initial_speed": np.where(mass > 0.0, momentum / mass, np.nan),
+            "mean_initial_speed_by_number": np.where(by_number > 0.0, by_number / hits, np.nan),
+        }
+
+
+def _mean_over_sectors(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean of every realisation over its sectors (n, 1)."""
+    known = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        mean = np.where(known, values, 0.0).sum(axis=1) / known.sum(axis=1)
+    return np.asarray(mean[:, None])

@@ -1,0 +1,139 @@
+"""Results of a sweep: sweep.json, sweep.csv, and a table on the terminal."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import InputError
+from fragfield.studies.sweep.plan import labels_of
+from fragfield_base.csv_text import harmless
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+__all__ = ["DONE", "FAILED", "KEPT", "WAITING", "print_sweep", "results_of", "write_tables"]
+
+DONE, KEPT, FAILED, WAITING = "done", "kept", "failed", "waiting"
+"""States of a run: computed now, kept from before, ended with an error, not yet begun."""
+
+_VALUES = (
+    ("mean_initial_speed", "burst", "mean_initial_speed"),
+    ("max_initial_speed", "burst", "max_initial_speed"),
+    ("speed_99", "burst", "speed_99"),
+    ("outer_diameter", "burst", "outer_diameter"),
+    ("energy_error", "burst", "energy_error"),
+    ("momentum_error", "burst", "momentum_error"),
+    ("lost_cells", "burst", "lost_cells"),
+    ("cells", "burst", "cells"),
+    ("steps", "burst", "steps"),
+    ("fragments", "break_up", "fragments"),
+    ("realisations", "hazard", "realisations"),
+    ("hazard_distance", "hazard", "distance"),
+    ("hazard_distance_upper", "hazard", "upper"),
+    ("hazard_distance_standard_error", "hazard", "standard_error"),
+    ("hazard_direction_deg", "hazard", "direction_deg"),
+    ("determined", "hazard", "determined"),
+    ("largest_throw", "hazard", "largest_throw"),
+)
+_WIDE = 200  # characters of a line where no terminal sets a bound
+
+
+def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The chosen numbers of a summary in SI; None for what was not computed.
+
+    Speeds (m/s; `speed_99` is that which 99 % of the casing's mass does not exceed), diameter (m),
+    errors of the ledger (fractions), counts; the hazard distance with its upper bound and
+    standard error (m), None where it is not determined; largest throw (m); `single_event_low` and `_high` (m), 5 and
+    95 % of single events; `wall_seconds` of burst and flight together.
+    """
+    parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight", "hazard")}
+    parts["burst"] = {**parts["burst"], "speed_99": (parts["burst"].get("speed_quantiles") or {}).get("99")}
+    found = {name: parts[part].get(key) for name, part, key in _VALUES}
+    single = parts["hazard"].get("single_event") or {}
+    found |= {f"single_event_{key}": single.get(key) for key in ("low", "high")}
+    times = [part["wall_seconds"] for part in parts.values() if part.get("wall_seconds") is not None]
+    return found | {"wall_seconds": sum(times) if times else None}
+
+
+def write_tables(found: Mapping[str, Any], folder: Path) -> None:
+    """Write sweep.json and sweep.csv, one row a run; raises InputError where they cannot be written."""
+    heads = ["run", *found["keys"], "state", "exit_code", *results_of({}), "message"]
+    write_text(folder / "sweep.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(heads)
+    for row in found["runs"]:
+        values = [row["name"], *(row["values"][key] for key in found["keys"]), row["state"], row["exit_code"]]
+        cells = [*values, *row["results"].values(), row["message"]]
+        table.writerow([harmless(cell) if isinstance(cell, str) else cell for cell in cells])
+    write_text(folder / "sweep.csv", text.getvalue(), InputError)
+
+
+def print_sweep(found: Mapping[str, Any]) -> None:
+    """Print one line a run, and why runs failed."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False, markup=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = _WIDE
+    table = Table(box=None, pad_edge=False)
+    for label in labels_of(found["keys"]).values():
+        table.add_column(Text(label), no_wrap=True)
+    for head in ("", "mean\nm/s", "99 % of\nmass m/s", "largest\nm/s", "ledger\n%", "lost\ncells"):
+        table.add_column(head, justify="right" if head else "left", no_wrap=True)
+    distances = found["stage"] == "run"
+    if distances:
+        for head in ("upper\nbound m", "distance m", "single\nevents m", "throw m"):
+            table.add_column(head, justify="right")
+    table.add_column("time s", justify="right")
+    for row in found["runs"]:
+        results = row["results"]
+        cells = [Text(str(row["values"][key])) for key in found["keys"]]
+        cells += [Text(row["state"]), *map(Text, _numbers(results))]
+        cells += [Text(text) for text in _distances(results)] if distances else []
+        table.add_row(*cells, _number(results["wall_seconds"]))
+    console.print(table)
+    if distances:
+        console.print(
+            "upper bound (95 %): the hazard distance to apply; distance ± standard error: of the expected density; no "
+            "hazard distances: 5 to 95 % of single events, largest throw"
+        )
+    for row in found["runs"]:
+        if row["state"] == FAILED:
+            console.print(f"{row['name']} failed (exit code {row['exit_code']}): {row['message']}", markup=False)
+    console.print(f"written to {found['directory']}", markup=False)
+
+
+def _numbers(results: Mapping[str, Any]) -> list[str]:
+    error = results["energy_error"]
+    return [
+        _number(results["mean_initial_speed"]),
+        _number(results["speed_99"]),
+        _number(results["max_initial_speed"]),
+        "-" if error is None else f"{100.0 * error:.2f}",
+        _number(results["lost_cells"]),
+    ]
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}"
+
+
+def _distances(results: Mapping[str, Any]) -> list[str]:
+    if results["determined"] is False:
+        return ["not determined", "-", "-", _number(results["largest_throw"])]
+    distance, error = _number(results["hazard_distance"]), results["hazard_distance_standard_error"]
+    low, high = _number(results["single_event_low"]), _number(results["single_event_high"])
+    return [
+        _number(results["hazard_distance_upper"]),
+        distance if error is None else f"{distance} ± {error:.1f}",
+        "-" if low == "-" else f"{low} to {high}",
+        _number(results["largest_throw"]),
+    ]

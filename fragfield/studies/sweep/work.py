@@ -1,0 +1,217 @@
+"""Runs a sweep in parallel processes, each on one thread unless set otherwise.
+
+What a run needs is computed and no more: burst, break-up and flight, without report, pictures and files for
+ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one without --resume all of it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.case import differences, to_toml
+from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, exit_code_of, message_of, nearest
+from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.pipeline.parallel import launched_size
+from fragfield.studies.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
+from fragfield.studies.sweep.sharing import share_out
+from fragfield.studies.sweep.worker import Worker
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from fragfield.studies.sweep.plan import PlannedRun, SweepPlan
+    from fragfield.studies.sweep.sharing import AnyWorker
+
+__all__ = ["SweepOptions", "run_sweep"]
+
+_STAGES = ("run", "burst")
+_PATIENCE = 60.0  # s for which a run on a cluster waits for one that a lost worker has not yet ended
+_TABLE_SECONDS = 2.0  # between two writings of the tables
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """How the runs are made.
+
+    Attributes
+    ----------
+    folder : Path
+        Holds one run directory a run, and the tables.
+    stage : "run" or "burst"
+        Burst, break-up and flight, or the burst alone.
+    threads : int, optional
+        Threads of a run; left out: one.
+    jobs : int, optional
+        Runs side by side; left out: as many as the cores that this process may use hold.
+    resume : bool
+        Keep finished runs and continue unfinished ones.
+    overwrite : bool
+        Replace runs of other cases in the same directories.
+    quiet : bool
+        No progress.
+    scheduler : str, optional
+        Address of a dask scheduler, whose workers make the runs; `folder` must be the same folder for all of them.
+    """
+
+    folder: Path
+    stage: str = "run"
+    threads: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    quiet: bool = False
+    jobs: int | None = None
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse stages that begin with files of another run."""
+        if self.stage not in _STAGES:
+            hint = nearest(self.stage, _STAGES)
+            raise InputError(f'--stage: found "{self.stage}"{hint}; allowed: {", ".join(_STAGES)}')
+
+    @property
+    def side_by_side(self) -> int:
+        """Runs at one time."""
+        return self.jobs or max(len(os.sched_getaffinity(0)) // (self.threads or 1), 1)
+
+
+def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
+    """Run what is planned and keep sweep.json and sweep.csv at the state reached.
+
+    Returns
+    -------
+    dict
+        `directory`, `case_file`, `stage`, `keys`, `exit_code` (0, or 3 where a run failed) and `runs`: for each its
+        `name`, `directory`, `values`, `state` ("done", "kept", "failed" or "waiting"), `exit_code`, `message` and
+        `results`, see `fragfield.studies.sweep.results`.
+
+    Raises
+    ------
+    InputError
+        A directory holds another case's run and `overwrite` is not asked for, or cannot be written.
+    """
+    if launched_size() > 1:
+        raise InputError("sweep starts its own parallel runs; it does not run under mpirun")
+    _check_directories(plan, options)
+    rows = [_row(planned, options) for planned in plan.runs]
+    found = {
+        "directory": str(options.folder), "case_file": str(plan.case_file), "stage": options.stage,
+        "keys": list(plan.keys), "exit_code": EXIT_DONE, "runs": rows,
+    }  # fmt: skip
+    try:
+        _work(plan, rows, options, lambda: write_tables(found, options.folder))
+    finally:
+        if any(row["exit_code"] not in (EXIT_DONE, None) for row in rows):
+            found["exit_code"] = EXIT_NUMERICAL
+        write_tables(found, options.folder)
+    return found
+
+
+def _work(plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, save: Callable[[], None]) -> None:
+    """Share the runs out among workers as they become free, and save the tables from time to time."""
+    saved = time.monotonic()
+
+    def make(number: int, worker: AnyWorker) -> tuple[str, int, str]:
+        _report(f"run {number + 1} of {len(rows)}: {plan.runs[number].name}", options)
+        return _perform(plan.runs[number], worker, options)
+
+    def ended(number: int, outcome: tuple[str, int, str]) -> None:
+        nonlocal saved
+        _fill(rows[number], outcome, _directory(plan.runs[number], options))
+        if time.monotonic() - saved >= _TABLE_SECONDS:
+            save()
+            saved = time.monotonic()
+
+    share_out(_workers(options, len(rows)), range(len(rows)), make, ended)
+
+
+def _workers(options: SweepOptions, most: int) -> Sequence[AnyWorker]:
+    if options.scheduler is not None:
+        from fragfield.studies.sweep.cluster import cluster_workers
+
+        return cluster_workers(options.scheduler, options.threads or 1, options.jobs, most)
+    return [Worker(options.threads or 1) for _ in range(min(options.side_by_side, most))]
+
+
+def _check_directories(plan: SweepPlan, options: SweepOptions) -> None:
+    """Refuse before the first run what would be refused at the last one."""
+    folder = RunDirectory(options.folder)
+    folder.make()
+    if folder.exists:
+        raise InputError(f"{options.folder}: holds a run; a sweep needs a folder of its own")
+    if options.overwrite:
+        return
+    for planned in plan.runs:
+        directory = _directory(planned, options)
+        if directory.exists and (changed := differences(directory.stored_case(), planned.case)):
+            hint = "use another --out, or --overwrite to replace such runs. The cases differ in"
+            shown = [*changed[:3], *(["..."] if len(changed) > 3 else [])]
+            raise InputError("\n  ".join([f"{directory.path}: holds the run of another case; {hint}", *shown]))
+
+
+def _directory(planned: PlannedRun, options: SweepOptions) -> RunDirectory:
+    return RunDirectory(options.folder / planned.name)
+
+
+def _row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
+    """What the table says of a run before it begins."""
+    return {
+        "name": planned.name, "directory": str(_directory(planned, options).path), "values": planned.values,
+        "state": WAITING, "exit_code": None, "message": "", "results": results_of({}),
+    }  # fmt: skip
+
+
+def _perform(planned: PlannedRun, worker: AnyWorker, options: SweepOptions) -> tuple[str, int, str]:
+    """Make one run, unless it is finished; its state, exit code and message."""
+    directory = _directory(planned, options)
+    same = directory.exists and not differences(directory.stored_case(), planned.case)
+    if options.resume and same and _finished(directory, options.stage):
+        return KEPT, EXIT_DONE, ""
+    case_file = options.folder / f"{planned.name}.toml"
+    write_text(case_file, to_toml(planned.case), InputError)
+    again = options.resume and same
+    request: dict[str, Any] = {
+        "stage": options.stage, "case_file": str(case_file), "out": str(directory.path),
+        "resume": again, "overwrite": options.overwrite,
+    }  # fmt: skip
+    if options.scheduler is not None:  # begun again by another worker where one is lost: with what is there by then
+        try:
+            directory.claim(planned.case, resume=again, overwrite=options.overwrite)
+        except InputError as error:
+            return FAILED, exit_code_of(error), message_of(error)
+        places = {name: str(Path(request[name]).resolve()) for name in ("case_file", "out")}
+        request |= {**places, "resume": True, "overwrite": False, "patience": _PATIENCE}
+    code, message = worker.call(request)
+    if code == EXIT_INTERRUPTED:
+        raise KeyboardInterrupt
+    return (DONE if code == EXIT_DONE else FAILED), code, message
+
+
+def _fill(row: dict[str, Any], outcome: tuple[str, int, str], directory: RunDirectory) -> None:
+    """Fill the row of a run; one whose hazard distance is not determined has the exit code and reason."""
+    state, code, message = outcome
+    if state == FAILED:
+        row.update(state=state, exit_code=code, message=message)
+        return
+    summary = directory.summary()
+    results = results_of(summary)
+    known = results["determined"] is not False
+    message = "" if known else str(summary["hazard"]["reason"])
+    row.update(state=state, exit_code=EXIT_DONE if known else EXIT_NUMERICAL, results=results, message=message)
+
+
+def _finished(directory: RunDirectory, stage: str) -> bool:
+    names = (stage,) if stage != "run" else tuple(name for name in STAGES if name != "report")
+    return all(directory.complete(STAGES[name]) for name in names)
+
+
+def _report(text: str, options: SweepOptions) -> None:
+    """Name the run on stderr, before its own warnings."""
+    if not options.quiet:
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()

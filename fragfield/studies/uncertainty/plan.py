@@ -1,0 +1,226 @@
+"""Plan of a study: inputs, sample points, and the case of every sample, checked before anything runs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case import changed_document, plain
+from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.load import case_from_document
+from fragfield.case.tables.uncertainty import UncertaintyTable
+from fragfield.case.write import tables_to_toml
+from fragfield.errors import InputError, nearest
+from fragfield.studies.uncertainty.design import blocks_of, latin_hypercube, saltelli, seed_of, shared_bursts
+from fragfield.studies.uncertainty.inputs import inputs_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fragfield.case import Case
+    from fragfield.studies.uncertainty.inputs import UncertainInput
+
+__all__ = ["Study", "plan_study"]
+
+METHODS = ("latin_hypercube", "sobol")
+_ENDS = (1e-3, 0.5, 1.0 - 1e-3)  # probabilities at which a case must be sound before anything runs
+_LEFT_OUT = ("uncertainty", "witness", "stack")
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A study of uncertain inputs.
+
+    Attributes
+    ----------
+    case : Case
+        Resolved, with every input as the case file has it.
+    inputs : tuple of UncertainInput
+        d of them.
+    method : "latin_hypercube" or "sobol"
+    seed : int
+        Of the points, and of every sample's random numbers.
+    realisations : int
+        Realisations of the break-up in each sample.
+    points : (n, d) float64
+        In the unit cube.
+    burst : (n,) int64 or None
+        Which of the shared bursts a sample uses; None where each has a burst of its own.
+    geometry : str
+        Why bursts are shared or not, in words.
+    """
+
+    case: Case
+    inputs: tuple[UncertainInput, ...]
+    method: str
+    seed: int
+    realisations: int
+    points: NDArray[np.float64]
+    burst: NDArray[np.int64] | None
+    geometry: str
+    _document: dict[str, Any]
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.points)
+
+    @property
+    def bursts(self) -> int:
+        """Number of shared bursts; 0 where each sample has its own."""
+        return 0 if self.burst is None else int(self.burst.max()) + 1
+
+    def draws(self, number: int) -> list[Any]:
+        """Values of the inputs in a sample, in their order."""
+        point = self.points[number]
+        return [entry.distribution.values([u])[0] for entry, u in zip(self.inputs, point, strict=True)]
+
+    def document(self, number: int) -> dict[str, Any]:
+        """The resolved case of a sample, as tables."""
+        document = _changed(self._document, self.inputs, self.draws(number))
+        document["title"] = f"{self.case.title}: sample {number}"
+        document["seed"] = seed_of(self.seed, number)
+        return document
+
+    def burst_text(self, number: int) -> str:
+        """The case of a shared burst as a case file."""
+        assert self.burst is not None
+        sample = int(np.flatnonzero(self.burst == number)[0])
+        inputs = [entry for entry in self.inputs if entry.in_burst]
+        draws = [draw for entry, draw in zip(self.inputs, self.draws(sample), strict=True) if entry.in_burst]
+        document = _changed(self._document, inputs, draws)
+        document["title"] = f"{self.case.title}: burst {number}"
+        return tables_to_toml(document)
+
+    def identity(self) -> dict[str, Any]:
+        """What must be the same for a study to go on: case, inputs, points and seeds."""
+        case = json.dumps(self._document, sort_keys=True)
+        return {
+            "case": hashlib.sha256(case.encode()).hexdigest(),
+            "inputs": [_without_source(entry) for entry in self.inputs],
+            "method": self.method,
+            "samples": self.samples,
+            "bursts": self.bursts,
+            "seed": self.seed,
+            "realisations": self.realisations,
+            "points": hashlib.sha256(np.ascontiguousarray(np.round(self.points, 12)).tobytes()).hexdigest(),
+        }  # fmt: skip
+
+
+def _without_source(entry: UncertainInput) -> dict[str, Any]:
+    return {key: value for key, value in entry.described().items() if key != "source"}
+
+
+def plan_study(case: Case, *, samples: int | None = None, method: str | None = None, seed: int | None = None) -> Study:
+    """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
+
+    Raises
+    ------
+    InputError
+        There is no input, one makes a case that cannot be computed, or there are too few samples or bursts.
+    """
+    table = case.uncertainty or UncertaintyTable()
+    if case.burst is None or not case.round:
+        raise InputError("uncertainty: the case has no burst; needed: tables [burst] and [[round]]")
+    inputs = tuple(inputs_of(case))
+    if method is not None and method not in METHODS:
+        raise InputError(f'--method: found "{method}"{nearest(method, METHODS)}; allowed: {", ".join(METHODS)}')
+    method, seed = method or table.method, case.seed if seed is None else seed
+    number = samples or table.samples
+    document = _bare(case, table)
+    axisymmetric, words = _check_ends(case, document, inputs)
+    burst: NDArray[np.int64] | None = None
+    if not axisymmetric:
+        if method == "sobol":
+            raise InputError(
+                f'uncertainty.method: found "sobol", which needs a separate burst for every sample, but {words}; '
+                'allowed here: "latin_hypercube"'
+            )
+        points, burst = shared_bursts(_in_burst(inputs), number, _bursts(table, inputs, number), seed)
+    elif method == "sobol":
+        points = _saltelli(len(inputs), number, seed)
+    else:
+        points = latin_hypercube(len(inputs), number, seed)
+    return Study(case, inputs, method, seed, table.realisations, points, burst, words, document)
+
+
+def _saltelli(dimensions: int, samples: int, seed: int) -> NDArray[np.float64]:
+    if blocks_of(dimensions, samples) < 2:
+        raise InputError(
+            f'uncertainty.samples: found {samples}; allowed with method = "sobol" and {dimensions} inputs: at least '
+            f"{2 * (dimensions + 2)}"
+        )
+    return saltelli(dimensions, samples, seed)
+
+
+def _bare(case: Case, table: UncertaintyTable) -> dict[str, Any]:
+    """Tables of the resolved case, without what a sample does not need, and with its number of realisations."""
+    document = {key: value for key, value in plain(case, units=True).items() if key not in _LEFT_OUT}
+    document["break_up"] = {**document["break_up"], "realisations": table.realisations}
+    hazard = {key: value for key, value in document["hazard"].items() if key != "stack_rule"}
+    document["hazard"] = {**hazard, "max_realisations": table.realisations}
+    document["flight"] = {**document["flight"], "trajectories": 0}
+    output = {**document["burst"].get("output", {}), "interval": document["burst"]["time_limit"]}
+    document["burst"] = {**document["burst"], "convergence": "off", "output": output}
+    return document
+
+
+def _changed(document: dict[str, Any], inputs: Any, draws: list[Any]) -> dict[str, Any]:  # noqa: ANN401 - of inputs
+    changes: dict[str, Any] = {}
+    for entry, draw in zip(inputs, draws, strict=True):
+        changes |= entry.changes(draw)
+    return changed_document(document, changes, source="uncertainty", folder=Path())
+
+
+def _in_burst(inputs: tuple[UncertainInput, ...]) -> NDArray[np.bool_]:
+    return np.array([entry.in_burst for entry in inputs])
+
+
+def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples: int) -> int:
+    """How many bursts the samples share."""
+    own = int(_in_burst(inputs).sum())
+    if own == 0:
+        return 1
+    fewest = own + 2
+    found = table.bursts or 2 * own + 2
+    if found < fewest:
+        raise InputError(
+            f"uncertainty.bursts: found {found}; allowed with {own} uncertain inputs of the burst: at least {fewest}"
+        )
+    if samples < 2 * found:
+        raise InputError(
+            f"uncertainty.samples: found {samples} for {found} bursts; allowed: at least {2 * found}, two for each"
+        )
+    return found
+
+
+def _check_ends(case: Case, document: dict[str, Any], inputs: tuple[UncertainInput, ...]) -> tuple[bool, str]:
+    """Whether every burst is axisymmetric, and why; the cases at the ends of every input must be sound."""
+    choice = burst_geometry(case)
+    if choice.geometry != "axisymmetric":
+        return False, f"the burst is in three dimensions: {choice.reason}"
+    words = f"every sample has its own axisymmetric burst: {choice.reason}"
+    found = True
+    for entry in inputs:
+        for u in _ENDS:
+            draw = entry.distribution.values([u])[0]
+            ended = case_of(document, entry, draw)
+            if burst_geometry(ended).geometry != "axisymmetric":
+                found = False
+                words = f"with {entry.name} = {draw} the burst is in three dimensions"
+    return found, words
+
+
+def case_of(document: dict[str, Any], entry: UncertainInput, draw: Any) -> Case:  # noqa: ANN401 - a number or a word
+    """The resolved case with one input changed; raises InputError that names the input."""
+    where = f'uncertainty input "{entry.name}" at {draw}'
+    try:
+        return case_from_document(_changed(document, (entry,), [draw]), source=where, folder=Path())
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(where) else f"{where}: {text}") from None

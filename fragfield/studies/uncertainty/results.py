@@ -1,0 +1,188 @@
+"""Writes samples.csv and uncertainty.json."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
+from fragfield.files.stamped import read_stamped_json, stamped_json
+from fragfield.studies.uncertainty.budget import budget_of
+from fragfield.studies.uncertainty.indices import Analysis, analyse
+from fragfield.studies.uncertainty.sample import results_of_summary
+from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
+from fragfield.version import __version__
+from fragfield_base.csv_text import harmless
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fragfield.files.run_directory import RunDirectory
+    from fragfield.studies.uncertainty.plan import Study
+
+__all__ = ["RESULT", "assess", "read_results", "write_results"]
+
+RESULT = "uncertainty.json"
+_SITE = ("density", "hits", "probability")
+_LEVELS = (0.01, *(round(0.02 * step, 2) for step in range(1, 50)), 0.99)
+_FEWEST = 8  # samples with a result, below which nothing is said
+
+
+def write_results(
+    study: Study, rows: Mapping[int, Mapping[str, Any]], nominal: RunDirectory, folder: Path, cost: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write samples.csv and uncertainty.json into the study's folder, and the latter into the nominal run as well.
+
+    Returns
+    -------
+    dict
+        uncertainty.json, see `assess`.
+    """
+    _write_samples(study, rows, folder)
+    found = {**assess(study, rows, nominal.summary()), "nominal_run": str(nominal.path), "cost": dict(cost)}
+    text = stamped_json(found)
+    write_text(folder / RESULT, text, InputError)
+    try:
+        write_text(nominal.file(RESULT), text, InputError)
+    except InputError:  # a run that may only be read
+        if not nominal.path.is_dir():
+            raise
+    return found
+
+
+def read_results(folder: Path) -> dict[str, Any]:
+    """uncertainty.json of a folder, empty where there is none; raises InputError where it is damaged."""
+    path = folder / RESULT
+    return read_stamped_json(path) if path.is_file() else {}
+
+
+def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping[str, Any]) -> dict[str, Any]:
+    """What the samples say, with the nominal run's summary.
+
+    Returns
+    -------
+    dict
+        `exit_code` (3 where a sample failed or has no distance), `title`, `inputs`, `design`, `states` (numbers of
+        samples by state, and the first messages), `distance` and `exposed` (spread, indices, tornado), `budget`.
+    """
+    values = [rows.get(number, {}).get("results") or {} for number in range(study.samples)]
+    distance = _column(values, "distance")
+    known = int(np.isfinite(distance).sum())
+    nominal = results_of_summary(summary)
+    found: dict[str, Any] = {
+        "exit_code": EXIT_DONE if known == study.samples else EXIT_NUMERICAL,
+        "program_version": __version__,
+        "title": study.case.title,
+        "inputs": [entry.described() for entry in study.inputs],
+        "design": {
+            "method": study.method, "samples": study.samples, "seed": study.seed, "bursts": study.bursts,
+            "realisations": study.realisations, "geometry": study.geometry,
+        },
+        "states": _states(study, rows, known),
+        "nominal": nominal,
+        "distance": None,
+        "exposed": [],
+        "budget": None,
+    }  # fmt: skip
+    if known < _FEWEST:
+        found["states"]["reason"] = f"{known} samples gave a distance; at least {_FEWEST} are needed"
+        return found
+    errors = _column(values, "standard_error")
+    entry, spread = _quantity(study, distance, errors)
+    found["distance"] = entry
+    found["budget"] = budget_of(spread, summary["hazard"], summary.get("convergence") or {})
+    found["exposed"] = [
+        {"name": site["name"]} | {name: _of_site(study, values, number, name, site[name]) for name in _SITE}
+        for number, site in enumerate(nominal["exposed"])
+    ]
+    return found
+
+
+def _states(study: Study, rows: Mapping[int, Mapping[str, Any]], known: int) -> dict[str, Any]:
+    failed = {number: row for number, row in sorted(rows.items()) if row["exit_code"] != EXIT_DONE}
+    open_ = [
+        number
+        for number, row in sorted(rows.items())
+        if row["exit_code"] == EXIT_DONE and not row["results"]["determined"]
+    ]
+    messages = [f"sample {number}: exit code {row['exit_code']}: {row['message']}" for number, row in failed.items()]
+    messages += [f"sample {number}: not determined: {rows[number]['results']['reason']}" for number in open_]
+    return {
+        "done": known, "failed": len(failed), "not_determined": len(open_),
+        "missing": study.samples - len(rows), "messages": messages[:10],
+    }  # fmt: skip
+
+
+def _column(values: list[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
+    return np.array([math.nan if one.get(name) is None else one[name] for one in values], dtype=np.float64)
+
+
+def _quantity(
+    study: Study, values: NDArray[np.float64], errors: NDArray[np.float64] | None
+) -> tuple[dict[str, Any], Any]:
+    """Spread, indices and tornado of one result."""
+    known = np.isfinite(values)
+    used = None if errors is None or not np.isfinite(errors[known]).all() else errors[known]
+    rng = np.random.default_rng(np.random.SeedSequence([study.seed, 3]))
+    spread = spread_of(values[known], used, rng, None if study.burst is None else study.burst[known])
+    analysis = analyse(
+        [entry.distribution for entry in study.inputs], study.points, values, noise=spread.statistical_error**2,
+        method=study.method, seed=study.seed, burst=study.burst, in_burst=[entry.in_burst for entry in study.inputs],
+    )  # fmt: skip
+    own, _ = without_statistical_error(values[known], spread.statistical_error**2)
+    entry: dict[str, Any] = {
+        "spread": spread.as_dict(),
+        "curve": {"level": list(_LEVELS), "value": np.quantile(own, _LEVELS).tolist()},
+    }
+    if isinstance(analysis, Analysis):
+        names = [one.name for one in study.inputs]
+        entry["estimator"] = analysis.estimator
+        entry["indices"] = [{"name": name, **one} for name, one in zip(names, analysis.indices, strict=True)]
+        entry["tornado"] = [{"name": name, **one} for name, one in zip(names, analysis.tornado, strict=True)]
+    else:
+        entry["estimator"] = {"name": "none", "reason": analysis}
+    return entry, spread
+
+
+def _of_site(
+    study: Study, values: list[Mapping[str, Any]], number: int, name: str, nominal: float | None
+) -> dict[str, Any] | None:
+    """One number of an exposed site, of the samples that have it."""
+    sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
+    found = _column(sites, name)
+    if np.isfinite(found).sum() < _FEWEST:
+        return None
+    errors = _column(sites, f"{name}_standard_error")
+    entry, _ = _quantity(study, found, errors if np.isfinite(errors).any() else None)
+    return {"nominal": nominal, **entry}
+
+
+def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: Path) -> None:
+    """One row a sample: its draws, its state and its results."""
+    sites = [site["name"] for row in rows.values() for site in (row.get("results") or {}).get("exposed") or []]
+    names = list(dict.fromkeys(sites))
+    results = ["distance", "standard_error", "mean_initial_speed", "speed_99", "fragments"]
+    heads = ["sample", *(entry.name for entry in study.inputs), "state", *results]
+    heads += [f"{site}: {what}" for site in names for what in _SITE]
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow([harmless(head) for head in heads])
+    for number in range(study.samples):
+        row = rows.get(number)
+        found = (row or {}).get("results") or {}
+        state = (
+            "missing" if row is None else "failed" if not found else "done" if found["determined"] else "not determined"
+        )
+        at = {site["name"]: site for site in found.get("exposed") or []}
+        cells = [number, *study.draws(number), state, *(found.get(name) for name in results)]
+        cells += [at.get(site, {}).get(what) for site in names for what in _SITE]
+        table.writerow([harmless(cell) if isinstance(cell, str) else cell for cell in cells])
+    write_text(folder / "samples.csv", text.getvalue(), InputError)

@@ -1,0 +1,64 @@
+"""A study of uncertainty on the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fragfield.hazard.certainty import metres
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["print_study"]
+
+_WIDE = 160  # characters of a line where no terminal sets a bound
+
+
+def print_study(found: Mapping[str, Any]) -> None:
+    """Print the budget, the shares of the inputs and the exposed sites."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False, markup=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = _WIDE
+    states = found["states"]
+    lost = states["failed"] + states["not_determined"] + states["missing"]
+    if lost:
+        console.print(f"{lost} of {found['design']['samples']} samples gave no distance and are left out:")
+        for message in states["messages"]:
+            console.print(f"  {message}")
+    if not found["distance"]:
+        console.print(f"no result: {states.get('reason', 'no sample gave a distance')}")
+        return
+    spread, budget = found["distance"]["spread"], found["budget"]
+    console.print(
+        f"hazard distance over the inputs: 5 % {spread['low']:.1f}, median {spread['median']:.1f}, 95 % "
+        f"{spread['high']:.1f} m (± {spread['high_standard_error']:.1f} m for {spread['samples']} samples)"
+    )
+    table = Table(box=None, pad_edge=False)
+    for head in ("input", "total effect %", "first order %", "distance at its 5 and 95 %, m"):
+        table.add_column(head, justify="left" if head == "input" else "right")
+    for one, bar in zip(found["distance"].get("indices") or [], found["distance"].get("tornado") or [], strict=True):
+        shares = [f"{100 * one[key]:.1f} ± {100 * one[f'{key}_standard_error']:.1f}" for key in ("total", "first")]
+        table.add_row(one["name"], *shares, f"{bar['low']:.1f}  {bar['high']:.1f}")
+    console.print(table)
+    for site in found["exposed"]:
+        if site["hits"] is not None:
+            over = site["hits"]["spread"]
+            words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
+            console.print(f"{site['name']}: expected hits {words}")
+    parts = (
+        f"{one['name']} {'not known' if one['half_width'] is None else format(one['half_width'], '.1f')}"
+        for one in budget["contributions"]
+    )
+    console.print(f"budget: median {budget['median']:.1f} m; half-widths (95 %, one-sided, m): {', '.join(parts)}")
+    incomplete = "" if budget["complete"] else " (a contribution is not known)"
+    console.print(
+        f"distance to be signed: {metres(budget['signed'])}, governed by the {budget['governed_by']}{incomplete}"
+    )
+    cost = found["cost"]
+    if cost["samples_made_now"]:
+        each = cost["wall_seconds"] / cost["samples_made_now"]
+        console.print(f"{cost['samples_made_now']} samples in {cost['wall_seconds']:.0f} s, {each:.2f} s each")
+    console.print(f"written to {found['directory']}")

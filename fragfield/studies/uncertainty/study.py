@@ -1,0 +1,276 @@
+"""A study of uncertain inputs: the nominal run, the samples, the analysis, the pages."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import shutil
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, InputError
+from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.pipeline.chain import Request, run_stage
+from fragfield.pipeline.parallel import launched_size
+from fragfield.studies.sweep.sharing import share_out
+from fragfield.studies.sweep.worker import Worker
+from fragfield.studies.uncertainty.journal import Journal
+from fragfield.studies.uncertainty.plan import plan_study
+from fragfield.studies.uncertainty.results import write_results
+from fragfield_base.locking import locked
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fragfield.studies.sweep.sharing import AnyWorker
+    from fragfield.studies.uncertainty.plan import Study
+
+__all__ = ["StudyOptions", "run_study"]
+
+NOMINAL, BURSTS, SCRATCH = "nominal", "bursts", ".samples"
+_TRIES = 3  # of a sample whose process was killed
+_REPORT_SECONDS = 20.0
+_OWN = ("study.json", "samples.jsonl", "samples.csv", "uncertainty.json", "uncertainty.html", "figures")
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """How a study is made.
+
+    Attributes
+    ----------
+    folder : Path
+        Holds the study.
+    samples, method, seed : optional
+        Instead of those of the case.
+    workers : int, optional
+        Samples at one time; left out: one for each core, or each thread of the cluster.
+    scheduler : str, optional
+        Address of a dask scheduler, whose workers make the samples.
+    resume, overwrite : bool
+        Continue the study in the folder, or replace it.
+    quiet : bool
+        No progress.
+    """
+
+    folder: Path
+    samples: int | None = None
+    method: str | None = None
+    seed: int | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    resume: bool = False
+    overwrite: bool = False
+    quiet: bool = False
+
+
+def run_study(request: Request, options: StudyOptions) -> dict[str, Any]:
+    """Make a study and write samples.csv, uncertainty.json, uncertainty.html and the report of the nominal run.
+
+    Parameters
+    ----------
+    request : Request
+        The case file with its `--set`, or a run directory, which then is the nominal run.
+    options : StudyOptions
+        How.
+
+    Returns
+    -------
+    dict
+        uncertainty.json, with `directory`.
+
+    Raises
+    ------
+    InputError, NumericalStop
+        As the plan and the nominal run raise them; samples that fail are counted, not raised. What was computed stays,
+        and `resume` goes on from there.
+    """
+    if launched_size() > 1:
+        raise InputError("uncertainty starts its own parallel runs; it does not run under mpirun")
+    study = plan_study(request.case(), samples=options.samples, method=options.method, seed=options.seed)
+    _make_folder(options)
+    with locked(options.folder, InputError):
+        journal = Journal(options.folder)
+        journal.begin(study.identity(), resume=options.resume, overwrite=options.overwrite)
+        if options.overwrite and not options.resume:
+            _remove(options.folder)
+        nominal = _nominal(request, options)
+        began = time.perf_counter()
+        with journal:
+            made = _samples(study, journal, options)
+        seconds = time.perf_counter() - began
+        cost = {"samples_made_now": made, "wall_seconds": seconds, "workers": options.workers or _cores()}
+        found = write_results(study, journal.rows, nominal, options.folder, cost)
+        _pages(nominal, options.folder, found)
+    return {"directory": str(options.folder), **found}
+
+
+def _make_folder(options: StudyOptions) -> None:
+    folder = RunDirectory(options.folder)
+    folder.make()
+    if folder.exists:
+        raise InputError(f"{options.folder}: holds a run; a study of uncertainty needs a folder of its own")
+    known = {*_OWN, NOMINAL, BURSTS, SCRATCH}
+    other = sorted(entry.name for entry in options.folder.iterdir() if entry.name.removesuffix(".part") not in known)
+    if other:
+        raise InputError(
+            f"{options.folder}: holds {other[0]}, which is no part of a study; allowed: a new or an empty folder, or "
+            "a study's"
+        )
+
+
+def _remove(folder: Path) -> None:
+    for name in (BURSTS, SCRATCH, NOMINAL, "figures"):
+        shutil.rmtree(folder / name, ignore_errors=True)
+    for name in ("samples.csv", "uncertainty.json", "uncertainty.html"):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
+    """The run with every input as the case has it: given as a directory, or made here, with other cell sizes."""
+    if request.target.is_dir():
+        directory = RunDirectory(request.target)
+        if request.settings or request.cell_size:
+            raise InputError(
+                f"{directory.path}: found --set or --cell-size with a run directory, whose run is the nominal one; "
+                "allowed: with a case file"
+            )
+        if not directory.complete(STAGES["fly"]):
+            raise InputError(f"{directory.path}: has no flight; run `fragfield run {directory.path} --resume` first")
+        return directory
+    directory = RunDirectory(options.folder / NOMINAL)
+    done = [stage for stage in ("burst", "break-up", "fly") if directory.complete(STAGES[stage])]
+    own = Request(
+        request.target, directory.path, request.cell_size, resume=True, quiet=options.quiet, settings=request.settings
+    )
+    for stage in ("burst", "break-up", "fly"):
+        if stage not in done:
+            _report(f"nominal run: {stage}", options)
+            run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet, thorough=True), stage)
+    return directory
+
+
+def _workers(options: StudyOptions, most: int) -> Sequence[AnyWorker]:
+    if options.scheduler is not None:
+        from fragfield.studies.sweep.cluster import cluster_workers
+
+        return cluster_workers(options.scheduler, 1, options.workers, most)
+    return [Worker(1) for _ in range(min(options.workers or _cores(), most))]
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+def _samples(study: Study, journal: Journal, options: StudyOptions) -> int:
+    """Make the bursts that are shared, then every sample that is missing; how many were made."""
+    scratch = options.folder / SCRATCH
+    shutil.rmtree(scratch, ignore_errors=True)  # of a study that was killed
+    scratch.mkdir()
+    try:
+        _shared_bursts(study, options)
+        missing = [number for number in range(study.samples) if number not in journal.rows]
+        if missing:
+            _sample(study, missing, journal, options, str(scratch.resolve()))
+        return len(missing)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOptions, scratch: str) -> None:
+    progress = _Progress(study.samples, len(journal.rows), options)
+
+    def make(number: int, worker: AnyWorker) -> tuple[int, str]:
+        burst = None if study.burst is None else str(_burst_directory(options, int(study.burst[number])).path.resolve())
+        asked = {"stage": "sample", "case": study.document(number), "scratch": scratch, "burst": burst}
+        return _call(worker, asked)
+
+    def ended(number: int, outcome: tuple[int, str]) -> None:
+        code, message = outcome
+        row = {"results": json.loads(message)} if code == EXIT_DONE else {"message": message}
+        journal.add(number, {"exit_code": code, **row})
+        progress.one_more()
+
+    share_out(_workers(options, len(missing)), missing, make, ended)
+
+
+def _call(worker: AnyWorker, asked: dict[str, Any]) -> tuple[int, str]:
+    """A run; made again where its process was killed by a signal, which is no fault of the run."""
+    code, message = worker.call(asked)
+    for _ in range(_TRIES - 1):
+        if code >= 0:
+            break
+        code, message = worker.call(asked)
+    if code == EXIT_INTERRUPTED:
+        raise KeyboardInterrupt
+    return code, message
+
+
+def _burst_directory(options: StudyOptions, number: int) -> RunDirectory:
+    return RunDirectory(options.folder / BURSTS / f"burst_{number:04d}")
+
+
+def _shared_bursts(study: Study, options: StudyOptions) -> None:
+    """Make the bursts that samples share; a burst that fails ends the study, since many samples need it."""
+    directories = [_burst_directory(options, number) for number in range(study.bursts)]
+    missing = [number for number, one in enumerate(directories) if not one.complete(STAGES["burst"])]
+    if not missing:
+        return
+    (options.folder / BURSTS).mkdir(exist_ok=True)
+
+    def make(number: int, worker: AnyWorker) -> tuple[int, str]:
+        _report(f"burst {number + 1} of {study.bursts}", options)
+        case_file = (options.folder / BURSTS / f"burst_{number:04d}.toml").resolve()
+        write_text(case_file, study.burst_text(number), InputError)
+        out = directories[number].path.resolve()
+        asked = {"stage": "burst", "case_file": str(case_file), "out": str(out), "resume": True, "overwrite": False}
+        return _call(worker, asked)
+
+    def ended(number: int, outcome: tuple[int, str]) -> None:
+        code, message = outcome
+        if code != EXIT_DONE:
+            raise InputError(f"burst {number + 1} of {study.bursts} failed (exit code {code}): {message}")
+
+    share_out(_workers(options, len(missing)), missing, make, ended)
+
+
+def _pages(nominal: RunDirectory, folder: Path, found: dict[str, Any]) -> None:
+    """The study's own page, and its section in the report of the nominal run."""
+    from fragfield.report import write_report
+    from fragfield.report.uncertainty_page import write_uncertainty_page
+
+    write_uncertainty_page(folder, nominal.path, found)
+    with suppress(InputError):  # a run that may only be read; the study has its own page
+        write_report(nominal.path)
+
+
+class _Progress:
+    """Says on stderr how far the samples are, from time to time."""
+
+    def __init__(self, samples: int, done: int, options: StudyOptions) -> None:
+        self._samples, self._before, self._done = samples, done, done
+        self._options = options
+        self._began = self._said = time.monotonic()
+
+    def one_more(self) -> None:
+        self._done += 1
+        now = time.monotonic()
+        if now - self._said < _REPORT_SECONDS and self._done < self._samples:
+            return
+        self._said = now
+        left = (now - self._began) / (self._done - self._before) * (self._samples - self._done)
+        _report(f"sample {self._done} of {self._samples}, about {left / 60.0:.1f} min left", self._options)
+
+
+def _report(text: str, options: StudyOptions) -> None:
+    if not options.quiet:
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()

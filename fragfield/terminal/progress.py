@@ -1,0 +1,176 @@
+"""Progress on stderr: stage, fraction, rate, remaining time; on a terminal and on rank 0 only."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from fragfield.terminal.compile_watch import watching_compilation
+from fragfield.terminal.recent_rate import RecentRate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
+
+    from burst_fenicsx import BurstProgress
+    from flight import FlightProgress
+
+__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration"]
+
+COMPILING = "compiling kernels: once for this version on this machine, one to three minutes"
+"""What stands beside the stage meanwhile."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is; `print` shows it as a line.
+
+    Attributes
+    ----------
+    stage : str
+        "burst", "break-up", "fly" or "report".
+    share : float
+        Of the stage that is done, 0 to 1: of the burst's time, or of the fragments flown.
+    detail : str
+        The same in words.
+    seconds_left : float, optional
+        Of the stage, at the rate of the last seconds; None where it is not known.
+    """
+
+    stage: str
+    share: float = 0.0
+    detail: str = ""
+    seconds_left: float | None = None
+
+    def __str__(self) -> str:
+        left = "" if self.seconds_left is None else f"   {duration(self.seconds_left)} left"
+        return f"{self.stage} {100.0 * self.share:.0f} %{f'   {self.detail}' if self.detail else ''}{left}"
+
+
+class ProgressReporter:
+    """A line on stderr that follows the stages; a context manager, closed on errors and Ctrl-C as well.
+
+    Parameters
+    ----------
+    enabled : bool
+        False on ranks other than 0 and for `--quiet`; a stderr that is no terminal disables it too.
+    follow : callable, optional
+        Called with a `Progress` at every step; what it raises ends the run.
+    """
+
+    def __init__(self, *, enabled: bool, follow: Callable[[Progress], object] | None = None) -> None:
+        self._enabled = enabled and sys.stderr.isatty()
+        self._follow = follow
+        self._stage = ""
+        self._progress: Bars | None = None
+        self._task: TaskID | None = None
+        self._rate = RecentRate()
+        self._shown = Progress("")
+        self._watch = ExitStack()
+
+    def __enter__(self) -> ProgressReporter:
+        if self._enabled:
+            self._progress = _rich_progress()
+            self._progress.start()
+        if self._progress is not None or self._follow is not None:
+            self._watch.enter_context(watching_compilation(self._compiling))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._watch.close()
+        if self._progress is not None:
+            self._progress.stop()
+            self._progress = None
+        if error is None:
+            self._end_stage()
+
+    def stage(self, name: str) -> None:
+        """Begin a stage, which ends the one before; its bar pulses until a first amount is known."""
+        self._end_stage()
+        self._stage = name
+        self._shown = Progress(name)
+        self._rate.restart()
+        if self._follow is not None:
+            self._follow(Progress(name))
+        if self._progress is None:
+            return
+        if self._task is not None:
+            self._progress.remove_task(self._task)
+        self._task = self._progress.add_task(name, total=None, detail="", left="")
+
+    def _end_stage(self) -> None:
+        """Report the whole of the stage that has run, which may have been quicker than reports come."""
+        if self._follow is not None and self._stage:
+            self._follow(Progress(self._stage, 1.0))
+
+    def burst(self, state: BurstProgress) -> None:
+        """Show a `burst_fenicsx.BurstProgress`."""
+        rate = f"{state.cell_steps_per_second / 1e6:.2f} M cell-steps/s"
+        detail = f"{state.time * 1e6:.2f} of {state.end_time * 1e6:.0f} us   step {state.step}   {rate}"
+        self._show(state.time, state.end_time, detail)
+
+    def flight(self, state: FlightProgress) -> None:
+        """Show a `flight.FlightProgress`."""
+        rate = state.done / max(state.wall_seconds, 1e-9)
+        detail = f"{state.done} of {state.total} fragments   {rate:.0f} fragments/s"
+        self._show(state.done, state.total, detail)
+
+    def _compiling(self, begins: bool) -> None:
+        """Say that kernels are compiled, and afterwards what was said before."""
+        if not self._stage:
+            return
+        self._rate.restart()
+        if begins:
+            self._publish(Progress(self._stage, self._shown.share, COMPILING))
+        else:
+            self._publish(self._shown)
+
+    def _show(self, done: float, total: float, detail: str) -> None:
+        rate = self._rate.add(perf_counter(), done)
+        left = (total - done) / rate if rate is not None else None
+        self._shown = Progress(self._stage, min(done / total, 1.0) if total > 0.0 else 1.0, detail, left)
+        self._publish(self._shown)
+
+    def _publish(self, state: Progress) -> None:
+        if self._follow is not None:
+            self._follow(state)
+        if self._progress is None or self._task is None:
+            return
+        left = "" if state.seconds_left is None else f"{duration(state.seconds_left)} left"
+        total = 1.0 if state.detail != COMPILING or state.share > 0.0 else None
+        self._progress.update(self._task, completed=state.share, total=total, detail=state.detail, left=left)
+
+
+def duration(seconds: float) -> str:
+    """A time as people read it: 42 s, 3 min 20 s, 2 h 5 min."""
+    whole = max(round(seconds), 0)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def _rich_progress() -> Bars:
+    from rich.console import Console
+    from rich.progress import BarColumn, SpinnerColumn, TextColumn
+    from rich.progress import Progress as Bars
+
+    return Bars(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.fields[detail]}"),
+        TextColumn("{task.fields[left]}"),
+        console=Console(stderr=True),
+        transient=True,
+        refresh_per_second=4,
+    )

@@ -1,0 +1,171 @@
+"""Results on stdout."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import TYPE_CHECKING, Any, TextIO
+
+from rich.console import Console
+from rich.table import Table
+
+from fragfield.hazard.certainty import basis_words, margin_metres, metres, single_words
+from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.pipeline.convergence import convergence_words
+from fragfield.terminal.progress import duration
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["number_text", "plain_console", "print_info", "print_summary", "stripped", "summary_text"]
+
+# Part, quantity, factor from SI, unit, for reading.
+_SUMMARY_ROWS = (
+    ("burst", "cells", 1.0, ""),
+    ("burst", "steps", 1.0, ""),
+    ("burst", "end_time", 1e6, "us"),
+    ("burst", "wall_seconds", 1.0, "s"),
+    ("burst", "mean_initial_speed", 1.0, "m/s"),
+    ("burst", "speed_99", 1.0, "m/s"),
+    ("burst", "max_initial_speed", 1.0, "m/s"),
+    ("burst", "outer_diameter", 1e3, "mm"),
+    ("burst", "lost_cells", 1.0, ""),
+    ("burst", "energy_error", 1e2, "%"),
+    ("break_up", "fragments", 1.0, ""),
+    ("break_up", "mass", 1.0, "kg"),
+    ("flight", "landed", 1.0, ""),
+)
+
+_WIDTH = 120  # letters of a line in a text
+_LABELS = {
+    "speed_99": "speed of 99 % of the mass",
+    "max_initial_speed": "max initial speed (of a cell)",
+}
+
+
+def plain_console(file: TextIO | None = None) -> Console:
+    """A console that prints texts as they are, on stdout or into a file: names of rounds may hold brackets."""
+    return Console(file=file, width=None if file is None else _WIDTH, highlight=False, markup=False, soft_wrap=True)
+
+
+def number_text(value: object, factor: float) -> str:
+    """A number times a factor with four digits, a whole number in full, "-" for none."""
+    if isinstance(value, int) and factor == 1.0:
+        return f"{value:d}"
+    return f"{value * factor:.4g}" if isinstance(value, (int, float)) else "-"
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """What `print_summary` prints."""
+    text = StringIO()
+    print_summary(summary, plain_console(text))
+    return stripped(text.getvalue())
+
+
+def stripped(text: str) -> str:
+    """A text without spaces at the ends of its lines, and without its last line break."""
+    return "\n".join(line.rstrip() for line in text.splitlines()).rstrip("\n")
+
+
+def print_summary(summary: Mapping[str, Any], console: Console | None = None) -> None:
+    """Print the main numbers of a summary, on stdout or on a console."""
+    table = Table(
+        title=str(summary.get("title", "")), title_justify="left", box=None, show_header=False, pad_edge=False
+    )
+    for part, key, factor, unit in _SUMMARY_ROWS:
+        found = summary.get(part)
+        if isinstance(found, dict) and key == "speed_99":
+            found = {key: (found.get("speed_quantiles") or {}).get("99")}
+        if isinstance(found, dict) and found.get(key) is not None:
+            label = _LABELS.get(key, key.replace("_", " "))
+            table.add_row(part.replace("_", " "), label, number_text(found[key], factor), unit)
+    section = (summary.get("burst") or {}).get("section")
+    if section:
+        table.add_row("burst", section["words"], "masses per metre")
+        for width, ratio in ((section["focus"] or {}).get("mass_ratio") or {}).items():
+            table.add_row("burst", f"mass within {width} deg of the focus", f"{ratio:.3g}", "per degree")
+    rounds = (summary.get("burst") or {}).get("rounds") or []
+    for entry in rounds if len(rounds) > 1 else []:
+        if "ignition" in entry:
+            table.add_row("burst", f"ignition of {entry['name']}", *_initiated(entry["ignition"]))
+    for name, exposure, initiated in exposed_rounds(summary.get("burst") or {}):
+        label = "initiated" if initiated else "not initiated"
+        table.add_row("burst", f"{name}, {label}", exposure_words(exposure), "")
+    for surface in summary.get("witness") or []:
+        table.add_row("witness", f"hits on {surface['name']}", number_text(surface["hits"], 1.0), "")
+    for obstacle in summary.get("obstacle") or []:
+        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}"
+        table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
+    console = console or plain_console()
+    console.print(table)
+    _print_hazard(console, summary.get("hazard") or {})
+    for line in convergence_words(summary.get("convergence") or {}):
+        console.print(line, markup=False)
+    for entry in summary.get("exposed") or []:
+        margin = "" if entry["margin"] is None else f", margin {margin_metres(entry['margin'])} m"
+        console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
+    _print_profile(console, (summary.get("burst") or {}).get("profile") or [])
+    if "directory" in summary:
+        console.print(f"written to {summary['directory']}")
+
+
+def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:
+    """The parts of the stepping, where they were timed."""
+    if not profile:
+        return
+    table = Table(title="time of the stepping", title_justify="left", box=None, pad_edge=False)
+    for head in ("part", "s", "%", "calls"):
+        table.add_column(head, justify="left" if head == "part" else "right")
+    for part in profile:
+        table.add_row(part["part"], f"{part['seconds']:.2f}", f"{100.0 * part['share']:.1f}", str(part["calls"]))
+    console.print(table)
+
+
+def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
+    """When a round was initiated and by what, as the value and the unit of a line."""
+    if not ignition:
+        return "never initiated", ""
+    by = "us, by shock" if ignition[0]["by"] == "shock" else "us"
+    return f"{ignition[0]['time'] * 1e6:.4g}", by
+
+
+def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
+    """The hazard distance, what it rests on, and beside it what single events do."""
+    if not hazard:
+        return
+    if not hazard["determined"]:
+        console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
+        return
+    number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
+    lines = [("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")]
+    if hazard["upper"] is not None:
+        error = f"± {hazard['standard_error']:.2g} m standard error, {number}"
+        lines = [
+            ("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard)),
+            ("distance of the expected density", metres(hazard["distance"]), error),
+        ]
+    lines += [
+        ("not hazard distances: single events", single_words(hazard), "5 to 95 %"),
+        ("  largest throw", metres(hazard["largest_throw"]), "of a single fragment"),
+    ]
+    for label, value, note in lines:
+        console.print(f"{label:37}{value:>16}  {note}", markup=False)
+
+
+def print_info(found: Mapping[str, Any]) -> None:
+    """Print what `fragfield.files.info.describe` found."""
+    console = plain_console()
+    if "directory" in found:
+        stages = ", ".join(f"{name} {'done' if done else 'missing'}" for name, done in found["stages"].items())
+        console.print(f"{found['directory']}: {stages}")
+        print_summary({"title": found["title"], **found["summary"]})
+        if (seconds := (found["summary"].get("burst") or {}).get("wall_seconds")) is not None:
+            console.print(f"burst computed in {duration(seconds)}")
+        for name, size in found["files"].items():
+            console.print(f"{size / 1e6:10.3f} MB  {name}")
+        return
+    console.print(f"{found['file']}: {found['format']}")
+    for key, value in found["attributes"].items():
+        text = str(value)
+        console.print(f"  {key} = {text if len(text) < 100 else text[:97] + '...'}")
+    for name, shape in found["datasets"].items():
+        console.print(f"  /{name}: {shape}")

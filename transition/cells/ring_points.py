@@ -1,0 +1,87 @@
+"""Material points from the rings of an axisymmetric burst: random places in every quadrilateral and around the axis.
+
+The state goes straight to points around the axis; no hexahedra stand between. A ring's mass is distributed as the
+burst stage lumps it, by r dA over its reference quadrilateral. Its points share the mass equally and are placed by that
+measure (`kernels.ring_sampling`); every four begin at an azimuth of their own, so that the fragments show neither
+sectors nor columns of cells. Mass, axial momentum, centre of mass and mean radial speed are those of every ring to
+round-off. Opposite points come in pairs: transverse momentum is zero to round-off, and so is the angular momentum about
+the axis and about any line across it through the centre of mass; there is nothing to correct.
+
+The number of points follows the same rule as that of hexahedra (`transition.cells.cell_points`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transition.cells.meridian import mass_density, node_shares, quad_modes
+from transition.cells.points import MaterialPoints, PointArrays
+from transition.kernels.ring_sampling import sample_rings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from transition.cells.meridian import HalfPlane
+
+__all__ = ["POINTS_TOGETHER", "RingPoints"]
+
+POINTS_TOGETHER = 4
+"""The number of points of a ring is a multiple of this."""
+
+
+@dataclass(frozen=True, eq=False)
+class RingPoints:
+    """Source of the points of one segment.
+
+    Attributes
+    ----------
+    segment : int
+        The segment's index; the round is the only one.
+    cells : (m,) int64
+        Its rings, as indices of `Snapshot.casing`.
+    cell_mass : (m,) float64
+        Their masses (kg).
+    reference : (m, 4, 2) float64
+        Radius and height of the nodes before the burst (m), counter-clockwise.
+    state : (m, 4, 4) float64
+        Radius and height (m), radial and axial velocity (m/s) of the nodes now.
+    number : (m,) int64
+        Points of each ring: a multiple of `POINTS_TOGETHER`.
+    half : HalfPlane
+        The half plane of the meridian.
+    """
+
+    segment: int
+    cells: NDArray[np.int64]
+    cell_mass: NDArray[np.float64]
+    reference: NDArray[np.float64]
+    state: NDArray[np.float64]
+    number: NDArray[np.int64]
+    half: HalfPlane
+
+    def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
+        """Points of one realisation, ring by ring; on demand with their coordinates and turn, 0 to 1, as `local`."""
+        made = PointArrays(self.number, local=local)
+        shift = generator.random((self.number.size, 3))
+        sample_rings(
+            self._modes, self._mean, self._density, made.offset, self.cell_mass, self.cells, shift, self.half.origin,
+            self.half.frame, made.values, made.mass, made.cell, made.within,
+        )  # fmt: skip
+        return made.of_segment(0, self.segment)
+
+    @cached_property
+    def _modes(self) -> NDArray[np.float64]:
+        return quad_modes(self.state)
+
+    @cached_property
+    def _mean(self) -> NDArray[np.float64]:
+        """Means by mass (m, 4) of position and velocity."""
+        return np.asarray(np.einsum("ma,maj->mj", node_shares(self.reference), self.state))
+
+    @cached_property
+    def _density(self) -> NDArray[np.float64]:
+        return mass_density(self.reference)

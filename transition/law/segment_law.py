@@ -1,0 +1,169 @@
+"""The law by which a segment breaks: mean mass, mu and number from its geometry, speed and settings.
+
+End pieces (nose and base, before and behind the charge) are few and large. The v0/a of Eq. 21 is a rate of hoop
+strain, and an end piece is thrown along the axis without much of it: its v0 is the outward speed of its expansion, not
+its speed of flight. It does not stretch before it parts from the wall, so radius and thickness are those before the
+burst, the thickness being the smaller of wall and length (a base is a plate). And there is never less than one piece:
+the mean mass is at most the segment's mass.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from transition.errors import InputError
+from transition.law import mean_mass, mean_mass_data
+from transition.law.mott import MottLaw
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from transition.law.segments import CasingSegment
+    from transition.settings import BreakUpSettings
+    from transition.snapshot import RoundData
+
+__all__ = ["SegmentLaw", "outside_of", "segment_law"]
+
+
+@dataclass(frozen=True)
+class SegmentLaw:
+    """How a segment breaks. SI units.
+
+    Attributes
+    ----------
+    law : MottLaw
+        With the mean mass of the segment.
+    mass : float
+        Of the segment's cells (kg).
+    n0 : float
+        Expected number of fragments M/mean (Eq. 20).
+    v0 : float
+        Speed used in the law (m/s); of an end piece that of its expansion.
+    radius, wall : float
+        Outer radius and wall at rupture (m).
+    rupture : str
+        Where these come from: "critical_strain", "burst", or "unstretched" (an end piece, or a segment that the
+        burst stage did not carry to its leakage radius and that `rupture = "burst"` therefore leaves to Eq. 22
+        reads "critical_strain").
+    rate : float
+        Rate of hoop strain at rupture (1/s).
+    rate_source : str
+        "burst", or "speed" for v0 over the radius: by choice, for end pieces, and where the burst stage ended before
+        the casing had the strain of rupture.
+    """
+
+    law: MottLaw
+    mass: float
+    n0: float
+    v0: float
+    radius: float
+    wall: float
+    rupture: str
+    rate: float
+    rate_source: str
+
+
+@dataclass(frozen=True)
+class _Rupture:
+    radius: float
+    wall: float
+    source: str
+    rate: float
+    rate_source: str
+
+
+def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> SegmentLaw:
+    """Law of a segment of `mass` (kg).
+
+    Raises
+    ------
+    InputError
+        The burst's speed, radius or wall of the segment cannot be used.
+    """
+    where = f"round {data.name!r}, segment {segment.data.name!r}"
+    speed = _speed(segment, mass, data, settings, where)
+    radius, wall, source = _at_rupture(segment, settings, where)
+    at = _Rupture(radius, wall, source, speed / radius, "speed")
+    if settings.strain_rate == "burst":
+        at = _from_burst(segment, data, at, where)
+    mean = min(_mean_mass(segment, data, settings, at), mass)
+    law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
+    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
+
+
+def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[str, list[str]]:
+    """By a round's name: in which respects no published data on mean masses are near it; empty for a given mean."""
+    if not isinstance(settings.mean_mass, str):
+        return {}
+    found = {}
+    for data in rounds:
+        casing, charge = (sum(getattr(s, name) for s in data.segments) for name in ("casing_mass", "charge_mass"))
+        diameter = 2.0 * max(segment.outer_radius for segment in data.segments)
+        metal, filling = (data.casing_density, data.casing_yield), (data.explosive, data.explosive_density)
+        found[data.name] = list(mean_mass_data.outside_data(diameter, charge / casing, metal, filling))
+    return found
+
+
+def _speed(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings, where: str) -> float:
+    if settings.velocity_source == "gurney":
+        return mean_mass.gurney_speed(data.detonation_velocity, segment.data.charge_mass / mass)
+    if segment.is_end:
+        return segment.expansion
+    if not (math.isfinite(segment.data.speed) and segment.data.speed >= 0.0):
+        raise InputError(f"{where}: the burst stage gives the speed {segment.data.speed}; a finite speed is needed")
+    return segment.data.speed
+
+
+def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -> tuple[float, float, str]:
+    data = segment.data
+    for name, value in (("outer_radius", data.outer_radius), ("wall_thickness", data.wall_thickness)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{where}: {name} is {value:g} m; above zero is needed")
+    if segment.is_end:
+        return data.outer_radius, min(data.wall_thickness, data.end - data.start), "unstretched"
+    found = (data.rupture_radius, data.rupture_wall)
+    if settings.rupture == "burst" and all(math.isfinite(value) and value > 0.0 for value in found):
+        return *found, "burst"
+    return *mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain), "critical_strain"
+
+
+def _from_burst(segment: CasingSegment, data: RoundData, by_speed: _Rupture, where: str) -> _Rupture:
+    """Rate of the burst when the segment had the strain of rupture, and the wall then; `by_speed` where it had not.
+
+    The wall is that of plane strain at the outer radius. That of the burst, the casing's outer radius less the
+    charge's, has no meaning where the charge ends (boat-tail of the M107: not thinned at all).
+    """
+    if data.expansion is None:
+        raise InputError(
+            f"{where}: the snapshot holds no radii over time, which break_up.strain_rate = 'burst' needs; an earlier "
+            "version of the program wrote it: compute the burst again, or take strain_rate = 'speed'"
+        )
+    if segment.is_end:
+        return by_speed
+    before = segment.data
+    strain = by_speed.radius / before.outer_radius - 1.0
+    found = data.expansion.at_strain(before.start, before.end, strain)
+    if found is None:
+        return by_speed
+    wall = mean_mass.thinned(before.outer_radius, before.wall_thickness, by_speed.radius)
+    return _Rupture(by_speed.radius, wall, by_speed.source, found.rate, "burst")
+
+
+def _mean_mass(segment: CasingSegment, data: RoundData, settings: BreakUpSettings, at: _Rupture) -> float:
+    if settings.mean_mass == "mott":
+        return mean_mass.mott_linfoot(
+            settings.prefactor, data.casing_density, at.radius, settings.fracture_energy, at.wall, at.rate * at.radius
+        )
+    if settings.mean_mass == "mott_1947":
+        return mean_mass.mott_1947(
+            data.casing_density, settings.fracture_stress, settings.fracture_gamma, at.wall, at.rate
+        )
+    if settings.mean_mass == "gurney_sarmousakis":
+        constant = mean_mass.explosive_constant(data.explosive, settings.explosive_constant)
+        before = segment.data
+        return mean_mass.gurney_sarmousakis(
+            constant, before.wall_thickness, 2.0 * (before.outer_radius - before.wall_thickness)
+        )
+    return float(settings.mean_mass)

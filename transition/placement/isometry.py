@@ -1,0 +1,60 @@
+"""Rigid motions: rotations, and reflections (`transition.placement.mirroring`)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Isometry", "rotation"]
+
+
+@dataclass(frozen=True, eq=False)
+class Isometry:
+    """A map x -> Q x + s with an orthogonal Q.
+
+    Attributes
+    ----------
+    matrix : (3, 3) float64
+        Q; its determinant is 1 for a rotation, -1 for an odd number of reflections.
+    shift : (3,) float64
+        s, where the origin goes (m).
+    """
+
+    matrix: NDArray[np.float64]
+    shift: NDArray[np.float64]
+
+    def place(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions (..., 3) in m after the motion."""
+        return np.asarray(positions @ self.matrix.T + self.shift)
+
+    def vector(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Velocities, momenta, or axes (..., 3) after the motion."""
+        return np.asarray(vectors @ self.matrix.T)
+
+    def axial_vector(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Spins (..., 3) after the motion: a cross product of two vectors changes sign where they are mirrored."""
+        return np.linalg.det(self.matrix) * self.vector(vectors)
+
+    def after(self, first: Isometry | None) -> Isometry:
+        """The motion `first`, then this one."""
+        if first is None:
+            return self
+        return Isometry(self.matrix @ first.matrix, self.matrix @ first.shift + self.shift)
+
+    def about(self, point: NDArray[np.float64]) -> Isometry:
+        """The same rotation about `point` (m)."""
+        return Isometry(self.matrix, point - self.matrix @ point)
+
+
+def rotation(axis: tuple[float, float, float], point: tuple[float, float, float], angle: float) -> Isometry:
+    """Rotation by `angle` (rad), right-handed about the direction `axis` through `point` (m)."""
+    x, y, z = (component / math.hypot(*axis) for component in axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
+    return Isometry(matrix, np.asarray(point) - matrix @ np.asarray(point))
