@@ -18,6 +18,7 @@ from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.exact_sums import exact_sums
 from burst_fenicsx.mechanics.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.mechanics.initiation import ShockInitiations
 from burst_fenicsx.mechanics.ledger import MIN_WORK, Ledger
@@ -241,11 +242,10 @@ class Simulation:
 
     def _make_ledger(self) -> Ledger:
         state = self.fields
-        chemical = np.zeros(len(state.products))
-        for index, products in enumerate(state.products):
-            own = (state.mesh.round == index) & (state.mesh.part == Part.CHARGE)
-            chemical[index] = state.cell_mass[own].sum() / products.density * products.energy
-        chemical = self.comm.allreduce(chemical)
+        own = state.mesh.part == Part.CHARGE
+        masses = exact_sums(self.comm, state.cell_mass[own, None], state.mesh.round[own], len(state.products))[:, 0]
+        energies = [products.energy / products.density for products in state.products]
+        chemical = masses * np.array(energies)
         return Ledger(
             self.settings.energy_tolerance,
             MIN_WORK * float(chemical.sum()),

@@ -7,6 +7,7 @@ row, the left half and a quarter of the middle one computed).
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,12 @@ from tests.burst_fenicsx.tubes import SETTINGS, tube
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from burst_fenicsx.simulation import BurstResult
+
+OF_THE_RUN = (
+    "ranks", "threads", "wall_seconds", "start_seconds", "stepping_seconds", "seconds_per_cell_step",
+    "peak_memory_bytes",
+)  # fmt: skip
 GAP = 5e-3
 END = 70e-6
 END_WITHOUT_CONTACT = 45e-6
@@ -90,6 +97,12 @@ def differences(one: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]) 
     return [name for name in one if not np.array_equal(one[name], other[name])]
 
 
+def summary_text(result: BurstResult) -> str:
+    """The summary but for what is measured of the run itself, and what names the ranks."""
+    kept = {key: value for key, value in result.summary.items() if key not in OF_THE_RUN}
+    return json.dumps(kept, indent=1, sort_keys=True)
+
+
 def deal_at_random() -> None:
     """Deal the cells to the ranks at random instead of in runs."""
     usual = simulation.distribute
@@ -109,10 +122,11 @@ def main() -> None:
     if "random" in options:
         deal_at_random()
     going = burst(path.parent, MPI.COMM_WORLD, options)
-    going.finish()
+    result = going.finish()
     found = state(going)
     if found:
         np.savez(path, ranks=MPI.COMM_WORLD.size, **found)
+        path.with_suffix(".json").write_text(summary_text(result))
 
 
 if __name__ == "__main__":
