@@ -25,6 +25,7 @@ from burst_fenicsx.mechanics.ledger import MIN_WORK, Ledger
 from burst_fenicsx.mechanics.solver import BurstSolver, Hold
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
+from burst_fenicsx.meshing.partition import partition
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records.clocks import Clocks
@@ -182,7 +183,9 @@ class Simulation:
         """Distribute the mesh and make the fields, what acts on them and the solver."""
         mesh, settings, comm = self.mesh, self.settings, self.comm
         check_planes(self.rounds, settings, mesh)
-        distributed = distribute(comm, mesh if comm.rank == 0 else None)
+        alone = comm.size == 1 or comm.rank > 0
+        owner = None if alone else partition(mesh, self.rounds, comm.size)
+        distributed = distribute(comm, mesh if comm.rank == 0 else None, destination=owner)
         self.leakage = self._make_leakage(distributed)
         self.fields: BurstFields = make_fields(
             distributed,

@@ -107,7 +107,8 @@ def deal_at_random() -> None:
     """Deal the cells to the ranks at random instead of in runs."""
     usual = simulation.distribute
 
-    def at_random(comm, mesh):
+    def at_random(comm, mesh, *, destination):
+        assert mesh is None or comm.size == 1 or len(destination) == len(mesh.cells)
         owner = None
         if mesh is not None:
             owner = np.random.default_rng(2).integers(0, comm.size, len(mesh.cells)).astype(np.int32)

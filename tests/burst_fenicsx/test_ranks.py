@@ -113,7 +113,8 @@ def contents(path):
 
 
 @pytest.mark.parametrize(
-    ("ranks", "partition"), [(2, "runs"), (2, "random"), (3, "runs"), (3, "random"), (4, "runs"), (4, "random")]
+    ("ranks", "partition"),
+    [(2, "sectors"), (2, "random"), (3, "sectors"), (3, "random"), (4, "sectors"), (4, "random")],
 )
 def test_ranks_change_no_bit(tmp_path, mpirun, pair, ranks, partition):
     """Two tubes that meet, with contact, leakage and bonds: fields, histories, ledger, segments, summary."""
