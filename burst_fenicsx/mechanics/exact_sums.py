@@ -9,6 +9,8 @@ from burst_fenicsx.kernels.exact import add_exactly, two_constants
 
 __all__ = ["exact_sum", "exact_sums"]
 
+_LARGEST = 1e280  # so that sums of any number of terms are finite
+
 
 def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = None, number: int = 1) -> np.ndarray:
     """Sums of rows by their bins over all ranks, (number, k); to about the precision of doubles; collective.
@@ -16,18 +18,18 @@ def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = Non
     Parameters
     ----------
     comm : communicator.
-    values : (n, k) this rank's rows; a column with a NaN or an infinity sums to NaN.
+    values : (n, k) this rank's rows; a column with a NaN, or with values beyond 1e280, sums to NaN.
     bins : (n,) bin of each row, below `number`; left out: all rows are of one bin.
     """
     values = np.ascontiguousarray(values, dtype=float)
     rows, columns = values.shape
-    # NaN would get lost in the comparison of ranks, an infinity does not.
-    largest = np.nan_to_num(np.abs(values).max(axis=0, initial=0.0), nan=np.inf)
+    largest = np.abs(values).max(axis=0, initial=0.0)
+    largest[np.isnan(largest)] = np.inf  # NaN would get lost in the comparison of ranks
     count = rows
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
         count = comm.allreduce(rows)
-    finite = np.isfinite(largest * max(count, 1))
+    finite = largest < _LARGEST
     constants = [two_constants(value, max(count, 1)) for value in np.where(finite, largest, 1.0)]
     coarse, fine = np.array(constants).reshape(columns, 2).T
     if bins is None:

@@ -2,7 +2,7 @@
 
 The options are random (cells are dealt to the ranks at random), shared (charge and casing share their nodes, no
 contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left), symmetry (three tubes in a
-row, the left half and a quarter of the middle one computed).
+row, the left half and a quarter of the middle one computed), walls (the left tube stands on a deck and by a wall).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx import simulation
-from burst_fenicsx.problem import ContactSettings, Leakage, ShockInitiation
+from burst_fenicsx.problem import ContactSettings, Leakage, RigidPlane, ShockInitiation
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -48,6 +48,11 @@ def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -
         contact=ContactSettings(charge_casing="shared", surfaces=False) if "shared" in options else ContactSettings(),
     )
     rounds = [tube(name="left"), tube(name="right", position=(0.155 + GAP, 0.01, 0.0))]
+    if "walls" in options:
+        wall = RigidPlane("wall", (-0.0795, 0.0, 0.0), (1.0, 0.0, 0.0))
+        deck = RigidPlane("deck", (0.0, 0.0, 0.0), (0.0, 0.05, 1.0))
+        settings = replace(settings, planes=(wall, deck), end_time=34e-6)
+        rounds = [replace(item, position=(*item.position[:2], 0.02)) for item in rounds]
     if "symmetry" in options:
         pitch = 0.155 + GAP
         rounds = [tube(name=f"tube_{k}", position=(k * pitch, 0.0, 0.0)) for k in (-1, 0, 1)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import textwrap
 
 import h5py
@@ -13,7 +14,7 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from tests.burst_fenicsx.rank_states import burst, differences, state, summary_text
+from tests.burst_fenicsx.rank_states import burst, differences, state, summary_text, tubes
 
 pytestmark = [pytest.mark.dolfinx, pytest.mark.mpi]
 
@@ -164,3 +165,27 @@ def test_ranks_change_no_bit_of_half_rounds(tmp_path, mpirun):
     assert (alone / "state.json").read_text() == (tmp_path / "state.json").read_text()
     with h5py.File(tmp_path / "burst_snapshot.h5") as file:
         assert [file[f"rounds/{k}"].attrs["name"] for k in range(3)] == ["tube_-1", "tube_0", "tube_1"]
+
+
+def test_ranks_change_no_bit_at_walls_nor_after_a_resume(tmp_path, mpirun):
+    """Two planes with friction, three ranks; then one rank goes on from the checkpoint of the three."""
+    alone, several, resumed = (tmp_path / name for name in ("alone", "several", "resumed"))
+    alone.mkdir()
+    several.mkdir()
+    options = frozenset({"walls"})
+    going = burst(alone, MPI.COMM_SELF, options)
+    expected = summary_text(going.finish())
+    assert going.contact.penetrations.plane > 0.0
+    assert going.contact.penetrations.collision > 0.0
+    assert going.contact.impulse.given()[0] > 0.0
+    mpirun(3, "-m", "tests.burst_fenicsx.rank_states", several / "state.npz", "random", *options)
+    assert (several / "state.json").read_text() == expected
+    shutil.copytree(several, resumed)
+    again = tubes(resumed, MPI.COMM_SELF, options)
+    again.resume()
+    assert 0.0 < again.solver.time < 0.9 * going.solver.time
+    again.run()
+    assert summary_text(again.finish()) == expected
+    for folder in (several, resumed):
+        for name in ("burst.h5", "burst_snapshot.h5"):
+            assert_same_content(alone / name, folder / name)
