@@ -34,7 +34,7 @@ BENCHMARKS = {
     "break_up": ("break_up.break_up", "50,000 fragments drawn, placed on the casing and given their velocity"),
     "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, growth, contact"),
     "compile": ("resources.compilation", "the first run with empty caches"),
-    "ranks": ("ranks.ranks", "one rank against two, and an estimate for 64 and 1024"),
+    "ranks": ("ranks.ranks", "one rank against two and beside another, and estimates for 2 to 1,024"),
     "first_run": ("first_run.first_run", "the first commands with empty caches, and again"),
     "whole": ("whole.whole", "whole bursts, single and pair, over the plain step; their parts"),
     "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),

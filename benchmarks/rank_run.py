@@ -1,11 +1,14 @@
 """A burst on some ranks, watched: `mpirun -n N python -m benchmarks.rank_run CASE CELL_SIZE END_TIME [LEVELS]`.
 
+`--slabs` cuts the rounds into slabs across the axis instead of sectors.
+
 Rank 0 prints what was found as JSON; a single rank writes its cells' levels to the file LEVELS.
 """
 
 from __future__ import annotations
 
 import json
+import resource
 import sys
 import tempfile
 import time
@@ -17,7 +20,8 @@ import numba
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx import compat
+from benchmarks.rank_estimate import slabs
+from burst_fenicsx import compat, simulation
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.simulation import Simulation
@@ -26,6 +30,8 @@ from fragfield.case.conversion.stages import burst_rounds, burst_settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from burst_fenicsx.mechanics.solver import BurstSolver
 
 __all__ = ["Watch", "burst_of"]
 
@@ -38,19 +44,21 @@ class Watch:
     Attributes
     ----------
     exchanges, waiting, sending : nodal exchanges, and seconds in them till all ranks had come, and from then on.
+    idle : processor seconds that went by while waiting: MPI looks again and again.
     contacts, near : contact's exchanges, and other ranks' surface nodes in them, summed.
-    searches, searching : of contact, and seconds in them.
-    steps, levels : each choice of the cells' steps on this rank: the longest (s), and levels (cells,) int8.
+    searches, searching, searched : of contact, processor seconds in them, and other ranks' nodes that they were sent.
+    begun, steps, levels : each choice of the cells' steps here: when (s), the longest (s), levels (cells,) int8.
     """
 
     def __init__(self) -> None:
-        self.exchanges = self.contacts = self.near = self.searches = 0
-        self.waiting = self.sending = self.searching = 0.0
+        self.exchanges = self.contacts = self.near = self.searches = self.searched = 0
+        self.waiting = self.sending = self.searching = self.idle = 0.0
+        self.begun: list[float] = []
         self.steps: list[float] = []
         self.levels: list[np.ndarray] = []
 
-    def attach(self) -> None:
-        """Watch from now on."""
+    def attach(self, solver: BurstSolver) -> None:
+        """Watch a burst from now on."""
         for name in ("add_to_owners", "send_to_ghosts"):
             setattr(compat, name, self._timed_exchange(getattr(compat, name)))
         force, search = CollidingSurfaces.add_forces, CollidingSurfaces.search
@@ -62,13 +70,15 @@ class Watch:
             force(colliding, *arguments)
 
         def timed(colliding: CollidingSurfaces, *arguments: Any) -> None:
-            began = time.perf_counter()
+            began = time.process_time()
             search(colliding, *arguments)
-            self.searching += time.perf_counter() - began
+            self.searching += time.process_time() - began
             self.searches += 1
+            self.searched += colliding.near_faces.received
 
         def kept(cycles: Subcycling, level: np.ndarray) -> None:
             set_levels(cycles, level)
+            self.begun.append(solver.time)
             self.steps.append(cycles.step)
             self.levels.append(level.copy())
 
@@ -81,9 +91,10 @@ class Watch:
 
     def _timed_exchange(self, exchange: Callable[[Any], None]) -> Callable[[Any], None]:
         def timed(function: Any) -> None:  # noqa: ANN401
-            began = time.perf_counter()
+            began, idle = time.perf_counter(), time.process_time()
             MPI.COMM_WORLD.Barrier()
             met = time.perf_counter()
+            self.idle += time.process_time() - idle
             exchange(function)
             self.exchanges += 1
             self.waiting += met - began
@@ -104,17 +115,30 @@ def burst_of(case: Path, cell_size: str, end_time: float, folder: Path) -> Simul
     )
 
 
+def resident_bytes() -> int:
+    """Memory of this process that is resident now."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * resource.getpagesize()
+
+
+def in_slabs() -> None:
+    """Have the cells shared out in runs, which are slabs."""
+    simulation.partition = lambda mesh, rounds, ranks: slabs(mesh, ranks).astype(np.int32)  # noqa: ARG005
+
+
 def _main(case: Path, cell_size: str, end_time: float, levels: Path | None) -> None:
     numba.set_num_threads(1)
     comm, watch = MPI.COMM_WORLD, Watch()
+    base = resident_bytes()
     with tempfile.TemporaryDirectory() as folder:
         run = burst_of(case, cell_size, end_time, Path(folder))
         solver, mesh = run.solver, run.fields.mesh
-        watch.attach()
+        watch.attach(solver)
         comm.Barrier()
-        began = time.perf_counter()
+        began, processor = time.perf_counter(), time.process_time()
         while solver.time < end_time * (1.0 - 1e-12):
             solver.step(end_time)
+        processor = time.process_time() - processor
         comm.Barrier()
         seconds = time.perf_counter() - began
     ghosts = len(mesh.node) - mesh.owned_nodes
@@ -127,6 +151,10 @@ def _main(case: Path, cell_size: str, end_time: float, levels: Path | None) -> N
             watch.searching,
             mesh.cells,
             watch.near / max(watch.contacts, 1),
+            processor - watch.idle,
+            watch.searched / max(watch.searches, 1),
+            resident_bytes(),
+            base,
         ],
         dtype=float,
     )
@@ -148,14 +176,23 @@ def _main(case: Path, cell_size: str, end_time: float, levels: Path | None) -> N
             "halo_nodes": float(of_all[:, 6].max()),
             "searches": watch.searches,
             "seconds_searching": float(of_all[:, 4].mean()),
+            "processor_seconds": float(of_all[:, 7].sum()),
+            "processor_seconds_of_busiest": float(of_all[:, 7].max()),
+            "searched_nodes": float(of_all[:, 8].max()),
+            "memory_bytes": float(of_all[:, 9].mean()),
+            "base_bytes": float(of_all[:, 10].mean()),
         }
         if levels is not None and comm.size == 1:
             # In the order of the mesh, whose cells ranks share out in runs.
             ordered = np.empty((len(watch.levels), mesh.cells), dtype=np.int8)
             ordered[:, mesh.cell] = watch.levels
-            np.savez(levels, step=watch.steps, level=ordered)
+            duration = np.diff([*watch.begun, end_time])
+            np.savez(levels, step=watch.steps, duration=duration, level=ordered)
         print(json.dumps(figures))
 
 
 if __name__ == "__main__":
-    _main(Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4]) if len(sys.argv) > 4 else None)
+    given = [argument for argument in sys.argv[1:] if argument != "--slabs"]
+    if len(given) < len(sys.argv) - 1:
+        in_slabs()
+    _main(Path(given[0]), given[1], float(given[2]), Path(given[3]) if len(given) > 3 else None)

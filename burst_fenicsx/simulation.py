@@ -18,12 +18,14 @@ from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.exact_sums import exact_sums
 from burst_fenicsx.mechanics.fields import FUZE, BurstFields, make_fields
 from burst_fenicsx.mechanics.initiation import ShockInitiations
 from burst_fenicsx.mechanics.ledger import MIN_WORK, Ledger
 from burst_fenicsx.mechanics.solver import BurstSolver, Hold
 from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
 from burst_fenicsx.meshing.distributed import distribute
+from burst_fenicsx.meshing.partition import partition
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records.clocks import Clocks
@@ -181,7 +183,9 @@ class Simulation:
         """Distribute the mesh and make the fields, what acts on them and the solver."""
         mesh, settings, comm = self.mesh, self.settings, self.comm
         check_planes(self.rounds, settings, mesh)
-        distributed = distribute(comm, mesh if comm.rank == 0 else None)
+        alone = comm.size == 1 or comm.rank > 0
+        owner = None if alone else partition(mesh, self.rounds, comm.size)
+        distributed = distribute(comm, mesh if comm.rank == 0 else None, destination=owner)
         self.leakage = self._make_leakage(distributed)
         self.fields: BurstFields = make_fields(
             distributed,
@@ -241,11 +245,10 @@ class Simulation:
 
     def _make_ledger(self) -> Ledger:
         state = self.fields
-        chemical = np.zeros(len(state.products))
-        for index, products in enumerate(state.products):
-            own = (state.mesh.round == index) & (state.mesh.part == Part.CHARGE)
-            chemical[index] = state.cell_mass[own].sum() / products.density * products.energy
-        chemical = self.comm.allreduce(chemical)
+        own = state.mesh.part == Part.CHARGE
+        masses = exact_sums(self.comm, state.cell_mass[own, None], state.mesh.round[own], len(state.products))[:, 0]
+        energies = [products.energy / products.density for products in state.products]
+        chemical = masses * np.array(energies)
         return Ledger(
             self.settings.energy_tolerance,
             MIN_WORK * float(chemical.sum()),

@@ -209,46 +209,107 @@ def test_operations_are_counted_as_the_kernels_do_them(run):
 
 def test_shared_nodes_are_counted_in_the_partition():
     """A bar of 12 cells in runs of 3 and 4: each of the cuts has four nodes, the ranks in the middle have two."""
-    from benchmarks.ranks import shared_nodes
+    from benchmarks.rank_estimate import shared_nodes, slabs
     from tests.burst_fenicsx.boxes import box
 
     bar = box((12, 1, 1), (12.0, 1.0, 1.0))
-    assert shared_nodes(bar, 1) == (0, 0)
-    assert shared_nodes(bar, 2) == (4, 1)
-    assert shared_nodes(bar, 4) == (8, 2)
+    for ranks, expected in ((1, (0, 0)), (2, (4, 1)), (4, (8, 2))):
+        assert shared_nodes(bar, slabs(bar, ranks), ranks) == expected
 
 
 def test_the_balance_is_that_of_the_slowest_rank_in_every_step():
-    from benchmarks.ranks import balance
+    from benchmarks.rank_estimate import balance
 
-    steps = np.array([1e-7])
-    assert balance(steps, np.zeros((1, 8), dtype=np.int8), 4) == 1.0
+    owner, cost = np.arange(8) // 2, np.ones(8)
+    even = np.zeros((1, 8), dtype=np.int8)
+    times = np.array([1e-6]), np.array([1e-7])
+    assert balance(times, even, owner, 4, cost) == 1.0
     # Two of eight cells take two steps: on one rank of two it makes 4 + 2 in place of (8 + 2) / 2.
-    levels = np.array([[1, 1, 0, 0, 0, 0, 0, 0]], dtype=np.int8)
-    assert balance(steps, levels, 2) == pytest.approx(6.0 / 5.0)
+    level = np.array([[1, 1, 0, 0, 0, 0, 0, 0]], dtype=np.int8)
+    assert balance(times, level, owner // 2, 2, cost) == pytest.approx(6.0 / 5.0)
+    # A choice counts by how long it was kept; a dearer cell by its cost.
+    times = np.array([1e-6, 3e-6]), np.array([1e-7, 1e-7])
+    assert balance(times, np.concatenate([level, even]), owner // 2, 2, cost) == pytest.approx(
+        (6 + 3 * 4) / (5 + 3 * 4)
+    )
+    assert balance((times[0][:1], times[1][:1]), even, owner // 2, 2, cost + (np.arange(8) == 0)) == pytest.approx(
+        10 / 9
+    )
 
 
-def test_processes_that_slow_each_other_down_do_not_count_as_repeated_searches():
-    """Two ranks that share all work but run 1.3 times slower side by side: many ranks of their own are fully used."""
-    from benchmarks.ranks import Problem, estimate
+@pytest.fixture(scope="module")
+def recorded():
+    """A pair of tubes with cells of 12 mm, of which a front has passed a third, and what was measured of it."""
+    from benchmarks.rank_estimate import History, Measured, mesh_of
+    from tests.burst_fenicsx.tubes import tube
 
-    one = {"seconds": 100.0, "seconds_searching": 20.0, "searches": 10, "cells": 1000, "cell_steps": 1e6, "contacts": 0}
-    two = {
-        "seconds": 65.0,
-        "seconds_searching": 13.0,
-        "searches": 10,
-        "seconds_waiting": 0.0,
-        "seconds_sending": 0.0,
-        "exchanges": 0,
-        "halo_nodes": 0,
-    }
-    levels = np.zeros((1, 1024), dtype=np.int8)
-    problem = Problem("pair, 20 mm", "cases/m107_pair.toml", 20e-3)
-    shared = estimate(problem, 8, one, two, np.array([1e-7]), levels)
-    assert shared["efficiency"] == pytest.approx(1.0)
-    # Had both looked at everything, each would have taken the whole search.
-    repeated = estimate(problem, 8, one, {**two, "seconds": 78.0, "seconds_searching": 26.0}, np.array([1e-7]), levels)
-    assert repeated["seconds_of_searches"] == pytest.approx(8.0 * shared["seconds_of_searches"])
+    rounds = tube(), tube(name="right", position=(0.16, 0.0, 0.0))
+    mesh = mesh_of(rounds, 12e-3)
+    near_front = np.abs(mesh.station / mesh.lengths[0] - 0.33) < 0.1
+    level = np.where(near_front, 2, 0).astype(np.int8)[None]
+    history = History(mesh, rounds, np.array([1e-6]), np.array([1e-7]), level)
+    cells = len(mesh.cells)
+    measured = Measured(
+        cells=cells, cell_size=12e-3, seconds_per_cell_step=2e-7, cell_steps=100.0 * cells, exchanges=0, contacts=0,
+        searches=0, seconds_per_search=0.0, near=100.0, bytes_per_own_cell=1000.0, bytes_per_cell=100.0, base_bytes=1e8,
+    )  # fmt: skip
+    return history, measured
+
+
+def test_ranks_with_whole_rounds_are_fully_used(recorded):
+    from benchmarks.rank_estimate import estimate
+
+    history, measured = recorded
+    found = estimate(history, measured, 8, 4, 12e-3)
+    assert found["efficiency"] == pytest.approx(1.0)
+    assert (found["balance"], found["shared_nodes"], found["neighbours"]) == (1.0, 0, 0)
+    assert found["cells"] == len(history.mesh.cells)  # two of the rounds
+    assert found["memory_bytes"] == pytest.approx(1e8 + 1000.0 * found["cells"] + 100.0 * 4.0 * found["cells"])
+
+
+def test_neighbours_on_other_ranks_are_counted_in_the_pallet():
+    """Two layers of 4 x 4: a layer a rank has 16 neighbours below; an inner round alone has five."""
+    from benchmarks.rank_estimate import sides
+
+    assert [sides(32, ranks) for ranks in (1, 2, 32, 1024)] == [0, 16, 5, 5]
+    assert [sides(2, ranks) for ranks in (1, 2, 8)] == [0, 1, 1]
+
+
+def test_sectors_stay_busy_where_slabs_wait(recorded):
+    """A front in a fifth of the length: one or two of four slabs have most of the short steps."""
+    from benchmarks.rank_estimate import estimate
+
+    history, measured = recorded
+    found = estimate(history, measured, 2, 8, 12e-3)
+    assert found["balance"] < 1.05
+    assert found["balance_of_slabs"] > 1.5
+    assert found["efficiency"] == pytest.approx(1.0 / found["balance"])
+    assert found["shared_nodes"] > 0
+    assert 0 < found["searched_nodes"] < found["all_surface_nodes"]
+
+
+def test_a_finer_mesh_has_the_levels_of_the_nearest_cells(recorded):
+    from benchmarks.rank_estimate import mesh_of
+
+    history, _ = recorded
+    finer = mesh_of(history.rounds[:1], 8e-3)
+    level = history.on(finer)[0]
+    share = finer.station / finer.lengths[0]
+    assert (level[np.abs(share - 0.33) < 0.05] == 2).all()
+    assert (level[np.abs(share - 0.33) > 0.2] == 0).all()
+
+
+def test_memory_is_split_into_own_cells_and_all():
+    from benchmarks.ranks import measured_by
+
+    common = {"cells": 1000, "base_bytes": 5e7, "cell_steps": 1e6, "contacts": 1, "searches": 2, "exchanges": 3}
+    one = {**common, "memory_bytes": 5e7 + 1000 * 700.0, "processor_seconds": 3.0, "seconds_searching": 1.0}
+    two = {**common, "memory_bytes": 5e7 + 500 * 600.0 + 1000 * 100.0, "halo_nodes": 9.0}
+    found = measured_by(one, two)
+    assert found.bytes_per_own_cell == pytest.approx(600.0)
+    assert found.bytes_per_cell == pytest.approx(100.0)
+    assert found.seconds_per_cell_step == pytest.approx(2e-6)
+    assert found.seconds_per_search == pytest.approx(0.5)
 
 
 def test_the_grind_time_of_lulesh_is_read():

@@ -11,6 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.surfaces import outer_edges
+from burst_fenicsx.contact.accounting import PlaneImpulse
 from burst_fenicsx.contact.forces import ContactForces, Penetrations, stable_budget
 from burst_fenicsx.contact.sliding import INTERFACE_STATE
 from burst_fenicsx.kernels.axisymmetric.slide_line import (
@@ -159,7 +160,7 @@ class MeridianContact(ContactForces):
         self.comm = MPI.COMM_SELF
         self.force = self.line_force = np.zeros_like(fields.nodes.force)
         self.friction = self.stiffness_work = 0.0
-        self.plane_impulse, self.plane_force = np.zeros(3), np.zeros(3)
+        self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
         self.torn = np.zeros(len(mesh.cells), dtype=bool)  # the line's own contacts end in its kernel
         # Parts that share their nodes have a line without edges, which does nothing.

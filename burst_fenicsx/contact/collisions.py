@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.accounting import NodeContact
 from burst_fenicsx.contact.halo import Halo
+from burst_fenicsx.contact.near_faces import NearFaces, box_around, meet
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
@@ -32,8 +33,9 @@ class CollidingSurfaces(NodeContact):
     Where the outer layer of a wall folds, interior nodes overtake it. Nodes of a casing, interior ones as well, meet
     the faces of other rounds, those between the layers of their walls as well.
 
-    Each rank looks for the faces that its own nodes meet. Between two searches, the faces a node may meet are known,
-    and with them the other ranks' nodes whose places a rank needs and to which it gives forces; these are exchanged.
+    Each rank looks for the faces that its own nodes meet, among those that lie near them: other ranks send it theirs.
+    Between two searches, the faces a node may meet are known, and with them the other ranks' nodes whose places a rank
+    needs and to which it gives forces; these are exchanged.
 
     Parameters
     ----------
@@ -45,7 +47,7 @@ class CollidingSurfaces(NodeContact):
     Attributes
     ----------
     state : the kernels' arrays.
-    searches : how many have been made. searched_at : (surface nodes, 3) m, places at the last one.
+    searches : how many have been made. near_faces : brings what they need from other ranks.
     travel : how far surfaces may have approached each other since (m).
     steady : whether a loaded spring gets no stiffer.
     """
@@ -65,6 +67,9 @@ class CollidingSurfaces(NodeContact):
         row[surfaces.node] = np.arange(count)
         own = fields.mesh.node[: fields.mesh.owned_nodes]
         rows = np.where(own < len(row), row[np.minimum(own, len(row) - 1)], -1)
+        every = fields.mesh.local_node(surfaces.node)
+        self._known_rows = np.flatnonzero(every >= 0)  # of all nodes that are here, ghosts too ...
+        self._known_local = every[self._known_rows]  # ... and these nodes
         self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
         self._rows = rows[self._local].astype(np.int32)  # ... and their rows
         interior = self._rows[surfaces.interior[self._rows]]
@@ -82,11 +87,12 @@ class CollidingSurfaces(NodeContact):
             node_round=surfaces.node_body // 2,
         )
         self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not torn metal
+        self.near_faces = NearFaces(self._comm, surfaces, fields.mesh)
         self._halo = Halo(self._comm, self._owners(count))
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
         self._mass = self._everywhere(fields.mass[:, None])[:, 0]
-        self.searched_at = np.zeros((0, 3))
+        self._searched_at = np.zeros((0, 3))
         self.travel = np.inf
         self.state: Collisions = self._make_state(np.zeros((count, 3)))
         self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
@@ -157,31 +163,47 @@ class CollidingSurfaces(NodeContact):
 
     def search(self) -> None:
         """Look for the faces that each node may meet; collective."""
-        self.search_from(self._everywhere(self._fields.nodes.position))
+        position = np.zeros((len(self.surfaces.node), 3))
+        position[self._known_rows] = self._fields.nodes.position[self._known_local]
+        self.search_from(position)
+
+    @property
+    def searched_at(self) -> np.ndarray:
+        """Places (surface nodes, 3) in m at the last search, none before the first; collective."""
+        if self._comm.size == 1 or not len(self._searched_at):
+            return self._searched_at
+        return self.own_everywhere(self._searched_at)
 
     def search_from(self, position: np.ndarray) -> None:
-        """Search with the surface nodes (nodes, 3) at `position` (m)."""
-        self.searched_at = position
+        """Search with this rank's surface nodes at `position` (surface nodes, 3) in m; collective."""
+        self._searched_at = position
         self.searches += 1
         self.travel = 0.0
         surfaces, bodies = self.surfaces, self._bodies
-        boxes = np.empty((len(surfaces.faces), 6))
-        face_boxes(position, surfaces.faces, self._reach + _MARGIN * surfaces.edge, boxes)
+        faces, boxes = self.near_faces.own, self._boxes(self.near_faces.own, position)
+        within, beyond = self._interior_within_reach(faces, boxes, position)
+        self._forget(beyond)
+        active = self._rows[surfaces.outside[self._rows]]
+        on_surface = len(active)
+        active = np.concatenate([active, within])
+        if self._comm.size > 1:
+            standing = self._whole[faces]
+            received = self.near_faces.exchange(faces[standing], boxes[standing], position[active], position)
+            faces = np.concatenate([faces, received])
+            boxes = np.concatenate([boxes, self._boxes(received, position)])
+            order = np.argsort(faces)
+            faces, boxes = faces[order], boxes[order]
         normals = np.empty_like(position)
-        outer = np.flatnonzero(self._whole[: surfaces.on_surface])
+        outer = faces[(faces < surfaces.on_surface) & self._whole[faces]]
         node_normals(position, surfaces.faces[outer], normals)
         self.surfaces.flatten(normals)
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
-        active = self._rows[surfaces.outside[self._rows]]
-        within, beyond = self._interior_within_reach(boxes, position)
-        self._forget(beyond)
-        on_surface = len(active)
-        active = np.concatenate([active, within])
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
-        cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
-        reached = _reached(boxes, position[active], self._faces_within_reach(boxes, position[active], active))
-        first, candidate = find_candidates(position, bodies.only(reached), active, normals, boxes[reached], cell)
+        cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1))) if len(boxes) else self._reach
+        reached = np.flatnonzero(self._faces_within_reach(faces, boxes, position[active], active))
+        boxes, reached = boxes[reached], faces[reached]
+        first, candidate = find_candidates(position, bodies.only(reached), active, normals, boxes, cell)
         candidate = reached[candidate]
         some = np.diff(first) > 0
         self._forget(active[~some])
@@ -212,39 +234,54 @@ class CollidingSurfaces(NodeContact):
             self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
         self.state.sharing[~near] = 0.0
 
-    def _faces_within_reach(self, boxes: np.ndarray, places: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        """Faces of surfaces, and those within casings whose boxes (faces, 6) meet the one around other rounds' nodes.
+    def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Boxes (k, 6) m of some `faces` (k,), widened by what the search looks ahead; `position` (nodes, 3) m."""
+        surfaces, boxes = self.surfaces, np.empty((len(faces), 6))
+        face_boxes(position, surfaces.faces[faces], self._reach + _MARGIN * surfaces.edge[faces], boxes)
+        return boxes
 
-        `nodes` (n,) search, at `places` (n, 3) m.
+    def _faces_within_reach(
+        self, faces: np.ndarray, boxes: np.ndarray, places: np.ndarray, nodes: np.ndarray
+    ) -> np.ndarray:
+        """Whether faces (k,), by their boxes (k, 6), may be met by the searching nodes (n,) at `places` (n, 3) m.
+
+        Those of surfaces by all, those within casings by nodes of other rounds.
         """
-        on_surface, bodies = self.surfaces.on_surface, self._bodies
-        wanted = self._whole.copy()
-        within = bodies.face_round[on_surface:]
-        for index in np.unique(within):
-            others = places[bodies.node_round[nodes] != index]
-            inner = on_surface + np.flatnonzero(within == index)
-            wanted[inner] = False
-            if len(others):
-                wanted[inner[self._whole[inner] & _meet(boxes[inner], others)]] = True
+        rounds = self._bodies.face_round[faces]
+        wanted = self._whole[faces] & meet(boxes, box_around(places, places))
+        inner = faces >= self.surfaces.on_surface
+        for index in np.unique(rounds[inner]):
+            others = places[self._bodies.node_round[nodes] != index]
+            of_round = np.flatnonzero(inner & (rounds == index))
+            wanted[of_round] &= meet(boxes[of_round], box_around(others, others))
         return wanted
 
-    def _interior_within_reach(self, boxes: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Own interior nodes that lie in the box around another round's faces, and the others; `boxes` (faces, 6)."""
+    def _interior_within_reach(
+        self, faces: np.ndarray, boxes: np.ndarray, position: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Own interior nodes that lie in the box around another round's faces, and the others; collective.
+
+        `boxes` (k, 6) m are those of this rank's `faces` (k,).
+        """
         nothing = np.zeros(0, dtype=np.int32)
-        if not self._interior:
+        if not self.surfaces.interior.any():
             return nothing, nothing
-        # Faces lie in the order of the bodies.
-        of_face = self._bodies.face_round[: self.surfaces.on_surface]
-        boxes = boxes[: self.surfaces.on_surface]
-        first = np.flatnonzero(np.diff(of_face, prepend=-1))
-        low, high = np.minimum.reduceat(boxes[:, :3], first), np.maximum.reduceat(boxes[:, 3:], first)
+        rounds = self._bodies.face_round[faces]
+        low, high = np.full((2, int(self._bodies.face_round.max()) + 1, 3), [[[np.inf]], [[-np.inf]]])
+        outer = faces < self.surfaces.on_surface
+        for index in np.unique(rounds[outer]):
+            around = box_around(*np.split(boxes[outer & (rounds == index)], 2, axis=1))
+            low[index], high[index] = around[:3], around[3:]
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
+            self._comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
         within, beyond = [nothing], [nothing]
         for index, nodes in self._interior.items():
             places = position[nodes]
             near = np.zeros(len(nodes), dtype=bool)
-            for other, start, end in zip(of_face[first], low, high, strict=True):
+            for other in range(len(low)):
                 if other != index:
-                    near |= ((places >= start) & (places <= end)).all(axis=1)
+                    near |= ((places >= low[other]) & (places <= high[other])).all(axis=1)
             within.append(nodes[near])
             beyond.append(nodes[~near])
         return np.concatenate(within), np.concatenate(beyond)
@@ -301,17 +338,3 @@ class CollidingSurfaces(NodeContact):
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes of casings."""
         return float(self.state.penetration[self.state.node[self._on_surface :]].max(initial=0.0))
-
-
-def _reached(boxes: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Wanted boxes (boxes, 6) that meet the one around all places (n, 3): what one of many ranks has to look at."""
-    if not len(places):
-        return np.zeros(0, dtype=np.int32)
-    return np.flatnonzero(wanted & _meet(boxes, places)).astype(np.int32)
-
-
-def _meet(boxes: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Whether boxes (boxes, 6) meet the one around all places (n, 3)."""
-    low, high = places.min(axis=0), places.max(axis=0)
-    meets: np.ndarray = (boxes[:, :3] <= high).all(axis=1) & (boxes[:, 3:] >= low).all(axis=1)
-    return meets

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.accounting import PlaneImpulse
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
@@ -77,7 +78,7 @@ class ContactForces:
     ----------
     force : (nodes, 3) N, on this rank's nodes.
     friction, stiffness_work : J so far, on this rank: friction, and what changes of the springs' stiffness gave.
-    plane_impulse, plane_force : (3,) N s so far and N now, given by the planes to this rank's nodes.
+    impulse : given by the planes.
     penetrations : the largest so far.
     torn : (cells of the whole mesh,) bool, cells that are torn metal and whose faces nothing meets any more.
     """
@@ -90,8 +91,7 @@ class ContactForces:
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
         self.stiffness_work = 0.0
-        self.plane_impulse = np.zeros(3)
-        self.plane_force = np.zeros(3)
+        self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
         self.torn = np.zeros(len(mesh.cells), dtype=bool)
         self._at_interface = np.zeros(0, dtype=np.int64)
@@ -246,14 +246,13 @@ class ContactForces:
         """Forces of the planes, and what impulse they have given."""
         if not self.planes:
             return
-        pushed = np.zeros(3)
+        pushed = np.zeros((2, 3))
         for plane in self.planes:
             plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
-            pushed += plane.given
+            pushed += plane.given(*self.impulse.constants)
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
-        self.plane_impulse += 0.5 * step * (self.plane_force + pushed)
-        self.plane_force = pushed
+        self.impulse.add(step, pushed)
 
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""

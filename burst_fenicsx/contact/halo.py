@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Halo"]
 
+_TAG = 17_404
+
 
 class Halo:
     """Rows of arrays over all surface nodes, of which every rank keeps its own and those it needs up to date.
@@ -31,8 +33,8 @@ class Halo:
         self._comm = comm
         self._owner = owner
         self.needed = self.asked = np.zeros(0, dtype=np.int32)
-        self._counts = self._asked_counts = np.zeros(comm.size, dtype=np.int64)
-        self._exists = False
+        self._needed_from: list[tuple[int, slice]] = []
+        self._asked_by: list[tuple[int, slice]] = []
 
     def need(self, rows: np.ndarray) -> None:
         """Ask for rows from now on, each named once; those of one's own are always there. Collective."""
@@ -40,33 +42,46 @@ class Halo:
             return
         others = rows[self._owner[rows] != self._comm.rank]
         self.needed = others[np.argsort(self._owner[others], kind="stable")].astype(np.int32)
-        self._counts = np.bincount(self._owner[self.needed], minlength=self._comm.size)
-        wanted: Sequence[np.ndarray] = self._comm.alltoall(np.split(self.needed, np.cumsum(self._counts)[:-1]))
+        counts = np.bincount(self._owner[self.needed], minlength=self._comm.size)
+        wanted: Sequence[np.ndarray] = self._comm.alltoall(np.split(self.needed, np.cumsum(counts)[:-1]))
         self.asked = np.concatenate(wanted)
-        self._asked_counts = np.array([len(part) for part in wanted])
-        self._exists = bool(self._comm.allreduce(len(self.needed) > 0, op=MPI.LOR))
+        self._needed_from = _parts(counts)
+        self._asked_by = _parts(np.array([len(part) for part in wanted]))
 
     def fetch(self, *arrays: np.ndarray) -> None:
-        """Bring the needed rows of arrays (rows, n) from their owners, in one message; collective."""
-        if not self._exists:
+        """Bring the needed rows of arrays (rows, n) from their owners, in one message; of all that share rows."""
+        if not self._needed_from and not self._asked_by:
             return
         together = np.concatenate([values[self.asked] for values in arrays], axis=1)
-        received = self._sent(together, self._asked_counts, self._counts)
+        received = self._sent(together, self._asked_by, self._needed_from)
         for values, part in zip(
             arrays, np.split(received, np.cumsum([a.shape[1] for a in arrays])[:-1], axis=1), strict=True
         ):
             values[self.needed] = part
 
     def give(self, sums: np.ndarray) -> None:
-        """Add what this rank has in the needed rows of `sums` (rows, n) to their owners' rows; collective.
+        """Add what this rank has in the needed rows of `sums` (rows, n) to their owners' rows; of all that share rows.
 
         Terms are added in the order of the ranks; where that must not matter, sums have to be exact.
         """
-        if self._exists:
-            np.add.at(sums, self.asked, self._sent(sums[self.needed], self._counts, self._asked_counts))
+        if self._needed_from or self._asked_by:
+            np.add.at(sums, self.asked, self._sent(sums[self.needed], self._needed_from, self._asked_by))
 
-    def _sent(self, values: np.ndarray, counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
-        width = values.shape[1]
-        received = np.empty((int(expected.sum()), width))
-        self._comm.Alltoallv([values, width * counts, MPI.DOUBLE], [received, width * expected, MPI.DOUBLE])
+    def _sent(
+        self, values: np.ndarray, to: Sequence[tuple[int, slice]], origin: Sequence[tuple[int, slice]]
+    ) -> np.ndarray:
+        """Send rows `to` ranks and receive others; between those that share rows alone, however many ranks there are.
+
+        Messages of two ranks keep their order, so that exchanges that follow each other do not mix.
+        """
+        received = np.empty((origin[-1][1].stop if origin else 0, values.shape[1]))
+        requests = [self._comm.Irecv(received[rows], source=rank, tag=_TAG) for rank, rows in origin]
+        requests += [self._comm.Isend(values[rows], dest=rank, tag=_TAG) for rank, rows in to]
+        MPI.Request.Waitall(requests)
         return received
+
+
+def _parts(counts: np.ndarray) -> list[tuple[int, slice]]:
+    """Ranks with any rows, and which they are where rows lie by rank; `counts` (ranks,)."""
+    ends = np.cumsum(counts)
+    return [(int(rank), slice(int(ends[rank] - counts[rank]), int(ends[rank]))) for rank in np.flatnonzero(counts)]

@@ -11,11 +11,10 @@ from burst_fenicsx.kernels.planes import (
     PlaneLaw,
     PlaneState,
     near_plane,
-    plane_energies,
     plane_force,
     push_from_plane,
 )
-from burst_fenicsx.kernels.rows import largest_speed
+from burst_fenicsx.kernels.rows import largest_speed, sum_columns
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -133,10 +132,9 @@ class PlaneContact(NodeContact):
         law = PlaneLaw(self._normal, self._level, budget, step, self._friction, self.steady)
         push_from_plane(law, self.near, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
 
-    @property
-    def given(self) -> np.ndarray:
-        """Force (3,) in N that the plane gives now to this rank's nodes."""
-        total: np.ndarray = plane_force(self._normal, self.near, self.state)
+    def given(self, coarse: float, fine: float) -> np.ndarray:
+        """Force (N) that the plane gives now to this rank's nodes, (2, 3) in exact bins of these constants."""
+        total: np.ndarray = plane_force(self._normal, self.near, self.state, coarse, fine)
         return total
 
     @property
@@ -153,5 +151,5 @@ class PlaneContact(NodeContact):
     @property
     def energies(self) -> np.ndarray:
         """As of all nodal contact; of the near nodes, since the others have none."""
-        total: np.ndarray = plane_energies(self.near, self.state)
+        total: np.ndarray = sum_columns(self.state.energies, self.near, self._fields.grid.rounding)
         return total

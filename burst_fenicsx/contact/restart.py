@@ -44,10 +44,11 @@ def own_sums(rows: np.ndarray, comm: MPI.Comm, shape: tuple[int, ...]) -> np.nda
 def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
     """The whole state of contact, by name; whole on rank 0, to be ignored elsewhere. Collective."""
     comm = contact.comm
-    sums = np.array([contact.friction, contact.stiffness_work, *contact.plane_impulse, *contact.plane_force])
+    sums = np.array([contact.friction, contact.stiffness_work])
     deepest = contact.penetrations.over(comm)
     arrays = {
         "sums": sums_of_ranks(sums, comm),
+        "plane_impulse": contact.impulse.state(),
         "penetrations": np.array(astuple(deepest)),
         "torn": contact.torn,
     }
@@ -62,9 +63,9 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
 
 def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
     """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
-    sums = own_sums(arrays["sums"], contact.comm, (5 + contact.plane_force.size,))
+    sums = own_sums(arrays["sums"], contact.comm, (2,))
     contact.friction, contact.stiffness_work = float(sums[0]), float(sums[1])
-    contact.plane_impulse, contact.plane_force = sums[2:5].copy(), sums[5:].copy()
+    contact.impulse.restore(arrays["plane_impulse"])
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
     contact.restore_torn(arrays["torn"])
     if contact.interface is not None:

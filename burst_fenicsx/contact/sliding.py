@@ -11,7 +11,7 @@ from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.charge import PARAMETERS
 from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import clear_rows, copy_rows
+from burst_fenicsx.kernels.rows import clear_rows, copy_rows, sum_columns
 from burst_fenicsx.kernels.sliding import (
     SlideLaw,
     add_slide_forces,
@@ -212,8 +212,8 @@ class SlidingInterface:
 
     @property
     def energies(self) -> np.ndarray:
-        """Spring energy now, friction and work given in the last step (J), on this rank's contacts."""
-        total: np.ndarray = np.einsum("kj->j", self.contacts.tally[self.contacts.contact])[:3]
+        """Spring energy now, friction and work given in the last step (J), exact, on this rank's contacts."""
+        total: np.ndarray = sum_columns(self.contacts.tally, self.contacts.contact, self._fields.grid.rounding)
         return total
 
     @property

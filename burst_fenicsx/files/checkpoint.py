@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 4"  # 4: sums of contact under another name
+FORMAT = "fragfield burst checkpoint 5"  # 5: the impulse of planes is that of all ranks
 
 _NUMBERS = (
     "time",

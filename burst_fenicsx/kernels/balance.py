@@ -1,4 +1,4 @@
-"""Sums over all nodes and cells for the ledger, each in one pass: partial sums of equal runs, to be added in order."""
+"""What every node and every cell adds to the ledger, each in one pass; it is summed by `mechanics.exact_sums`."""
 
 from __future__ import annotations
 
@@ -8,34 +8,32 @@ import numpy as np
 from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
 from burst_fenicsx.kernels.lanes import LANES, parallel_kernel
 
-__all__ = ["node_sums", "solid_sums"]
+__all__ = ["node_terms", "solid_terms"]
+
+_RUN = 4096  # cells that a thread takes at a time
 
 
 @parallel_kernel
-def node_sums(half_step: float, mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, partial: np.ndarray) -> None:
-    """Kinetic energy (J), momentum (kg m/s, three columns) and the sum of its sizes, at the time of the positions.
+def node_terms(half_step: float, mass: np.ndarray, force: np.ndarray, velocity: np.ndarray, terms: np.ndarray) -> None:
+    """Kinetic energy (J), momentum (kg m/s, three columns) and its size of every node, at the time of the positions.
 
-    The velocities are brought on by `half_step` (s) under the `force` (nodes, 3) in N; `mass` (nodes,) kg; `partial`
-    (parts, 5), overwritten.
+    The velocities are brought on by `half_step` (s) under the `force` (nodes, 3) in N; `mass` (nodes,) kg; `terms`
+    (nodes, 5), overwritten.
     """
-    parts, count = partial.shape[0], mass.size
-    for part in numba.prange(parts):
-        kinetic, px, py, pz, size = 0.0, 0.0, 0.0, 0.0, 0.0
-        for node in range(part * count // parts, (part + 1) * count // parts):
-            if mass[node] > 0.0:
-                increment = half_step / mass[node]
-                x = mass[node] * (velocity[node, 0] + increment * force[node, 0])
-                y = mass[node] * (velocity[node, 1] + increment * force[node, 1])
-                z = mass[node] * (velocity[node, 2] + increment * force[node, 2])
-                square = x * x + y * y + z * z
-                kinetic += 0.5 * square / mass[node]
-                px, py, pz, size = px + x, py + y, pz + z, size + np.sqrt(square)
-        partial[part, 0], partial[part, 1], partial[part, 2], partial[part, 3] = kinetic, px, py, pz
-        partial[part, 4] = size
+    for node in numba.prange(mass.size):
+        kinetic, x, y, z, size = 0.0, 0.0, 0.0, 0.0, 0.0
+        if mass[node] > 0.0:
+            increment = half_step / mass[node]
+            x = mass[node] * (velocity[node, 0] + increment * force[node, 0])
+            y = mass[node] * (velocity[node, 1] + increment * force[node, 1])
+            z = mass[node] * (velocity[node, 2] + increment * force[node, 2])
+            square = x * x + y * y + z * z
+            kinetic, size = 0.5 * square / mass[node], np.sqrt(square)
+        terms[node, 0], terms[node, 1], terms[node, 2], terms[node, 3], terms[node, 4] = kinetic, x, y, z, size
 
 
 @parallel_kernel
-def solid_sums(
+def solid_terms(
     position: np.ndarray,
     velocity: np.ndarray,
     dofmap: np.ndarray,
@@ -44,24 +42,23 @@ def solid_sums(
     stress: np.ndarray,
     modulus: np.ndarray,
     poisson: np.ndarray,
-    partial: np.ndarray,
+    terms: np.ndarray,
 ) -> None:
-    """Elastic energy of all cells (J), and mass (kg), momentum's size (kg m/s) and kinetic energy (J) of the casings.
+    """Elastic energy of every cell (J), and mass (kg), momentum's size (kg m/s) and kinetic energy (J) of the casings'.
 
     Parameters
     ----------
     position, velocity : (nodes, 3) m and m/s. dofmap : (cells, 8) in tensor-product order.
     casing : (cells,) bool. mass : (cells,) kg; a casing's cell moves with the mean velocity of its nodes.
     stress : (cells, points, 6) Pa. modulus, poisson : (cells,) Pa and 1; the modulus zero where nothing is elastic.
-    partial : (parts, 4), overwritten.
+    terms : (cells, 4), overwritten.
     """
-    parts, count, points = partial.shape[0], dofmap.shape[0], stress.shape[1]
-    for part in numba.prange(parts):
+    count, points = dofmap.shape[0], stress.shape[1]
+    for part in numba.prange((count + _RUN - 1) // _RUN):
         cells, volume = np.empty(LANES, dtype=np.int32), np.empty(LANES)
         modes, gradient = np.empty(24 * LANES), np.empty(18 * LANES)
-        strain, weight, momentum, kinetic = 0.0, 0.0, 0.0, 0.0
-        last = (part + 1) * count // parts
-        for start in range(part * count // parts, last, LANES):
+        last = min((part + 1) * _RUN, count)
+        for start in range(part * _RUN, last, LANES):
             elastic = False
             for lane in range(LANES):
                 cells[lane] = min(start + lane, last - 1)
@@ -71,6 +68,7 @@ def solid_sums(
                 mean_gradient(modes, gradient, volume)
             for lane in range(min(LANES, last - start)):
                 cell = cells[lane]
+                terms[cell, :] = 0.0
                 if modulus[cell] > 0.0:
                     twice = 0.0
                     for point in range(points):
@@ -79,7 +77,7 @@ def solid_sums(
                         trace = xx + yy + zz
                         square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
                         twice += (1.0 + poisson[cell]) * square - poisson[cell] * trace * trace
-                    strain += 0.5 * volume[lane] * twice / (modulus[cell] * points)
+                    terms[cell, 0] = 0.5 * volume[lane] * twice / (modulus[cell] * points)
                 if casing[cell]:
                     square = 0.0
                     for i in range(3):
@@ -87,7 +85,6 @@ def solid_sums(
                         for n in range(8):
                             total += velocity[dofmap[cell, n], i]
                         square += (0.125 * total) ** 2
-                    weight += mass[cell]
-                    momentum += mass[cell] * np.sqrt(square)
-                    kinetic += 0.5 * mass[cell] * square
-        partial[part, 0], partial[part, 1], partial[part, 2], partial[part, 3] = strain, weight, momentum, kinetic
+                    terms[cell, 1] = mass[cell]
+                    terms[cell, 2] = mass[cell] * np.sqrt(square)
+                    terms[cell, 3] = 0.5 * mass[cell] * square

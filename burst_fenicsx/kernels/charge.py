@@ -29,6 +29,7 @@ from burst_fenicsx.kernels.common import (
     trace_of_rate,
     viscosity_and_step,
 )
+from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.solid import elastic_trial, spin
@@ -282,7 +283,7 @@ def hold_by_strength(
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
             state.stress[cell, 0, k] = scratch[(STRESS + k) * LANES + lane]
-        work += scratch[_HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane]
+        work += quantise(scratch[_HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane], grid.rounding)
     energy[0] += work
 
 
@@ -353,10 +354,10 @@ def add_work(
         change = volume - scratch[_OLD_VOLUME * LANES + lane]
         # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
         heating = -0.5 * (grid.viscous[slot + lane] + viscous) * change
-        heat += heating
+        heat += quantise(heating, grid.rounding)
         mean_pressure = 0.5 * (scratch[_OLD_PRESSURE * LANES + lane] + pressure)
-        work += scratch[LEAKAGE * LANES + lane] * mean_pressure * change
-        hourglass += scratch[POWER * LANES + lane]
+        work += quantise(scratch[LEAKAGE * LANES + lane] * mean_pressure * change, grid.rounding)
+        hourglass += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
@@ -366,6 +367,6 @@ def add_work(
         # The shock's heat enters the products' energy a step late, but whole.
         state.energy[cell] = scratch[_CONTENT * LANES + lane] + heating * material[0] / scratch[MASS * LANES + lane]
     energy[1] += heat
-    energy[2] += hourglass * step
+    energy[2] += hourglass
     energy[3] += work
     energy[4] += heat

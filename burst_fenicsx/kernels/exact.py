@@ -5,15 +5,21 @@ precision as long as they stay below 2^53 quanta, so their order cannot matter (
 Transactions on Computers 64, with one bin). The rounding takes one addition and one subtraction of a constant,
 1.5 * 2^52 quanta, near which doubles stand one quantum apart. A compiler that reorders sums would undo it; the options
 of `lanes` do not allow that.
+
+Where one bin is too coarse, what the first leaves of each term is rounded and summed in a second one.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from burst_fenicsx.kernels.lanes import kernel
 
-__all__ = ["quantise", "quantum", "rounding_constant"]
+__all__ = ["add_exactly", "quantise", "quantum", "rounding_constant", "two_constants"]
+
+_SMALLEST = 1e-280  # bound below which terms are rounded to nothing: their quanta would be no normal numbers
 
 
 def rounding_constant(largest: float) -> float:
@@ -41,3 +47,25 @@ def quantum(rounding: float) -> float:
 def quantise(value: float, rounding: float) -> float:
     """Round `value`, a number or an array, to a multiple of the quantum that belongs to the constant `rounding`."""
     return (value + rounding) - rounding
+
+
+def two_constants(largest: float, count: int) -> tuple[float, float]:
+    """Constants of two bins for up to `count` terms of up to `largest`: both sums are exact.
+
+    The sum of both bins is that of the terms to about 2^-104 `count`^2 `largest`.
+    """
+    coarse = rounding_constant(max(0.25 * count * largest, _SMALLEST))
+    return coarse, rounding_constant(max(0.125 * count * quantum(coarse), _SMALLEST))
+
+
+@kernel
+def add_exactly(values: np.ndarray, bins: np.ndarray, coarse: np.ndarray, fine: np.ndarray, sums: np.ndarray) -> None:
+    """Add rows of `values` (n, k) to their `bins` (n,) of `sums` (2, bins, k), which are exact.
+
+    `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the first bin leaves is in the second.
+    """
+    for row in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            rounded = quantise(values[row, i], coarse[i])
+            sums[0, bins[row], i] += rounded
+            sums[1, bins[row], i] += quantise(values[row, i] - rounded, fine[i])

@@ -18,6 +18,7 @@ from burst_fenicsx.kernels.common import (
     lower_limits,
     viscosity_and_step,
 )
+from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.hexahedron import (
     Gradient,
     Modes,
@@ -337,9 +338,10 @@ def _accumulate(
     for lane in range(grid.filled[block]):
         volume, viscous = scratch[_VOLUME * LANES + lane], scratch[_VISCOUS * LANES + lane]
         smallest, stable = scratch[_SMALLEST * LANES + lane], scratch[_STABLE * LANES + lane]
-        plastic += scratch[_PLASTIC * LANES + lane]
+        plastic += quantise(scratch[_PLASTIC * LANES + lane], grid.rounding)
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
-        viscous_work -= 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
+        work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
+        viscous_work -= quantise(work, grid.rounding)
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume

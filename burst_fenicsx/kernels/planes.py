@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["PlaneLaw", "PlaneState", "near_plane", "plane_energies", "plane_force", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "near_plane", "plane_force", "push_from_plane"]
 
 _RUN = 256  # nodes that one call looks after
 
@@ -79,27 +80,21 @@ def push_from_plane(
 
 
 @kernel
-def plane_energies(near: np.ndarray, state: PlaneState) -> np.ndarray:
-    """Sum (3,) of the energies (J) of the nodes `near` (k,) the plane; the others have none."""
-    stored, friction, work = 0.0, 0.0, 0.0
-    for k in near:
-        stored += state.energies[k, 0]
-        friction += state.energies[k, 1]
-        work += state.energies[k, 2]
-    return np.array([stored, friction, work])
+def plane_force(normal: np.ndarray, near: np.ndarray, state: PlaneState, coarse: float, fine: float) -> np.ndarray:
+    """Force (N) that the plane gives now to the nodes `near` (k,) it, in two exact bins (2, 3), whose sum it is.
 
-
-@kernel
-def plane_force(normal: np.ndarray, near: np.ndarray, state: PlaneState) -> np.ndarray:
-    """Sum (3,) of the forces (N) that the plane gives now to the nodes `near` (k,) it, node by node."""
-    x, y, z = 0.0, 0.0, 0.0
+    `coarse` and `fine` are the constants of the bins, see `exact.two_constants`.
+    """
+    total = np.zeros((2, 3))
     for k in near:
         stiffness, depth = state.stiffness[k], state.penetration[k]
         if stiffness > 0.0:
-            x += stiffness * (depth * normal[0] - state.slip[k, 0])
-            y += stiffness * (depth * normal[1] - state.slip[k, 1])
-            z += stiffness * (depth * normal[2] - state.slip[k, 2])
-    return np.array([x, y, z])
+            for i in range(3):
+                value = stiffness * (depth * normal[i] - state.slip[k, i])
+                rounded = quantise(value, coarse)
+                total[0, i] += rounded
+                total[1, i] += quantise(value - rounded, fine)
+    return total
 
 
 @kernel

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
 __all__ = [
@@ -68,13 +69,13 @@ def take_means(
 
 
 @kernel
-def sum_columns(values: np.ndarray) -> np.ndarray:
-    """Sum (3,) of all rows of `values` (n, 3), in their order."""
+def sum_columns(values: np.ndarray, rows: np.ndarray, rounding: float) -> np.ndarray:
+    """Sum (3,) of the first three columns over the `rows` of `values` (n, m), rounded by `quantise`: exact."""
     x, y, z = 0.0, 0.0, 0.0
-    for row in range(values.shape[0]):
-        x += values[row, 0]
-        y += values[row, 1]
-        z += values[row, 2]
+    for row in rows:
+        x += quantise(values[row, 0], rounding)
+        y += quantise(values[row, 1], rounding)
+        z += quantise(values[row, 2], rounding)
     return np.array([x, y, z])
 
 

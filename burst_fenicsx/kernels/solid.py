@@ -24,6 +24,7 @@ from burst_fenicsx.kernels.common import (
     trace_of_rate,
     viscosity_and_step,
 )
+from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.hexahedron import cells_of_lanes, store_nodal_forces
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
@@ -361,14 +362,15 @@ def add_work(
     for lane in range(grid.filled[block]):
         volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
         stable = scratch[STABLE * LANES + lane]
-        plastic += scratch[DISSIPATION * LANES + lane] * volume
+        plastic += quantise(scratch[DISSIPATION * LANES + lane] * volume, grid.rounding)
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
-        viscous_work -= 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
-        hourglass += scratch[POWER * LANES + lane]
+        work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
+        viscous_work -= quantise(work, grid.rounding)
+        hourglass += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
         lower_limits(grid.cells[block, lane], stable, volume, share, limits)
     energy[0] += plastic
     energy[1] += viscous_work
-    energy[2] += hourglass * step
+    energy[2] += hourglass

@@ -39,6 +39,7 @@ class Grid(NamedTuple):
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
     stable: np.ndarray  # (slots,) s, stable step of each cell
     longest: float  # s, the next macro step, where the state is computed again without a step
+    rounding: float  # J, constant of `exact.quantise` for the work of each cell and contact in a step; 0: none
 
 
 class Schedule(NamedTuple):

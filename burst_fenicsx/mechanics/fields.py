@@ -13,7 +13,7 @@ from burst_fenicsx import compat
 from burst_fenicsx.kernels import charge as charge_kernel
 from burst_fenicsx.kernels import solid as solid_kernel
 from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
-from burst_fenicsx.kernels.balance import solid_sums
+from burst_fenicsx.kernels.balance import solid_terms
 from burst_fenicsx.kernels.exact import quantise, rounding_constant
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
@@ -22,6 +22,7 @@ from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.kernels.torn_metal import WHOLE
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import CasingMaterial, Part
 
@@ -34,7 +35,9 @@ if TYPE_CHECKING:
 
 __all__ = ["FUZE", "BurstFields", "Element", "hourglass_by_block", "hourglass_by_slot", "make_fields"]
 
-_PARTIAL_SUMS = 256
+# Of the largest pressure times all volume: bounds how finely work is rounded. Four times that is several times what
+# the charges can give.
+_LARGEST_WORK = 0.125
 
 FUZE = CasingMaterial(
     name="fuze",
@@ -132,10 +135,10 @@ class BurstFields:
         return found & ~self.released
 
     def solid_sums(self) -> np.ndarray:
-        """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings: this rank's (4,)."""
-        mesh, partial = self.mesh, np.zeros((_PARTIAL_SUMS, 4))
+        """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings, (4,); collective."""
+        mesh, terms = self.mesh, np.empty((self.mesh.cells, 4))
         material = len(Part) * mesh.round + mesh.part
-        solid_sums(
+        solid_terms(
             self.nodes.position,
             self.nodes.velocity,
             mesh.dofmap,
@@ -144,9 +147,9 @@ class BurstFields:
             self.solid.stress,
             self.solid.parameters[material, 0],  # zero for a charge
             self.solid.parameters[material, 1],
-            partial,
+            terms,
         )
-        total: np.ndarray = partial.sum(axis=0)
+        total: np.ndarray = exact_sums(mesh.comm, terms)[0]
         return total
 
     @property
@@ -303,6 +306,7 @@ def make_fields(
             np.zeros_like(slot_volume),
             np.full_like(slot_volume, np.inf),
             0.0,
+            rounding_constant(_LARGEST_WORK * pressure * exact_sum(mesh.comm, volume)),
         ),
         solid=SolidState(
             parameters=solid_table,

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.balance import node_sums
+from burst_fenicsx.kernels.balance import node_terms
 from burst_fenicsx.materials.products import JwlProducts
+from burst_fenicsx.mechanics.exact_sums import exact_sums
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ __all__ = ["MIN_WORK", "Entry", "Ledger"]
 
 MIN_WORK = 1e-3
 """Share of the chemical energy below which the ledger's error is taken relative to it: at first no work is done."""
-
-_PARTIAL_SUMS = 256
 
 
 @dataclass
@@ -56,6 +55,7 @@ class Ledger:
 
     The balance is kinetic + strain + plastic + viscous + hourglass + contact + damping = work of the charge + work of
     external forces. Its error is taken relative to that work, or to `min_work` while next to nothing has been done.
+    All sums are exact, so that the entries are the same to the last bit on any number of ranks.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Ledger:
     comm: MPI.Comm
     sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
     released: np.ndarray = field(init=False)
-    external_work: float = 0.0
+    external_work: float = 0.0  # J, of all ranks, on rank 0
     damping: float = 0.0
     balanced: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     entries: list[Entry] = field(default_factory=list)
@@ -112,30 +112,18 @@ class Ledger:
         """
         mesh, nodes = fields_now.mesh, fields_now.nodes
         owned = mesh.owned_nodes
-        of_nodes = np.zeros((_PARTIAL_SUMS, 5))
-        node_sums(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], of_nodes)
-        moving, momentum, momentum_size = of_nodes[:, 0].sum(), of_nodes[:, 1:4].sum(axis=0), of_nodes[:, 4].sum()
-        momentum = np.where(fields_now.momentum_is_conserved, momentum, 0.0)
-        strain, casing_mass, casing_momentum, casing_energy = fields_now.solid_sums()
-        local = np.array(
-            [
-                moving,
-                casing_energy,
-                strain,
-                *self.sums,
-                self.external_work,
-                _energies_left(fields_now).sum(),
-                casing_mass,
-                casing_momentum,
-                *(momentum - (contact.plane_impulse if contact is not None else 0.0)),
-                momentum_size,
-                contact.energy if contact is not None else 0.0,
-            ]
-        )
+        terms = np.empty((owned, 5))
+        node_terms(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], terms)
+        kinetic, *of_nodes, size = exact_sums(self.comm, terms)[0]
+        momentum = np.where(fields_now.momentum_is_conserved, of_nodes, 0.0)
+        if contact is not None:
+            momentum -= contact.impulse.given()
+        momentum -= self.balanced.T @ (self.balanced @ momentum)
+        strain, mass, weighted, kinetic_casing = fields_now.solid_sums()
+        local = np.array([*self.sums, self.external_work, contact.energy if contact is not None else 0.0])
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
-        kinetic, kinetic_casing, strain, plastic, viscous, hourglass, work, heat, external, left = total[:10]
-        mass, weighted, size, in_contact = total[10], total[11], total[15], float(total[16])
-        momentum = total[12:15] - self.balanced.T @ (self.balanced @ total[12:15])
+        plastic, viscous, hourglass, work, heat, external = total[:6]
+        in_contact, left = float(total[6]), _energies_left(fields_now).sum()
         stored = kinetic + strain + plastic + viscous + hourglass + in_contact + self.damping
         supplied = work + external
         entry = Entry(
@@ -176,8 +164,8 @@ class Ledger:
         What their own artificial viscosity turns to heat is not released: at the front it does the part of the
         compression that the pressure, which lies below the Rayleigh line there, does not.
         """
-        local = self.released[:, 0] - self.released[:, 1] + _energies_left(fields_now)
-        total = self.comm.allreduce(local) if self.comm.size > 1 else local
+        released = self.released[:, 0] - self.released[:, 1]
+        total = _energies_left(fields_now) + (self.comm.allreduce(released) if self.comm.size > 1 else released)
         return np.divide(total, self.chemical_energies, where=self.chemical_energies > 0.0, out=np.zeros_like(total))
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -186,9 +174,9 @@ class Ledger:
 
 
 def _energies_left(state: BurstFields) -> np.ndarray:
-    """Work that each round's gas can still do (rounds,) in J, on this rank, with the unreacted chemical energy."""
+    """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective."""
     mesh = state.mesh
-    total = np.zeros(len(state.products))
+    energies = np.zeros(mesh.cells)
     for index, products in enumerate(state.products):
         own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
         start = state.cell_mass[own] / products.density
@@ -197,6 +185,5 @@ def _energies_left(state: BurstFields) -> np.ndarray:
             left = state.charge.energy[own]
         else:
             left = products.remaining_work(state.grid.volume[state.blocks.slot_of_cell[own]] / start)
-        energies = np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
-        total[index] = (start * energies).sum()
-    return total
+        energies[own] = start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
+    return exact_sums(mesh.comm, energies[:, None], mesh.round, len(state.products))[:, 0]

@@ -14,6 +14,7 @@ from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.kernels.rows import hold_rows
 from burst_fenicsx.kernels.state import Totals
+from burst_fenicsx.mechanics.exact_sums import exact_sum
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.mechanics.torn_metal import TornMetal
 from burst_fenicsx.problem import Part
@@ -366,17 +367,18 @@ class BurstSolver:
     def _add_external_work(self, half_step: float) -> None:
         """Accumulate the work of the external forces over half a step (s), its first half with the old forces."""
         if self._external_force is not None:
-            owned = self.fields.mesh.owned_nodes
-            velocity = self.fields.nodes.velocity[:owned]
-            self.ledger.external_work += half_step * float(np.sum(self._external_force[:owned] * velocity))
+            work = half_step * self._power(self._external_force)
+            self.ledger.external_work += work if self.fields.mesh.comm.rank == 0 else 0.0
 
     def _add_damping_heat(self, half_step: float) -> None:
         """Accumulate the heat of damping over half a step (s), its first half with the old forces; over all ranks."""
         if self._damping_force is not None:
-            mesh = self.fields.mesh
-            velocity = self.fields.nodes.velocity[: mesh.owned_nodes]
-            heat = -half_step * float(np.sum(self._damping_force[: mesh.owned_nodes] * velocity))
-            self.ledger.damping += mesh.comm.allreduce(heat) if mesh.comm.size > 1 else heat
+            self.ledger.damping -= half_step * self._power(self._damping_force)
+
+    def _power(self, force: np.ndarray) -> float:
+        """Power (W) of nodal forces (nodes, 3) in N on all ranks; collective."""
+        owned = self.fields.mesh.owned_nodes
+        return exact_sum(self.fields.mesh.comm, (force[:owned] * self.fields.nodes.velocity[:owned]).ravel())
 
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number."""

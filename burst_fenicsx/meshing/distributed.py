@@ -87,13 +87,14 @@ class DistributedMesh:
 def distribute(
     comm: MPI.Comm, mesh: HexahedralMesh | None, *, destination: np.ndarray | None = None
 ) -> DistributedMesh:
-    """Spread a mesh over the ranks in runs of cells, which for a round are slabs along its axis.
+    """Spread a mesh over the ranks.
 
     Parameters
     ----------
     comm : communicator.
     mesh : the mesh on rank 0, None elsewhere.
-    destination : (cells,) int32, rank of every cell on rank 0, instead of the runs.
+    destination : (cells,) int32, rank of every cell, on rank 0; left out: runs of cells, for a round slabs across its
+        axis.
     """
     if comm.rank == 0:
         assert mesh is not None

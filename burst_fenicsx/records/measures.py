@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.mechanics.exact_sums import exact_sums
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class Distortion:
 
 
 class Measures:
-    """Reads diameters and speeds off the distributed state.
+    """Reads diameters and speeds off the distributed state, the same to the last bit on any number of ranks.
 
     Parameters
     ----------
@@ -136,13 +137,18 @@ class Measures:
         self._casing_bin = mesh.round[casing] * per_round + place
 
     def _sum(self, values: np.ndarray) -> np.ndarray:
+        """Counts, or halves of them, of all ranks; collective."""
         return self._comm.allreduce(values) if self._comm.size > 1 else values
+
+    def _sums(self, values: np.ndarray, bins: np.ndarray, number: int) -> np.ndarray:
+        """Exact sums (number,) of all ranks' values (n,) by bin; collective."""
+        return exact_sums(self._comm, values[:, None], bins, number)[:, 0]
 
     def outer_radii(self) -> np.ndarray:
         """Azimuthal mean of the casing's outer radius in every bin (m); not a number in empty bins."""
         moved = self._state.nodes.position[self._node] - self._start
         radius = self._radius + np.einsum("ij,ij->i", moved, self._outward)
-        total = self._sum(np.bincount(self._bin, weights=self._weight * radius, minlength=self._bins))
+        total = self._sums(self._weight * radius, self._bin, self._bins)
         return np.where(self._count > 0, total / np.where(self._count > 0, self._count, 1.0), np.nan)
 
     def outer_diameter(self) -> float:
@@ -157,10 +163,9 @@ class Measures:
         lost = state.volumes() <= 0.0
         casing = folded & (state.mesh.part == Part.CASING)
         released = state.released & (state.mesh.part == Part.CASING)
-        masses = (state.cell_mass[casing].sum(), state.cell_mass[released].sum())
-        counts = self._sum(np.array([lost.sum(), folded.sum(), *masses, state.released.sum()], dtype=float))
-        counts *= self._images
-        return Distortion(int(counts[0]), int(counts[1]), float(counts[2]), float(counts[3]), int(counts[4]))
+        masses = self._images * exact_sums(self._comm, np.stack([casing, released], axis=1) * state.cell_mass[:, None])
+        counts = self._images * self._sum(np.array([lost.sum(), folded.sum(), state.released.sum()]))
+        return Distortion(int(counts[0]), int(counts[1]), float(masses[0, 0]), float(masses[0, 1]), int(counts[2]))
 
     def rounds(self) -> list[RoundMeasures]:
         """Speeds and diameters along every round."""
@@ -171,8 +176,8 @@ class Measures:
         np.maximum.at(largest, self._casing_bin, speed)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
-        total = self._sum(np.bincount(self._casing_bin, weights=mass, minlength=self._bins))
-        weighted = self._sum(np.bincount(self._casing_bin, weights=mass * speed, minlength=self._bins))
+        total = self._sums(mass, self._casing_bin, self._bins)
+        weighted = self._sums(mass * speed, self._casing_bin, self._bins)
         diameter = 2.0 * self.outer_radii()
         mean = weighted / np.where(total > 0.0, total, 1.0)
         result = []
@@ -201,8 +206,8 @@ class Measures:
         for index, count in enumerate(segments):
             own = np.flatnonzero((mesh.part == Part.CASING) & (mesh.round == index) & (mesh.segment >= 0))
             where = mesh.segment[own]
-            mass = self._sum(np.bincount(where, weights=state.cell_mass[own], minlength=count))
-            weighted = self._sum(np.bincount(where, weights=state.cell_mass[own] * speed[own], minlength=count))
+            mass = self._sums(state.cell_mass[own], where, count)
+            weighted = self._sums(state.cell_mass[own] * speed[own], where, count)
             masses.append(self._multiplicity[index] * mass)
             speeds.append(weighted / np.where(mass > 0.0, mass, 1.0))
         return masses, speeds

@@ -2,11 +2,12 @@
 
 The options are random (cells are dealt to the ranks at random), shared (charge and casing share their nodes, no
 contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left), symmetry (three tubes in a
-row, the left half and a quarter of the middle one computed).
+row, the left half and a quarter of the middle one computed), walls (the left tube stands on a deck and by a wall).
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +17,19 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx import simulation
-from burst_fenicsx.problem import ContactSettings, Leakage, ShockInitiation
+from burst_fenicsx.problem import ContactSettings, Leakage, RigidPlane, ShockInitiation
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from burst_fenicsx.simulation import BurstResult
+
+OF_THE_RUN = (
+    "ranks", "threads", "wall_seconds", "start_seconds", "stepping_seconds", "seconds_per_cell_step",
+    "peak_memory_bytes",
+)  # fmt: skip
 GAP = 5e-3
 END = 70e-6
 END_WITHOUT_CONTACT = 45e-6
@@ -41,6 +48,11 @@ def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -
         contact=ContactSettings(charge_casing="shared", surfaces=False) if "shared" in options else ContactSettings(),
     )
     rounds = [tube(name="left"), tube(name="right", position=(0.155 + GAP, 0.01, 0.0))]
+    if "walls" in options:
+        wall = RigidPlane("wall", (-0.0795, 0.0, 0.0), (1.0, 0.0, 0.0))
+        deck = RigidPlane("deck", (0.0, 0.0, 0.0), (0.0, 0.05, 1.0))
+        settings = replace(settings, planes=(wall, deck), end_time=34e-6)
+        rounds = [replace(item, position=(*item.position[:2], 0.02)) for item in rounds]
     if "symmetry" in options:
         pitch = 0.155 + GAP
         rounds = [tube(name=f"tube_{k}", position=(k * pitch, 0.0, 0.0)) for k in (-1, 0, 1)]
@@ -90,11 +102,18 @@ def differences(one: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]) 
     return [name for name in one if not np.array_equal(one[name], other[name])]
 
 
+def summary_text(result: BurstResult) -> str:
+    """The summary but for what is measured of the run itself, and what names the ranks."""
+    kept = {key: value for key, value in result.summary.items() if key not in OF_THE_RUN}
+    return json.dumps(kept, indent=1, sort_keys=True)
+
+
 def deal_at_random() -> None:
     """Deal the cells to the ranks at random instead of in runs."""
     usual = simulation.distribute
 
-    def at_random(comm, mesh):
+    def at_random(comm, mesh, *, destination):
+        assert mesh is None or comm.size == 1 or len(destination) == len(mesh.cells)
         owner = None
         if mesh is not None:
             owner = np.random.default_rng(2).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
@@ -109,10 +128,11 @@ def main() -> None:
     if "random" in options:
         deal_at_random()
     going = burst(path.parent, MPI.COMM_WORLD, options)
-    going.finish()
+    result = going.finish()
     found = state(going)
     if found:
         np.savez(path, ranks=MPI.COMM_WORLD.size, **found)
+        path.with_suffix(".json").write_text(summary_text(result))
 
 
 if __name__ == "__main__":

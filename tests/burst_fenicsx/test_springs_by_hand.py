@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_energies, plane_force, push_from_plane
+from burst_fenicsx.kernels.exact import rounding_constant, two_constants
+from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_force, push_from_plane
 from burst_fenicsx.kernels.rows import hold_rows, sum_columns
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
 
@@ -110,9 +111,11 @@ def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
     push_from_plane(law, near, state, np.array([0.3, 0.1, 0.2, 0.4]), position, velocity, force)
     assert (force[2] == 0.0).all()
     assert np.abs(force[[0, 1, 3]]).max() > 0.0
-    assert plane_force(normal, near, state) == pytest.approx(force.sum(axis=0), rel=1e-12)
-    assert sum_columns(state.energies) == pytest.approx(state.energies.sum(axis=0), rel=1e-12)
-    assert plane_energies(near, state) == pytest.approx(state.energies.sum(axis=0), rel=1e-12)
+    given = plane_force(normal, near, state, *two_constants(np.abs(force).max(), 4))
+    assert given.sum(axis=0) == pytest.approx(force.sum(axis=0), rel=1e-14)
+    for rounding in (0.0, rounding_constant(state.energies.max())):
+        some = sum_columns(state.energies, near[1:], rounding)
+        assert some == pytest.approx(state.energies[1:].sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
 
 
 def test_nodes_near_a_plane_are_those_within_reach_and_those_it_pushes():

@@ -80,7 +80,7 @@ def impact(values: Mapping[str, Any], core: int) -> Impact:
         length=float(np.ptp(fields.nodes.position[:, 2])),
         radius=radius,
         height=height,
-        momentum_error=(gained - float(solver.contact.plane_impulse[2])) / abs(start_momentum),
+        momentum_error=(gained - float(solver.contact.impulse.given()[2])) / abs(start_momentum),
         energy_error=energy(last) / energy(first) - 1.0,
         moving=last.kinetic / first.kinetic,
     )
