@@ -75,7 +75,7 @@ def test_mirrored_rounds_count_for_how_near_the_witness_stands():
     centred = {**ring[0], "centre": ["0.4 m", "0 m"]}
     assert not [line for line in check_report(_case(round=far, witness=[centred]))["warnings"] if "witness" in line]
     found = check_report(_case(round=far, witness=[centred], plane=plane))["warnings"]
-    assert any("witness[1].radius = 1 m: so near" in line for line in found)
+    assert any("witness[1].radius = 1 m: so close" in line for line in found)
 
 
 def test_rounds_that_pass_through_each_other_are_warned_of_and_others_are_not():

@@ -90,7 +90,7 @@ def test_resume_keeps_what_is_there(case, tmp_path):
 
 def test_a_folder_with_other_things_is_refused(case, tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(InputError, match=r"holds thesis.tex, which is no run"):
+    with pytest.raises(InputError, match=r"holds thesis.tex, which is not a run of this program"):
         RunDirectory(tmp_path).claim(case, overwrite=True)
 
 
