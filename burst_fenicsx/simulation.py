@@ -219,6 +219,7 @@ class Simulation:
             images=self.part.images,
             multiplicity=self.part.multiplicity,
             mirrors=len(self.part.planes()),
+            torn=self.contact.torn,
         )
 
     def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:

@@ -77,15 +77,7 @@ class CollidingSurfaces(NodeContact):
         # Own interior nodes of casings by round.
         self._interior = {index: interior[of_round == index] for index in np.unique(of_round).tolist()}
         self._on_surface = 0  # so many of the searching nodes, the first, lie on a surface
-        search_body = surfaces.face_body.copy()
-        search_body[surfaces.on_surface :] = WITHIN
-        self._bodies = Bodies(
-            faces=surfaces.faces,
-            face_body=search_body,
-            node_body=surfaces.node_body,
-            face_round=surfaces.face_body // 2,
-            node_round=surfaces.node_body // 2,
-        )
+        self._bodies = _bodies_of(surfaces)
         self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not torn metal
         self.near_faces = NearFaces(self._comm, surfaces, fields.mesh)
         self._halo = Halo(self._comm, self._owners(count))
@@ -156,8 +148,22 @@ class CollidingSurfaces(NodeContact):
         self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
-    def drop_faces(self, torn: np.ndarray) -> None:
-        """From the next search on, which is due now, nothing meets the faces of `torn` cells (cells of the mesh,)."""
+    def drop_faces(self, torn: np.ndarray, opened: ContactSurfaces | None = None) -> None:
+        """From the next search on, which is due now, nothing meets the faces of `torn` cells (cells of the mesh,).
+
+        `opened` are the surfaces with those faces that lie open now.
+        """
+        if opened is not None:
+            self.surfaces, self._bodies = opened, _bodies_of(opened)
+            self.near_faces = NearFaces(self._comm, opened, self._fields.mesh)
+            count = len(opened.faces)
+            self.state = self.state._replace(
+                faces=opened.faces,
+                face_body=opened.face_body,
+                edge=opened.edge,
+                ball=np.zeros((count, 5)),
+                bound=np.zeros((count, 20)),
+            )
         self._whole = ~torn[self.surfaces.cell]
         self.travel = np.inf
 
@@ -338,3 +344,16 @@ class CollidingSurfaces(NodeContact):
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes of casings."""
         return float(self.state.penetration[self.state.node[self._on_surface :]].max(initial=0.0))
+
+
+def _bodies_of(surfaces: ContactSurfaces) -> Bodies:
+    """What the search has to know of the surfaces: faces that lie within casings are never met by their own round."""
+    search_body = surfaces.face_body.copy()
+    search_body[surfaces.on_surface :] = WITHIN
+    return Bodies(
+        faces=surfaces.faces,
+        face_body=search_body,
+        node_body=surfaces.node_body,
+        face_round=surfaces.face_body // 2,
+        node_round=surfaces.node_body // 2,
+    )

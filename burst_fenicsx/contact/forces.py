@@ -14,6 +14,7 @@ from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
+from burst_fenicsx.contact.torn_faces import TornFaces
 from burst_fenicsx.kernels.rows import add_rows, clear_rows, place_rows, take_means
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ class ContactForces:
         self.surfaces: ContactSurfaces | None = None
         self.interface: SlidingInterface | None = None
         self.collisions: CollidingSurfaces | None = None
+        self._torn_faces: TornFaces | None = None
         self._at_planes = np.zeros(0, dtype=np.int64)
         if contact.surfaces or settings.planes:
             self.surfaces = contact_surfaces(mesh)
@@ -111,6 +113,8 @@ class ContactForces:
                 contact.surface_friction_angle,
                 _REACH * settings.cell_size,
             )
+            if len(np.unique(mesh.round)) > 1:
+                self._torn_faces = TornFaces(mesh, self.surfaces)
         self.planes: list[PlaneContact] = []
         if settings.planes and self.surfaces is not None:
             nodes, interior = nodes_at_planes(mesh, self.surfaces)
@@ -191,9 +195,9 @@ class ContactForces:
     def restore_torn(self, torn: np.ndarray) -> None:
         """Take over which cells of the whole mesh are torn metal."""
         self.torn[:] = torn
-        for part in (self.interface, self.collisions):
-            if part is not None and self.torn.any():
-                part.drop_faces(self.torn)
+        if self.collisions is not None and self.torn.any():
+            opened = self._torn_faces.opened(self.torn) if self._torn_faces is not None else None
+            self.collisions.drop_faces(self.torn, opened)
 
     def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.

@@ -149,10 +149,6 @@ class SlidingInterface:
         self._near_groups = groups.astype(np.int32)
         self._master_halo.need(np.unique(surface.faces[around]).astype(np.int32))
 
-    def drop_faces(self, torn: np.ndarray) -> None:
-        """From now on nothing lies on the faces of `torn` cells (cells of the mesh,)."""
-        self.surface.torn[:] = torn[self._cell]
-
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
 

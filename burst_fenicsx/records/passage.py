@@ -10,6 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.surfaces import outward_sides
+from burst_fenicsx.contact.torn_faces import sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates
@@ -72,6 +73,8 @@ class Passage:
     multiplicity : (rounds,) how many times a round is the computed part of it; messages name masses of whole rounds.
     mirrors : how many of the planes, the last, the program has put between rounds and their images: there metal
         overlaps its image by twice its depth, and counts from the overlap at which it does within another round.
+    torn : (cells of the whole mesh,) bool, cells that are torn metal, kept up to date by contact: the sides of cells
+        towards them look outward.
 
     Attributes
     ----------
@@ -91,8 +94,10 @@ class Passage:
         images: int = 1,
         multiplicity: np.ndarray | None = None,
         mirrors: int = 0,
+        torn: np.ndarray | None = None,
     ) -> None:
         self._fields, self._comm = fields, fields.mesh.comm
+        self._torn = np.zeros(len(mesh.cells), dtype=bool) if torn is None else torn
         self._names = [item.name for item in rounds]
         self._count = len(rounds)
         self._images = images
@@ -133,6 +138,7 @@ class Passage:
         self._number = own.node[self._local]
         if self._among_rounds:
             self._outward = self._outward_sides(outward_sides(mesh)[own.cell])
+            self._neighbours = mesh.neighbours[own.cell]
 
     @staticmethod
     def _outward_sides(sides: np.ndarray) -> np.ndarray:
@@ -249,6 +255,7 @@ class Passage:
             chosen,
             float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))),
         )
+        outward = self._outward | self._outward_sides(sides_beside(self._neighbours, self._torn))
         found = np.empty(count, dtype=np.int32)
         points_inside(
             places,
@@ -257,7 +264,7 @@ class Passage:
             position,
             np.ascontiguousarray(mesh.dofmap[rows]),
             self._overlap,
-            self._outward[rows],
+            outward[rows],
             found,
         )
         inside: np.ndarray = found >= 0

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.mechanics.solver import BurstSolver
@@ -228,3 +229,28 @@ def test_ranks_change_no_bit_where_metal_tears(tmp_path, mpirun):
     alone, together = (mpirun(ranks, script).stdout.strip().splitlines()[-1] for ranks in (1, 3))
     assert int(alone.split()[-1]) > 10
     assert together == alone
+
+
+@pytest.mark.parametrize("opens", [True, False])
+def test_metal_in_a_hole_of_torn_metal_pushes_the_sides_of_the_whole_cells(monkeypatch, opens):
+    """A cube flies sideways in a hole that a released cell has left in a block: it must not enter the cells beside."""
+    if not opens:
+        monkeypatch.setattr(ContactForces, "restore_torn", lambda self, torn: self.collisions.drop_faces(torn))
+    blocks = [
+        moved(box((1, 1, 1), (0.003, 0.003, 0.003)), (0.0066, 0.0069, 0.0102)),
+        moved(box((3, 3, 3), (0.015, 0.015, 0.015)), (0.0, 0.0, 0.0), 1),
+    ]
+    solver = bodies(blocks, [(200.0, 0.0, 0.0), (0.0, 0.0, 0.0)], SETTINGS, casing=WEAK)
+    state = solver.fields
+    centre = state.start[state.mesh.dofmap].mean(axis=1)
+    hole = (state.mesh.round == 1) & (np.abs(centre - [0.0075, 0.0075, 0.0125]) < 1e-3).all(axis=1)
+    assert hole.sum() == 1
+    state.solid.shear_strain[hole] = state.solid.volume_strain[hole] = 1.0
+    state.grid.volume[:] = np.where(hole[state.blocks.cells.ravel()], 2.5, 1.0) * state.grid.volume
+    run_until(solver, 40e-6)
+    cube = np.unique(state.mesh.dofmap[state.mesh.round == 0])
+    farthest = state.nodes.position[cube, 0].max()
+    assert state.released[hole].all()
+    block = momentum(solver)[0] - state.mass[cube] @ state.nodes.velocity[cube, 0]
+    assert bool(block > 0.5 * state.mass[cube].sum() * 200.0) is opens
+    assert bool(farthest < 0.012) is opens
