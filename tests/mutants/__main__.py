@@ -93,8 +93,8 @@ def report(results: list[dict[str, str]]) -> float:
     late = sum(item["state"] == "time" for item in results)
     low, high = interval(len(results) - len(survivors), len(results))
     print(
-        f"{len(results) - len(survivors)} of {len(results)} caught: {share:.1%} (95 % interval {low:.1%} to {high:.1%}; "
-        f"{late} by running past their time)"
+        f"{len(results) - len(survivors)} of {len(results)} caught: {share:.1%} "
+        f"(95 % interval {low:.1%} to {high:.1%}; {late} by running past their time)"
     )
     for item in survivors:
         print(f"SURVIVED {item['module']} {item['fault']}")
