@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import json
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,7 @@ import pytest
 from tests.mutants import __main__ as mutants
 from tests.mutants.faults import KINDS, faults_of
 from tests.mutants.targets import AREAS, files_of, modules_of
-from tests.mutants.workshop import Outcome, Workshop, importers
+from tests.mutants.workshop import Outcome, Workshop, importers, is_compiled
 from tests.warm_up import gather, link
 
 ROOT = Path(__file__).parents[1]
@@ -149,27 +151,62 @@ def trial(tmp_path, monkeypatch):
     )
     (tmp_path / "project/pyproject.toml").write_text('[tool.pytest.ini_options]\nmarkers = ["slow: x", "mpi: x"]\n')
     monkeypatch.delenv("PYTEST_XDIST_WORKER", raising=False)
-    return Trial(tmp_path / "project", tmp_path / "work", "state")
+    for plugin in ("plan.py", "interpreted.py"):
+        (tmp_path / "project/tests/mutants").mkdir(exist_ok=True)
+        shutil.copy(ROOT / "tests/mutants" / plugin, tmp_path / "project/tests/mutants" / plugin)
+    return Trial(tmp_path / "project", tmp_path / "work")
 
 
 def test_a_fault_is_tried_in_a_copy_and_taken_back(trial):
     module, tests = trial.tree / "flight/one.py", ["tests/test_one.py"]
     before = module.read_text(), module.stat().st_mtime_ns
-    assert trial.without_fault(tests).state == "passed"
+    assert list(trial.usual(tests)) == ["tests/test_one.py::test_twice"]
     caught = trial.with_fault("flight/one.py", "def twice(x):\n    return x - x\n", tests)
     assert (caught.state, caught.test.split(" - ")[0]) == ("failed", "tests/test_one.py::test_twice")
     missed = trial.with_fault("flight/one.py", "def twice(x):\n    return 2 * x\n", tests)
     assert missed.state == "passed"
     assert (module.read_text(), module.stat().st_mtime_ns) == before
-    known = json.loads((trial.tree.parent / "seconds_state.json").read_text())
-    assert set(known) == set(tests)
+    (known,) = json.loads((trial.tree.parent / "usual.json").read_text()).values()
+    assert [key.split()[0] for key in known] == tests
     with pytest.raises(SystemExit, match="another process tries faults"):
-        Trial(trial.tree.parent.parent / "project", trial.tree.parent, "state")
+        Trial(trial.tree.parent.parent / "project", trial.tree.parent)
+
+
+KERNEL = "from numba import njit\n\n\n@njit\ndef twice(x):\n    return x + x\n"
+
+
+def test_a_fault_in_a_kernel_is_tried_in_plain_python_first(trial):
+    """Found there where an assertion fails; an error that Python alone may raise decides nothing."""
+    module, tests = trial.tree / "flight/one.py", ["tests/test_one.py"]
+    module.write_text(KERNEL)
+    assert is_compiled(KERNEL)
+    found = trial.with_fault("flight/one.py", KERNEL.replace("x + x", "x - x"), tests)
+    assert (found.state, found.plain) == ("failed", True)
+    found = trial.with_fault("flight/one.py", KERNEL.replace("x + x", "x + x if x else 1 / 0"), tests)
+    assert (found.state, found.plain) == ("passed", False)
+    found = trial.with_fault("flight/one.py", KERNEL.replace("x + x", "x + x + 0 * (1 // (x - x))"), tests)
+    assert (found.state, found.plain) == ("failed", False)
+    assert module.read_text() == KERNEL
+
+
+def test_a_test_that_fails_without_a_fault_decides_nothing(trial):
+    (trial.tree / "tests/test_one.py").write_text("def test_wrong():\n    assert False\n")
+    with pytest.raises(RuntimeError, match=r"without a fault tests/test_one\.py fails: .*test_wrong"):
+        trial.with_fault("flight/one.py", "", ["tests/test_one.py"])
+
+
+def test_the_interval_is_wilsons():
+    """The roots p of (caught / n - p)^2 = z^2 p (1 - p) / n; nothing is known of none."""
+    low, high = mutants.interval(280, 300)
+    for p in (low, high):
+        assert (280 / 300 - p) ** 2 == pytest.approx(1.959964**2 * p * (1.0 - p) / 300, rel=1e-9)
+    assert low < 280 / 300 < high
+    assert mutants.interval(0, 0) == (0.0, 1.0)
 
 
 def test_a_fault_that_never_ends_is_caught_by_its_time(trial, monkeypatch):
     monkeypatch.setattr("tests.mutants.workshop._COMPILING", 3.0)
-    trial._usual["tests/test_one.py"] = Outcome("passed", 0.0)
+    trial.usual(["tests/test_one.py"])
     found = trial.with_fault("flight/one.py", "def twice(x):\n    while True:\n        pass\n", ["tests/test_one.py"])
     assert found.state == "time"
     assert found.seconds < 30.0
@@ -180,19 +217,21 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
     tried = []
 
     class Fake:
-        def __init__(self, root, folder, digest):
+        def __init__(self, root, folder):
             self.tree = root
             folder.mkdir(parents=True, exist_ok=True)
 
-        def without_fault(self, tests):
-            return Outcome("passed", 1.0)
+        def digest_of(self, tests):
+            return " ".join(tests)
 
         def with_fault(self, module, text, tests):
             tried.append(module)
             return Outcome("passed" if len(tried) == 2 else "failed", 1.0, "test_x")
 
     fault = faults_of("x = 1.0 - 2.0\n")[0]
-    faults = [(AREAS[number % 2].name, "flight/hazard/density/expected.py", fault) for number in range(10)]
+    faults = [
+        (AREAS[number % 2].name, "flight/hazard/density/expected.py", replace(fault, begin=number)) for number in range(10)
+    ]
     monkeypatch.setattr(mutants, "Workshop", Fake)
     monkeypatch.setattr(mutants, "_ROOT", ROOT)
     monkeypatch.setattr(mutants, "chosen_faults", lambda root, seed: iter(faults))

@@ -14,6 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+# All that the readers need is loaded here, so that the process of each trial, a fork of this one, loads nothing.
+from flight import Fragments
+from flight.files.ensemble import read_ensemble, read_fragment_ensemble
+from flight.files.results import read_hits, read_landing
+from fragfield.errors import InputError, exit_code_of
+from fragfield.report.reading.run_files import RunFiles
+from fragfield.files.run_directory import RunDirectory
+from fragfield.view.scenes import burst_times
+from fragfield_base.hdf5_files import check_sound
+from transition.snapshot import Snapshot
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -21,63 +32,42 @@ __all__ = ["READERS", "attack", "damaged", "outcome"]
 
 
 def _burst(path: Path) -> Any:
-    from fragfield.errors import InputError
-    from fragfield.report.reading.run_files import RunFiles
-    from fragfield.view.scenes import burst_times
-    from fragfield_base.hdf5_files import check_sound
-
     check_sound(path.with_suffix(".h5"), InputError)
     return burst_times(RunFiles(path.parent)), path.with_suffix(".h5").stat().st_size > 0
 
 
 def _snapshot(path: Path) -> Any:
-    from transition.snapshot import Snapshot
-
     found = Snapshot.read(path)
     return [found.time, found.position, found.velocity, found.cells, found.part, found.mass, repr(found.rounds)]
 
 
 def _fragments(path: Path) -> Any:
-    from flight import Fragments
-
     found = Fragments.read(path)
     return [found.mass, found.position, found.velocity, found.shape_factor, found.round_names]
 
 
 def _ensemble_fragments(path: Path) -> Any:
-    from flight.files.ensemble import read_fragment_ensemble
-
     return [[one.mass, one.velocity] for one in read_fragment_ensemble(path)]
 
 
 def _landing(path: Path) -> Any:
-    from flight.files.results import read_landing
-
     return read_landing(path)
 
 
 def _hits(path: Path) -> Any:
-    from flight.files.results import read_hits
-
     return read_hits(path)
 
 
 def _ensemble(path: Path) -> Any:
-    from flight.files.ensemble import read_ensemble
-
     found, witnesses = read_ensemble(path)
     return [found.counts.landings, repr(found.headline), witnesses]
 
 
 def _case(path: Path) -> Any:
-    from fragfield.files.run_directory import RunDirectory
-
     return repr(RunDirectory(path.parent).stored_case())
 
 
 def _summary(path: Path) -> Any:
-    from fragfield.files.run_directory import RunDirectory
-
     return repr(RunDirectory(path.parent).summary())
 
 
@@ -140,8 +130,6 @@ def outcome(path: Path) -> str:
         try:
             found = _digest(reader(path))
         except Exception as error:  # noqa: BLE001 - which it is decides
-            from fragfield.errors import exit_code_of
-
             known = exit_code_of(error) == 2 and path.parent.name in str(error)
             found = "refused" if known and (path.name in str(error) or path.stem in str(error)) else repr(error)[:300]
         finally:

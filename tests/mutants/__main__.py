@@ -2,7 +2,8 @@
 
 Each fault goes into a copy of the project under build/mutants, one at a time. Results are kept there by seed and by the
 state of the sources: a run that was interrupted, or whose minutes are over, goes on where it stopped, and a larger N
-takes the first ones from it. Faults that were looked at and change nothing that could be noticed stand in
+takes the first ones from it. After a change of tests alone a fault is tried again if it had survived, or if the file
+that had caught it has changed. Faults that were looked at and change nothing that could be noticed stand in
 `equivalent.tsv` with the reason; they are not seeded. Ends with 1 if less than 95 % are caught.
 
 `sh setup.sh mutants chosen [WORD]`: the faults of `chosen.tsv` (whose module or description holds the word), each by
@@ -12,8 +13,8 @@ the tests named there; ends with 1 if any survives.
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
+import math
 import random
 import sys
 import time
@@ -23,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from tests.mutants.faults import KINDS, Fault, faults_of
 from tests.mutants.targets import AREAS, files_of, modules_of
-from tests.mutants.workshop import Workshop
+from tests.mutants.workshop import Workshop, shared_digest, test_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -44,19 +45,23 @@ def equivalents() -> set[tuple[str, str, str]]:
 def chosen_faults(root: Path, seed: int) -> Iterator[tuple[str, str, Fault]]:
     """Area, module and fault until there are no more: the areas in turn, in each the kinds in turn, there at random."""
     known = equivalents()
+
+    def is_known(module: str, fault: Fault) -> bool:
+        return (module, " ".join(fault.before.split()), " ".join(fault.after.split())) in known
+
     faults = []
     for number, area in enumerate(AREAS):
         piles: dict[str, list[tuple[str, str, Fault]]] = {kind: [] for kind in KINDS}
         for module in modules_of(area, root):
             for fault in faults_of((root / module).read_text()):
-                if (module, " ".join(fault.before.split()), " ".join(fault.after.split())) not in known:
-                    piles[fault.kind].append((area.name, module, fault))
+                piles[fault.kind].append((area.name, module, fault))
         generator = random.Random(1000 * seed + number)
         for pile in piles.values():
             generator.shuffle(pile)
         kinds = list(KINDS)
         generator.shuffle(kinds)
-        faults.append(in_turn([piles[kind] for kind in kinds]))
+        # Left out after the draw, so that one more known fault leaves the order of the others.
+        faults.append([item for item in in_turn([piles[kind] for kind in kinds]) if not is_known(*item[1:])])
     yield from in_turn(faults)
 
 
@@ -67,13 +72,14 @@ def in_turn(piles: Sequence[Iterable[Any]]) -> Iterator[Any]:
         yield from (item for item in row if item is not nothing)
 
 
-def sources_digest(root: Path) -> str:
-    """Names the state of the program and its tests."""
-    found = hashlib.sha256()
-    for package in ("burst_fenicsx", "transition", "flight", "fragfield_base", "tests"):
-        for path in sorted((root / package).rglob("*.py")):
-            found.update(path.read_bytes())
-    return found.hexdigest()[:12]
+def interval(caught: int, number: int) -> tuple[float, float]:
+    """Wilson's interval of 95 % for the share of all faults that would be caught (Wilson 1927, J. Am. Stat. Assoc.)."""
+    if number == 0:
+        return 0.0, 1.0
+    z, share = 1.959964, caught / number
+    centre = share + z * z / (2.0 * number)
+    half = z * math.sqrt(share * (1.0 - share) / number + z * z / (4.0 * number * number))
+    return (centre - half) / (1.0 + z * z / number), (centre + half) / (1.0 + z * z / number)
 
 
 def report(results: list[dict[str, str]]) -> float:
@@ -85,7 +91,11 @@ def report(results: list[dict[str, str]]) -> float:
         print(f"{area.name:32s} {caught:4d} of {len(own):4d} caught")
     share = 1.0 - len(survivors) / max(len(results), 1)
     late = sum(item["state"] == "time" for item in results)
-    print(f"{len(results) - len(survivors)} of {len(results)} caught: {share:.1%} ({late} by running past their time)")
+    low, high = interval(len(results) - len(survivors), len(results))
+    print(
+        f"{len(results) - len(survivors)} of {len(results)} caught: {share:.1%} "
+        f"(95 % interval {low:.1%} to {high:.1%}; {late} by running past their time)"
+    )
     for item in survivors:
         print(f"SURVIVED {item['module']} {item['fault']}")
     return share
@@ -115,12 +125,8 @@ def try_chosen(workshop: Workshop, word: str) -> int:
     survived = 0
     rows = chosen_by_hand(workshop.tree, word)
     for number, row in enumerate(rows, start=1):
-        tests = row["tests"].split()
-        if workshop.without_fault(tests).state != "passed":
-            print(f"without a fault {' '.join(tests)} fails", file=sys.stderr)
-            return 1
         text = (workshop.tree / row["module"]).read_text().replace(row["before"], row["after"])
-        outcome = workshop.with_fault(row["module"], text, tests)
+        outcome = workshop.with_fault(row["module"], text, row["tests"].split())
         survived += outcome.state == "passed"
         print(
             f"{number:3d} {outcome.state:6s} {outcome.seconds:4.0f} s  {row['module']}: {row['fault']}  {outcome.test}",
@@ -132,30 +138,36 @@ def try_chosen(workshop: Workshop, word: str) -> int:
 
 def main() -> int:
     """Seed faults until there are enough, or the time is over."""
-    digest = sources_digest(_ROOT)
     if sys.argv[1:2] == ["chosen"]:
-        return try_chosen(Workshop(_ROOT, _FOLDER, digest), " ".join(sys.argv[2:]))
+        return try_chosen(Workshop(_ROOT, _FOLDER), " ".join(sys.argv[2:]))
     number = int(sys.argv[1]) if len(sys.argv) > 1 else 300
     seed = int(sys.argv[2]) if len(sys.argv) > 2 else random.SystemRandom().randrange(10**6)
     minutes = float(sys.argv[3]) if len(sys.argv) > 3 else float("inf")
     end = time.monotonic() + 60.0 * minutes
-    record = _FOLDER / f"seed_{seed}_{digest}.jsonl"
-    workshop = Workshop(_ROOT, _FOLDER, digest)
-    results = [json.loads(line) for line in record.read_text().splitlines()] if record.is_file() else []
-    print(f"{number} faults, seed {seed}, {len(results)} done before; results in {record}", flush=True)
-    for area, module, fault in islice(chosen_faults(workshop.tree, seed), len(results), number):
+    record = _FOLDER / f"seed_{seed}_{shared_digest(_ROOT, tests=False)}.jsonl"
+    workshop = Workshop(_ROOT, _FOLDER)
+    lines = record.read_text().splitlines() if record.is_file() else []
+    before = {(line["module"], line["fault"], line["begin"], line["digest"]): line for line in map(json.loads, lines)}
+    results: list[dict[str, Any]] = []
+    print(f"{number} faults, seed {seed}; results in {record}", flush=True)
+    for area, module, fault in islice(chosen_faults(workshop.tree, seed), number):
+        tests = files_of(module)
+        if known := known_result(before, workshop, module, fault, tests):
+            results.append(known)
+            continue
         if time.monotonic() > end:
             print("the time is over: the same call goes on from here")
             break
-        tests = files_of(module)
-        usual = workshop.without_fault(tests)
-        if usual.state != "passed":
-            print(f"without a fault: {usual.test} ({usual.state}); nothing can be said of {module}", file=sys.stderr)
+        try:
+            outcome = workshop.with_fault(module, fault.applied((workshop.tree / module).read_text()), tests)
+        except RuntimeError as error:
+            print(f"{error}; nothing can be said of {module}", file=sys.stderr)
             return 1
-        outcome = workshop.with_fault(module, fault.applied((workshop.tree / module).read_text()), tests)
+        caught_by = [outcome.test.partition("::")[0]] if "::" in outcome.test else tests
         results.append({
-            "area": area, "module": module, "kind": fault.kind, "fault": str(fault), "state": outcome.state,
-            "test": outcome.test, "seconds": round(outcome.seconds, 1),
+            "area": area, "module": module, "kind": fault.kind, "fault": str(fault), "begin": fault.begin,
+            "state": outcome.state, "test": outcome.test, "seconds": round(outcome.seconds, 1), "plain": outcome.plain,
+            "digest": workshop.digest_of(caught_by),
         })  # fmt: skip
         with record.open("a") as file:
             file.write(json.dumps(results[-1]) + "\n")
@@ -163,9 +175,23 @@ def main() -> int:
             f"{len(results):4d} {outcome.state:6s} {outcome.seconds:5.0f} s  {module} {fault}  {outcome.test}",
             flush=True,
         )
-    share = report(results[:number])
+    share = report(results)
     print(f"seed {seed}, {len(results)} faults")
     return 0 if share >= _WANTED else 1
+
+
+def known_result(
+    before: dict[tuple[str, str, int, str], dict[str, Any]],
+    workshop: Workshop,
+    module: str,
+    fault: Fault,
+    tests: list[str],
+) -> dict[str, Any] | None:
+    """What an earlier call has found of a fault, if the tests that decided it are as they were."""
+    for state in (tests, *([test] for test in test_files(workshop.tree, tests))):
+        if found := before.get((module, str(fault), fault.begin, workshop.digest_of(state))):
+            return found
+    return None
 
 
 if __name__ == "__main__":

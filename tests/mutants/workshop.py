@@ -1,30 +1,38 @@
-"""A copy of the project in which faults are tried: one at a time, by the tests that can notice it.
+"""A copy of the project in which faults are tried: one at a time, by the tests that can notice it, quick ones first.
 
-The copy keeps its place, and kernels compiled for it are kept beside it. A fault in a kernel changes the digest of its
-package's sources, under which the cache lies; the new folder is filled with what the fault cannot have changed: kernels
-of modules that do not import the faulty one, directly or through others.
+The copy keeps its place, and kernels compiled for it are kept beside it. A fault in a kernel is tried in plain Python
+first (`interpreted`), by the tests that are quick and pass there: most faults are found in seconds so. Only what these
+do not notice is compiled. It changes the digest of its package's sources, under which the cache lies; the new folder is
+filled with what the fault cannot have changed: kernels of modules that do not import the faulty one, directly or
+through others.
 """
 
 from __future__ import annotations
 
 import ast
 import fcntl
+import hashlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-__all__ = ["Outcome", "Workshop", "importers"]
+__all__ = ["Outcome", "Workshop", "importers", "is_compiled", "shared_digest", "test_files"]
 
 _FOLDERS = ("burst_fenicsx", "transition", "flight", "fragfield", "fragfield_base", "validation", "cases", "tests")
+_PACKAGES = ("burst_fenicsx", "transition", "flight", "fragfield_base")
 _FILES = ("pyproject.toml",)
-_LIMITED = 'ulimit -v 16000000; ulimit -c 0; exec "$@"'  # kB of address space: a fault may ask for any amount
-_COMPILING = 300.0  # s that kernels may take to compile, besides three times what the tests take without the fault
+# kB of address space: a fault may ask for any amount; processor seconds, since other processes may take the cores.
+_LIMITED = 'ulimit -v 16000000; ulimit -c 0; ulimit -t "$1"; shift; exec "$@"'
+_COMPILING = 300.0  # processor s that kernels may take to compile, besides three times what the tests take usually
+_WAITING = 10.0  # times the processor seconds that a trial may last
+_INTERPRETED = 0.6  # processor s a test may take in plain Python
 _CACHES = """
 from burst_fenicsx.kernels import lanes
 from flight.kernels import compiling as flight
@@ -36,11 +44,41 @@ print(f"flight-{flight._STAMP} transition-{transition._STAMP}")
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the tests did: "passed", "failed" or "time" for running past it; seconds; the test that failed first."""
+    """What the tests did: "passed", "failed" or "time" for running past it; processor seconds; the first that failed.
+
+    `plain` says that the kernels were not compiled.
+    """
 
     state: str
     seconds: float
     test: str = ""
+    plain: bool = False
+
+
+def is_compiled(text: str) -> bool:
+    """Whether a module has functions that numba compiles."""
+    return re.search(r"^@(\w*kernel|lane_function|numba\.njit|njit)\b", text, re.MULTILINE) is not None
+
+
+def test_files(root: Path, tests: list[str]) -> list[str]:
+    """Files (paths from the root) for files and folders, each once, in their order."""
+    found: dict[str, None] = {}
+    for test in tests:
+        path = root / test
+        files = sorted(path.rglob("test_*.py")) if path.is_dir() else [path]
+        found |= dict.fromkeys(str(file.relative_to(root)) for file in files)
+    return list(found)
+
+
+def shared_digest(root: Path, *, tests: bool = True) -> str:
+    """Names the state of the program; with `tests`, also of what test files share."""
+    found = hashlib.sha256()
+    paths = [path for package in _PACKAGES for path in (root / package).rglob("*.py")]
+    if tests:
+        paths += [path for path in (root / "tests").rglob("*.py") if not path.name.startswith("test_")]
+    for path in sorted(paths):
+        found.update(path.read_bytes())
+    return found.hexdigest()[:12]
 
 
 class Workshop:
@@ -49,22 +87,23 @@ class Workshop:
     Parameters
     ----------
     root : the project. folder : where the copy and the cache lie; what is there already is brought up to date.
-    digest : names the state of the project, for which the times of the tests are kept.
     """
 
-    def __init__(self, root: Path, folder: Path, digest: str) -> None:
+    def __init__(self, root: Path, folder: Path) -> None:
         self.tree = folder / "tree"
         self.cache = folder / "cache"
         self.cache.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._folder = folder
         self._lock = (folder / "lock").open("w")
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise SystemExit(f"another process tries faults in {folder}; wait for it") from None
         self._copy(root)
-        self._times = folder / f"seconds_{digest}.json"
+        self._shared = shared_digest(self.tree)
+        self._times = folder / "usual.json"
         known = json.loads(self._times.read_text()) if self._times.is_file() else {}
-        self._usual = {test: Outcome("passed", seconds) for test, seconds in known.items()}
+        self._usual: dict[str, dict[str, float]] = known.get(self._shared, {})
         self._caches = self._cache_names()
         for stale in set(self.cache.iterdir()) - {self.cache / name for name in self._caches}:
             shutil.rmtree(stale)
@@ -72,8 +111,8 @@ class Workshop:
     def _copy(self, root: Path) -> None:
         """Copy what has changed, with its times: kernels from the cache are known by them."""
         wanted = {}
-        for name in _FOLDERS:
-            for path in (root / name).rglob("*"):
+        for folder in _FOLDERS:
+            for path in (root / folder).rglob("*"):
                 if path.is_file() and "__pycache__" not in path.parts:
                     wanted[path.relative_to(root)] = path
         wanted |= {Path(name): root / name for name in _FILES}
@@ -86,36 +125,79 @@ class Workshop:
             if path.relative_to(self.tree) not in wanted:
                 path.unlink()
 
-    def without_fault(self, tests: list[str]) -> Outcome:
-        """The tests as they are, each file once: compiled kernels are kept, and times beside them for the next call."""
-        found = [self._usual[test] if test in self._usual else self._measured(test) for test in tests]
-        failed = [outcome for outcome in found if outcome.state != "passed"]
-        return failed[0] if failed else Outcome("passed", sum(outcome.seconds for outcome in found))
+    def digest_of(self, tests: list[str]) -> str:
+        """Names the state of test files and of what they share."""
+        found = hashlib.sha256(self._shared.encode())
+        for test in test_files(self.tree, tests):
+            found.update((self.tree / test).read_bytes())
+        return found.hexdigest()[:12]
 
-    def _measured(self, test: str) -> Outcome:
-        self._usual[test] = outcome = self._run([test], 3600.0)
-        if outcome.state == "passed":
-            known = {name: one.seconds for name, one in self._usual.items() if one.state == "passed"}
-            self._times.write_text(json.dumps(known, indent=1))
-        return outcome
+    def usual(self, tests: list[str], *, plain: bool = False) -> dict[str, float]:
+        """Processor seconds of the tests that pass without a fault, measured once for a state of their file.
+
+        Raises
+        ------
+        RuntimeError
+            A test fails although there is no fault (in plain Python such a test is left out).
+        """
+        found: dict[str, float] = {}
+        for test in test_files(self.tree, tests):
+            key = f"{test} {self.digest_of([test])} {'plain' if plain else 'compiled'}"
+            if key not in self._usual:
+                limit = 3600.0 if not plain else 1200.0
+                state, lines = self._run([test], {}, limit, plain=plain, cap=_INTERPRETED if plain else 0.0)
+                failed = [line["test"] for line in lines if line["state"] in ("failed", "error")]
+                if not plain and (failed or state):
+                    raise RuntimeError(f"without a fault {test} fails: {' '.join(failed)} (exit code {state})")
+                self._usual[key] = {line["test"]: line["seconds"] for line in lines if line["state"] == "passed"}
+                self._times.write_text(json.dumps({self._shared: self._usual}, indent=1))
+            found |= self._usual[key]
+        return found
 
     def with_fault(self, module: str, text: str, tests: list[str]) -> Outcome:
         """The tests with another text of a module (its path from the root), which is put back afterwards."""
         path = self.tree / module
         before, times = path.read_bytes(), path.stat()
-        limit = 3.0 * self.without_fault(tests).seconds + _COMPILING
+        plain = self.usual(tests, plain=True) if is_compiled(text) else {}
+        usual = self.usual(tests)
+        caches = self._caches
         try:
             path.write_text(text)
-            caches = self._cache_names()
-            for usual, own in zip(self._caches, caches, strict=True):
-                if usual != own:
-                    self._share(self.cache / usual, self.cache / own, module)
-            return self._run(tests, limit)
+            spent = 0.0
+            if plain:
+                found = self._tried(tests, plain, plain=True)
+                if found.state == "failed":
+                    return found
+                spent = found.seconds
+                caches = self._cache_names()
+                for known, own in zip(self._caches, caches, strict=True):
+                    if known != own:
+                        self._share(self.cache / known, self.cache / own, module)
+            found = self._tried(tests, usual, plain=False)
+            return Outcome(found.state, found.seconds + spent, found.test)
         finally:
             path.write_bytes(before)
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
             for own in set(caches) - set(self._caches):
                 shutil.rmtree(self.cache / own, ignore_errors=True)
+
+    def _tried(self, tests: list[str], usual: dict[str, float], *, plain: bool) -> Outcome:
+        limit = 3.0 * sum(usual.values()) + (60.0 if plain else _COMPILING)
+        cap = 3.0 * max(usual.values(), default=0.0) + 1.0 if plain else 0.0
+        files = test_files(self.tree, tests)
+        if plain:
+            files = [file for file in files if any(test.startswith(f"{file}::") for test in usual)]
+        used = _children()
+        status, lines = self._run(files, usual, limit, plain=plain, cap=cap, decisive=plain)
+        seconds = round(_children() - used, 1)
+        failed = [line for line in lines if line["state"] == "failed" or (line["state"] == "error" and not plain)]
+        if failed:
+            return Outcome("failed", seconds, f"{failed[0]['test']} - {failed[0]['error']}", plain)
+        if plain:
+            return Outcome("passed", seconds, plain=True)
+        if status in (-signal.SIGXCPU, -signal.SIGKILL, 128 + signal.SIGXCPU, 128 + signal.SIGKILL):
+            return Outcome("time", seconds, "ran past its time")
+        return Outcome("passed", seconds) if status == 0 else Outcome("failed", seconds, f"exit code {status}")
 
     def _cache_names(self) -> list[str]:
         """Folders of the cache for the sources as they are."""
@@ -144,28 +226,44 @@ class Workshop:
             "NUMBA_NUM_THREADS": "1",
         }
 
-    def _run(self, tests: list[str], limit: float) -> Outcome:
-        """Run tests until one fails."""
-        options = ["-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider", "-m", "not slow and not mpi"]
-        began = time.monotonic()
+    def _run(
+        self, tests: list[str], order: dict[str, float], limit: float, *, plain: bool, cap: float,
+        decisive: bool | None = None,
+    ) -> tuple[int, list[dict[str, Any]]]:  # fmt: skip
+        """Run tests, to the end where `decisive` is None; exit status, and a record of each test."""
+        plan, record = self._folder / "plan.json", self._folder / "record.jsonl"
+        record.unlink(missing_ok=True)
+        plan.write_text(
+            json.dumps(
+                {"order": order, "only": plain and bool(order), "limit": cap, "decisive": decisive,
+                 "record": str(record)}
+            )
+        )  # fmt: skip
+        options = ["-q", "--tb=no", "-p", "no:cacheprovider", "-p", "tests.mutants.plan", "-m", "not slow and not mpi"]
+        environment = {**self._environment(), "MUTANTS_PLAN": str(plan)}
+        if plain:
+            options += ["-p", "tests.mutants.interpreted"]
+            environment |= {"NUMBA_DISABLE_JIT": "1", "FRAGFIELD_TRANSPOSITION": "plain"}
         process = subprocess.Popen(
-            ["sh", "-c", _LIMITED, "sh", sys.executable, "-m", "pytest", *options, *tests],
-            cwd=self.tree, env=self._environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            errors="replace", start_new_session=True,
+            ["sh", "-c", _LIMITED, "sh", str(int(limit) + 1), sys.executable, "-m", "pytest", *options, *tests],
+            cwd=self.tree, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            start_new_session=True,
         )  # fmt: skip
         try:
-            words, _ = process.communicate(timeout=limit)
+            status = process.wait(timeout=_WAITING * limit)
         except subprocess.TimeoutExpired:
-            return Outcome("time", time.monotonic() - began, "ran past its time")
+            status = -signal.SIGKILL
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
-                process.communicate()
-        seconds = time.monotonic() - began
-        if process.returncode == 0:
-            return Outcome("passed", seconds)
-        failed = [line.split(" ", 1)[1] for line in words.splitlines() if line.startswith(("FAILED ", "ERROR "))]
-        return Outcome("failed", seconds, failed[0] if failed else f"exit code {process.returncode}")
+                process.wait()
+        lines = record.read_text().splitlines() if record.is_file() else []
+        return status, [json.loads(line) for line in lines]
+
+
+def _children() -> float:
+    used = os.times()
+    return used.children_user + used.children_system
 
 
 def importers(package: Path, module: str) -> set[str]:
