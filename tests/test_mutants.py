@@ -230,7 +230,8 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
 
     fault = faults_of("x = 1.0 - 2.0\n")[0]
     faults = [
-        (AREAS[number % 2].name, "flight/hazard/density/expected.py", replace(fault, begin=number)) for number in range(10)
+        (AREAS[number % 2].name, "flight/hazard/density/expected.py", replace(fault, begin=number))
+        for number in range(10)
     ]
     monkeypatch.setattr(mutants, "Workshop", Fake)
     monkeypatch.setattr(mutants, "_ROOT", ROOT)

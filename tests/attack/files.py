@@ -19,8 +19,8 @@ from flight import Fragments
 from flight.files.ensemble import read_ensemble, read_fragment_ensemble
 from flight.files.results import read_hits, read_landing
 from fragfield.errors import InputError, exit_code_of
-from fragfield.report.reading.run_files import RunFiles
 from fragfield.files.run_directory import RunDirectory
+from fragfield.report.reading.run_files import RunFiles
 from fragfield.view.scenes import burst_times
 from fragfield_base.hdf5_files import check_sound
 from transition.snapshot import Snapshot
