@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +34,7 @@ _OF_SEARCHED = 28  # bytes of another rank's surface node in a search: place and
 _REACH = 1.5  # of the cell size: how far a search looks around a face
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class History:
     """Choices of the cells' steps over a burst, as one rank has made them.
 
@@ -178,11 +179,9 @@ def estimate(history: History, measured: Measured, rounds: int, ranks: int, cell
     take over all ranks' time.
     """
     per_round = max(ranks // rounds, 1)
-    pair = mesh_of(history.rounds[:2], cell_size)
-    cells = int(np.count_nonzero(pair.round == 0))
-    one = _first_round(pair, cells)
+    pair, one, level = _finer(history, cell_size)
+    cells = len(one.cells)
     owner = partition(one, history.rounds[:1], per_round)
-    level = history.on(one)
     times = history.duration, history.step
     cost = cost_of(one)
     nodes, neighbours = shared_nodes(one, owner, per_round)
@@ -235,8 +234,17 @@ def estimate(history: History, measured: Measured, rounds: int, ranks: int, cell
     }
 
 
-def _first_round(pair: HexahedralMesh, cells: int) -> HexahedralMesh:
+@lru_cache(maxsize=1)
+def _finer(history: History, cell_size: float) -> tuple[HexahedralMesh, HexahedralMesh, np.ndarray]:
+    """The history's first two rounds with other cells, the first of them alone, and that one's levels."""
+    pair = mesh_of(history.rounds[:2], cell_size)
+    one = _first_round(pair)
+    return pair, one, history.on(one)
+
+
+def _first_round(pair: HexahedralMesh) -> HexahedralMesh:
     """The first round of a mesh of several; its cells and nodes come first."""
+    cells = int(np.count_nonzero(pair.round == 0))
     last = int(pair.cells[:cells].max()) + 1
     return replace(
         pair,

@@ -146,23 +146,26 @@ def _destinations(cells: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.
     """Owner first, then the other ranks that share a place, for every cell: data and offsets."""
     if len(owner) == 0 or owner.min() == owner.max():
         return owner.astype(np.int32), np.arange(len(owner) + 1, dtype=np.int32)
-    ranks = int(owner.max()) + 1
-    touched = np.zeros((int(cells.max()) + 1, ranks), dtype=bool)
-    for corner in range(cells.shape[1]):
-        touched[cells[:, corner], owner] = True
-    reaches = np.zeros((len(cells), ranks), dtype=bool)
-    for corner in range(cells.shape[1]):
-        reaches |= touched[cells[:, corner]]
-    rows = np.arange(len(cells))
-    reaches[rows, owner] = False
-    counts = 1 + reaches.sum(axis=1)
+    ranks, corners = int(owner.max()) + 1, cells.shape[1]
+    # Ranks at every place, by place: what this takes goes with the cells, not with cells times ranks.
+    pairs = np.unique(cells.ravel() * ranks + np.repeat(owner.astype(np.int64), corners))
+    place, rank = pairs // ranks, pairs % ranks
+    count = np.bincount(place, minlength=int(cells.max()) + 1)
+    first = np.cumsum(count) - count
+    cell, corner = np.nonzero(count[cells] > 1)
+    shared = cells[cell, corner]
+    each = count[shared]
+    within = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    cell, rank = np.repeat(cell, each), rank[np.repeat(first[shared], each) + within]
+    foreign = rank != owner[cell]
+    ghosts = np.unique(cell[foreign] * ranks + rank[foreign])
+    ghost_cell, ghost_rank = ghosts // ranks, ghosts % ranks
+    counts = 1 + np.bincount(ghost_cell, minlength=len(cells))
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     data = np.empty(offsets[-1], dtype=np.int32)
     data[offsets[:-1]] = owner
-    ghost_cell, ghost_rank = np.nonzero(reaches)
-    first = np.concatenate([[0], np.cumsum(counts - 1)])[:-1]
-    place = offsets[ghost_cell] + 1 + np.arange(len(ghost_cell)) - first[ghost_cell]
-    data[place] = ghost_rank
+    before = np.cumsum(counts - 1) - (counts - 1)
+    data[offsets[ghost_cell] + 1 + np.arange(len(ghosts)) - before[ghost_cell]] = ghost_rank
     return data, offsets
 
 

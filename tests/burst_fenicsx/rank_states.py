@@ -30,6 +30,7 @@ OF_THE_RUN = (
     "ranks", "threads", "wall_seconds", "start_seconds", "stepping_seconds", "seconds_per_cell_step",
     "peak_memory_bytes",
 )  # fmt: skip
+OF_RANKS = ("ranks", "received")  # what is saved besides the state
 GAP = 5e-3
 END = 70e-6
 END_WITHOUT_CONTACT = 45e-6
@@ -108,6 +109,12 @@ def summary_text(result: BurstResult) -> str:
     return json.dumps(kept, indent=1, sort_keys=True)
 
 
+def share_received(going: Simulation) -> float:
+    """Of all surface nodes, how many of other ranks' the last search was sent."""
+    collisions = going.contact.collisions
+    return collisions.near_faces.received / len(collisions.surfaces.node) if collisions else 0.0
+
+
 def deal_at_random() -> None:
     """Deal the cells to the ranks at random instead of in runs."""
     usual = simulation.distribute
@@ -129,9 +136,9 @@ def main() -> None:
         deal_at_random()
     going = burst(path.parent, MPI.COMM_WORLD, options)
     result = going.finish()
-    found = state(going)
+    found, received = state(going), MPI.COMM_WORLD.allreduce(share_received(going), op=MPI.MAX)
     if found:
-        np.savez(path, ranks=MPI.COMM_WORLD.size, **found)
+        np.savez(path, ranks=MPI.COMM_WORLD.size, received=received, **found)
         path.with_suffix(".json").write_text(summary_text(result))
 
 
