@@ -12,7 +12,7 @@ from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
-from burst_fenicsx.kernels.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.search import WITHIN, Bodies, boxes_met, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, take_reactions
 
 if TYPE_CHECKING:
@@ -132,7 +132,9 @@ class CollidingSurfaces(NodeContact):
         """Values of the rank's nodes, (nodes, n), as values of all surface nodes on every rank."""
         rows = np.zeros((len(self.surfaces.node), values.shape[1]))
         rows[self._rows] = values[self._local]
-        return self.own_everywhere(rows)
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, rows)
+        return rows
 
     def own_everywhere(self, values: np.ndarray) -> np.ndarray:
         """Values (surface nodes, n), of which this rank knows those of its own nodes, on every rank; collective."""
@@ -180,7 +182,8 @@ class CollidingSurfaces(NodeContact):
         active = np.concatenate([active, within])
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1)))
-        reached = _reached(boxes, position[active], self._faces_within_reach(boxes, position[active], active))
+        places = position[active]
+        reached = _reached(boxes, places, self._faces_within_reach(boxes, places, active))
         first, candidate = find_candidates(position, bodies.only(reached), active, normals, boxes[reached], cell)
         candidate = reached[candidate]
         some = np.diff(first) > 0
@@ -307,7 +310,8 @@ def _reached(boxes: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> np.nd
     """Wanted boxes (boxes, 6) that meet the one around all places (n, 3): what one of many ranks has to look at."""
     if not len(places):
         return np.zeros(0, dtype=np.int32)
-    return np.flatnonzero(wanted & _meet(boxes, places)).astype(np.int32)
+    found: np.ndarray = boxes_met(boxes, wanted, places)
+    return found
 
 
 def _meet(boxes: np.ndarray, places: np.ndarray) -> np.ndarray:

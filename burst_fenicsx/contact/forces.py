@@ -28,8 +28,8 @@ _SAFETY = 0.9  # share taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
 _PLANE_SHARE = 0.4  # of the budget, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
-PLANE_REACH = 4.0
-"""Of the cell size: how far nodes may approach a plane before one looks again which are near."""
+PLANE_REACH = 6.0
+"""Of the cell size: distance from a plane within which nodes are looked after."""
 
 
 @dataclass

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from burst_fenicsx.kernels.sliding import SlideContacts, SlideSurface
+from burst_fenicsx.kernels.slide_points import SlideSurface
+from burst_fenicsx.kernels.sliding import SlideContacts
 from burst_fenicsx.kernels.smooth_faces import group_faces
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part

@@ -8,10 +8,14 @@ import numba
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.transposition import address, prefetch
 
-__all__ = ["PlaneLaw", "PlaneState", "near_plane", "plane_energies", "plane_force", "push_from_plane"]
+__all__ = ["PLANE_SUMS", "PlaneLaw", "PlaneState", "near_plane", "plane_sums", "push_from_plane"]
 
 _RUN = 256  # nodes that one call looks after
+_AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: what comes later is fetched now
+PLANE_SUMS = 8
+"""Numbers that `plane_sums` gives."""
 
 
 class PlaneLaw(NamedTuple):
@@ -37,15 +41,18 @@ class PlaneState(NamedTuple):
 
 @kernel
 def near_plane(
-    normal: np.ndarray, level: float, reach: float, state: PlaneState, position: np.ndarray
+    normal: np.ndarray, level: float, reach: float, among: np.ndarray, state: PlaneState, position: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Nodes of the state (k,) int32, in its order, that lie less than `reach` (m) before the plane or are pushed.
+    """Nodes `among` (k,) those of the state that lie less than `reach` (m) before the plane or are pushed, in order.
 
-    They are the first of the array; their number goes with it.
+    They are the first of the array (k,) int32; their number goes with it.
     """
-    found, count = np.empty(state.node.size, dtype=np.int32), 0
-    for k in range(state.node.size):
+    found, count = np.empty(among.size, dtype=np.int32), 0
+    start = address(position)
+    for place in range(among.size):
+        k = among[place]
         node = state.node[k]
+        prefetch(start + _NODE_BYTES * np.uint64(state.node[among[min(place + _AHEAD, among.size - 1)]]))
         depth = level - position[node, 0] * normal[0] - position[node, 1] * normal[1] - position[node, 2] * normal[2]
         if depth > -reach or state.stiffness[k] > 0.0:
             found[count] = k
@@ -67,10 +74,12 @@ def push_from_plane(
     nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
     parts = near.size // _RUN + 1
+    start = address(position)
     for part in numba.prange(parts):
         for place in range(part * near.size // parts, (part + 1) * near.size // parts):
             k = near[place]
             node = nodes[k]
+            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(place + _AHEAD, near.size - 1)]]))
             depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
             if depth > 0.0:
                 _push_node(k, depth, law, state, mass, velocity, force)
@@ -79,27 +88,28 @@ def push_from_plane(
 
 
 @kernel
-def plane_energies(near: np.ndarray, state: PlaneState) -> np.ndarray:
-    """Sum (3,) of the energies (J) of the nodes `near` (k,) the plane; the others have none."""
-    stored, friction, work = 0.0, 0.0, 0.0
+def plane_sums(normal: np.ndarray, on_surface: int, near: np.ndarray, state: PlaneState) -> np.ndarray:
+    """What the plane does to the nodes `near` (k,) it, node by node; the others have nothing.
+
+    Returns (8,): sums of the energies (J) and of the force (N) that it gives now, largest penetration (m) of all and of
+    those of the state from `on_surface` on.
+    """
+    stored, friction, work, x, y, z, deepest, interior = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in near:
+        stiffness = state.stiffness[k]
+        if not stiffness > 0.0:
+            continue
         stored += state.energies[k, 0]
         friction += state.energies[k, 1]
         work += state.energies[k, 2]
-    return np.array([stored, friction, work])
-
-
-@kernel
-def plane_force(normal: np.ndarray, near: np.ndarray, state: PlaneState) -> np.ndarray:
-    """Sum (3,) of the forces (N) that the plane gives now to the nodes `near` (k,) it, node by node."""
-    x, y, z = 0.0, 0.0, 0.0
-    for k in near:
-        stiffness, depth = state.stiffness[k], state.penetration[k]
-        if stiffness > 0.0:
-            x += stiffness * (depth * normal[0] - state.slip[k, 0])
-            y += stiffness * (depth * normal[1] - state.slip[k, 1])
-            z += stiffness * (depth * normal[2] - state.slip[k, 2])
-    return np.array([x, y, z])
+        depth = state.penetration[k]
+        x += stiffness * (depth * normal[0] - state.slip[k, 0])
+        y += stiffness * (depth * normal[1] - state.slip[k, 1])
+        z += stiffness * (depth * normal[2] - state.slip[k, 2])
+        deepest = max(deepest, depth)
+        if k >= on_surface:
+            interior = max(interior, depth)
+    return np.array([stored, friction, work, x, y, z, deepest, interior])
 
 
 @kernel
