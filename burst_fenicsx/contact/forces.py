@@ -30,8 +30,8 @@ _SAFETY = 0.9  # share taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
 _PLANE_SHARE = 0.4  # of the budget, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
-PLANE_REACH = 4.0
-"""Of the cell size: how far nodes may approach a plane before one looks again which are near."""
+PLANE_REACH = 6.0
+"""Of the cell size: distance from a plane within which nodes are looked after."""
 
 
 @dataclass
@@ -252,8 +252,8 @@ class ContactForces:
             return
         pushed = np.zeros((2, 3))
         for plane in self.planes:
-            plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force)
-            pushed += plane.given(*self.impulse.constants)
+            plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force, self.impulse.constants)
+            pushed += plane.given
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
         self.impulse.add(step, pushed)

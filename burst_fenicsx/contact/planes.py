@@ -8,13 +8,14 @@ import numpy as np
 
 from burst_fenicsx.contact.accounting import NodeContact
 from burst_fenicsx.kernels.planes import (
+    PLANE_SUMS,
     PlaneLaw,
     PlaneState,
     near_plane,
-    plane_force,
+    plane_sums,
     push_from_plane,
 )
-from burst_fenicsx.kernels.rows import largest_speed, sum_columns
+from burst_fenicsx.kernels.rows import largest_speed
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -31,6 +32,7 @@ _IN_PLANE = 1e-9  # m
 # nodes are near: products that expand freely reach the detonation velocity.
 _FASTEST = 1e4
 _GROWTH = 2.0
+_NEAR_SHARE = 1.0 / 6.0
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -72,8 +74,8 @@ class PlaneContact(NodeContact):
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it. rows : their numbers among all that may.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
-    reach : distance (m) from the plane within which nodes are looked after; beyond it, none can meet it before one
-        looks again.
+    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a share of
+        it in every step; beyond, none can meet it before one looks again.
 
     Attributes
     ----------
@@ -90,7 +92,7 @@ class PlaneContact(NodeContact):
         self.rows = rows
         self._on_surface = on_surface
         self._fields = fields
-        self._reach = reach
+        self._reach, self._near_reach = reach, _NEAR_SHARE * reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
@@ -103,53 +105,68 @@ class PlaneContact(NodeContact):
             stiffness=np.zeros(count),
             energies=np.zeros((count, 3)),
         )
+        self._all = np.arange(count, dtype=np.int32)
         self.look_again()
 
     def look_again(self) -> None:
         """Have the near nodes found again at the next step."""
-        self.near, self.pushed = np.zeros((2, 0), dtype=np.int32)
-        self._fastest, self._travel = 0.0, np.inf
+        self.near = self.pushed = np.zeros(0, dtype=np.int32)
+        self._wider = np.zeros(0, dtype=np.int32)
+        self._fastest, self._travel, self._wider_travel = 0.0, np.inf, np.inf
+        self._sums = np.zeros(PLANE_SUMS)
 
     def _find_near(self, step: float) -> None:
-        """Find the near nodes again where others may have come within reach in this step (s)."""
+        """Find the near nodes again where others may have come near in this step (s): often, among those in reach."""
         self._travel += step * self._fastest
-        if self._travel <= self._reach:
+        self._wider_travel += step * self._fastest
+        if self._travel <= self._near_reach:
             return
-        nodes = self._fields.nodes
-        found, count = near_plane(self._normal, self._level, self._reach, self.state, nodes.position)
-        self.near = found[:count]
+        # Those in reach must hold all that may come near until one looks for near ones again.
+        if self._wider_travel > self._reach - 2.0 * self._near_reach:
+            self._wider = self._nearer_than(self._reach, self._all)
+            fastest = largest_speed(self._fields.nodes.velocity, self.state.node)
+            self._fastest = max(_FASTEST, _GROWTH * fastest)
+            self._wider_travel = 0.0
+        self.near = self._nearer_than(self._near_reach, self._wider)
         self.pushed = self.state.node[self.near]
-        self._fastest = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, self.state.node))
         self._travel = 0.0
 
-    def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+    def _nearer_than(self, reach: float, among: np.ndarray) -> np.ndarray:
+        """Nodes `among` (k,) those of the state that are nearer to the plane than `reach` (m) or pushed by it."""
+        found, count = near_plane(self._normal, self._level, reach, among, self.state, self._fields.nodes.position)
+        nearer: np.ndarray = found[:count]
+        return nearer
+
+    def add_forces(
+        self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray, bins: tuple[float, float]
+    ) -> None:
         """Add the plane's forces to `force` (nodes, 3) in N.
 
-        `budget` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here and `velocity` (nodes, 3)
-        the mean one over it (m/s).
+        `budget` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here, `velocity` (nodes, 3)
+        the mean one over it (m/s) and `bins` the constants of exact sums of its forces, see `exact.two_constants`.
         """
         self._find_near(step)
         law = PlaneLaw(self._normal, self._level, budget, step, self._friction, self.steady)
         push_from_plane(law, self.near, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
+        rounding = self._fields.grid.rounding
+        self._sums = plane_sums(self._normal, self._on_surface, self.near, self.state, rounding, *bins)
 
-    def given(self, coarse: float, fine: float) -> np.ndarray:
-        """Force (N) that the plane gives now to this rank's nodes, (2, 3) in exact bins of these constants."""
-        total: np.ndarray = plane_force(self._normal, self.near, self.state, coarse, fine)
-        return total
+    @property
+    def given(self) -> np.ndarray:
+        """Force (N) that the plane gives now to this rank's nodes, (2, 3) in two exact bins, whose sum it is."""
+        return self._sums[5:].reshape(2, 3)
 
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.penetration[self.near].max(initial=0.0))
+        return float(self._sums[3])
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes."""
-        interior = self.near[np.searchsorted(self.near, self._on_surface) :]
-        return float(self.state.penetration[interior].max(initial=0.0))
+        return float(self._sums[4])
 
     @property
     def energies(self) -> np.ndarray:
         """As of all nodal contact; of the near nodes, since the others have none."""
-        total: np.ndarray = sum_columns(self.state.energies, self.near, self._fields.grid.rounding)
-        return total
+        return self._sums[:3]

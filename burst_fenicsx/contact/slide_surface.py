@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from burst_fenicsx.kernels.sliding import SlideContacts, SlideSurface
+from burst_fenicsx.kernels.slide_points import SlideSurface
+from burst_fenicsx.kernels.sliding import SlideContacts
 from burst_fenicsx.kernels.smooth_faces import group_faces
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
@@ -21,20 +22,20 @@ __all__ = ["faces_of", "interface_faces", "make_contacts", "smooth_surface", "wi
 _SMOOTH = np.cos(np.radians(45.0))  # faces around a node whose normals differ by less are one smooth surface
 
 
-def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:
-    """Faces of the casing on which a charge may slide, outward from the casing, as nodes (faces, 4), and their cells.
+def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, int]:
+    """Faces of the casing on which a charge may slide, outward from the casing, as nodes (faces, 4).
 
     First those at which a charge lies, whose number is returned as well; then the free ones to which these lead on
     without a crease, such as the wall of a cavity that the charge does not fill, or that behind a fuze.
     """
-    faces, cell, behind = outer_faces(mesh, np.where(mesh.part == Part.CASING, 0, -1))
+    faces, _, behind = outer_faces(mesh, np.where(mesh.part == Part.CASING, 0, -1))
     covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     one, other = _smooth_edges(mesh.nodes, faces)
     joined = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
     _, surface = connected_components(joined, directed=False)
     free = ~covered & np.isin(surface, surface[covered])
     order = np.concatenate([np.flatnonzero(covered), np.flatnonzero(free)])
-    return faces[order], cell[order], int(covered.sum())
+    return faces[order], int(covered.sum())
 
 
 def _normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -78,7 +79,6 @@ def smooth_surface(nodes: np.ndarray, faces: np.ndarray, rows: int) -> tuple[Sli
         face=face,
         known=np.ones(len(faces), dtype=bool),
         vector=np.zeros((groups, 3)),
-        torn=np.zeros(len(faces), dtype=bool),
     )
     return surface, group_row.astype(np.int32)
 

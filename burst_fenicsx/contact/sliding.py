@@ -11,12 +11,13 @@ from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.charge import PARAMETERS
 from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import clear_rows, copy_rows, sum_columns
+from burst_fenicsx.kernels.rows import clear_rows, copy_rows
 from burst_fenicsx.kernels.sliding import (
     SlideLaw,
     add_slide_forces,
     attached_state,
     find_slide_forces,
+    slide_sums,
 )
 from burst_fenicsx.kernels.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.springs import take_reactions
@@ -66,7 +67,7 @@ class SlidingInterface:
         self._fields = fields
         self._comm = comm = fields.mesh.comm
         pairs, owned = len(mesh.twins), fields.mesh.owned_nodes
-        faces, self._cell, covered = interface_faces(mesh)
+        faces, covered = interface_faces(mesh)
         # Rows: the pairs of coincident nodes, then the casing's other nodes on which the charge may come to lie.
         solid_nodes = np.concatenate([mesh.twins[:, 1], np.setdiff1d(faces, mesh.twins[:, 1])])
         self._rows = rows = len(solid_nodes)
@@ -85,9 +86,8 @@ class SlidingInterface:
         own = np.zeros(rows, dtype=bool)
         own[slave_rows] = True
         slave = np.where(own[group_row], charge[group_row], -1).astype(np.int32)
-        # In the order of the nodes, so that contacts that follow each other find theirs in cache.
-        mine = np.flatnonzero(slave >= 0)
-        mine = mine[np.argsort(slave[mine], kind="stable")].astype(np.int32)
+        # In the order of the contacts' own arrays, of which there are many; nodes are fetched ahead.
+        mine = np.flatnonzero(slave >= 0).astype(np.int32)
         held = np.zeros(0, dtype=np.uint8) if mesh.held is None else mesh.held[solid_nodes[group_row]]
         self._in_planes = [(np.flatnonzero(held >> bit & 1), np.asarray(normal)) for bit, normal in mesh.held_normals]
         of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
@@ -106,14 +106,16 @@ class SlidingInterface:
 
         row[:] = -1
         row[mesh.twins[:, 0]] = np.arange(pairs, dtype=np.int32)
-        self._cells, self._cell_rows = _attached(fields, row)
+        self._cells, cell_rows = _attached(fields, row)
+        self._cell_rows, first = np.unique(cell_rows, return_index=True)
+        self._first_cell = np.append(first, len(cell_rows)).astype(np.int32)
         in_charge = row[mesh.cells[mesh.part == Part.CHARGE]]
         self._cell_count = np.bincount(in_charge[in_charge >= 0], minlength=rows)
         self._attached = np.zeros((rows, 2))
         self._attached_rounding = rounding_constant(_MOST_CELLS), rounding_constant(_LARGEST_PRESSURE)
         self._load_rounding = rounding_constant(_MOST_CELLS)
         self._slave_halo = Halo(comm, _owners(comm, rows, slave_rows))
-        self._slave_halo.need(np.unique(self._cell_rows).astype(np.int32))
+        self._slave_halo.need(self._cell_rows)
         self._master_halo = Halo(comm, _owners(comm, rows, self._master_rows))
 
         self._position, self._velocity = np.zeros((rows, 3)), np.zeros((rows, 3))
@@ -170,14 +172,14 @@ class SlidingInterface:
         face_vectors(nodes.position, self._charge_faces, self._beside, self._charge_vectors)
         group_vectors(surface.first_face, surface.face, contacts.contact, self._charge_vectors, contacts.area)
         self._add_images(contacts.area, 1.0)
-        burnt, pressure = self._charge_state()
+        self._sum_charge_state()
         law = SlideLaw(
             budget, step, settings.tensile_strength, settings.cohesion,
             float(np.tan(np.radians(settings.friction_angle))),
         )  # fmt: skip
         find_slide_forces(
-            law, surface, contacts, burnt, pressure, self._position, self._velocity, self._mass, self.load,
-            nodes.position, velocity, fields.mass,
+            law, surface, contacts, self._attached, self._cell_count, self._position, self._velocity, self._mass,
+            self.load, nodes.position, velocity, fields.mass,
         )  # fmt: skip
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._master_halo.needed)
@@ -195,27 +197,26 @@ class SlidingInterface:
             own = vectors[groups]
             vectors[groups] = sides * (own - (own @ normal)[:, None] * normal)
 
-    def _charge_state(self) -> tuple[np.ndarray, np.ndarray]:
-        """Mean burn fraction and pressure (Pa) of the charge's cells around each contact's node; collective."""
+    def _sum_charge_state(self) -> None:
+        """Sums of burn fraction and pressure (Pa) of the charge's cells around each contact's node; collective."""
         total, charge = self._attached, self._fields.charge
         total[:] = 0.0
         attached_state(
-            self._cells, self._cell_rows, charge.burn_fraction, charge.pressure, self._attached_rounding, total
-        )
+            self._first_cell, self._cells, self._cell_rows, charge.burn_fraction, charge.pressure,
+            self._attached_rounding, total,
+        )  # fmt: skip
         self._slave_halo.give(total)
-        mean = total / np.maximum(self._cell_count, 1)[:, None]
-        return np.minimum(mean[self.contacts.row, 0], 1.0), mean[self.contacts.row, 1]
 
     @property
     def energies(self) -> np.ndarray:
         """Spring energy now, friction and work given in the last step (J), exact, on this rank's contacts."""
-        total: np.ndarray = sum_columns(self.contacts.tally, self.contacts.contact, self._fields.grid.rounding)
+        total: np.ndarray = slide_sums(self.contacts.contact, self.contacts.tally, self._fields.grid.rounding)[:3]
         return total
 
     @property
     def deepest(self) -> float:
         """Largest penetration in the last step (m) on this rank."""
-        return float(self.contacts.tally[self.contacts.contact, 3].max(initial=0.0))
+        return float(slide_sums(self.contacts.contact, self.contacts.tally, 0.0)[3])
 
     def counts(self) -> np.ndarray:
         """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""
@@ -267,9 +268,14 @@ def _owners(comm: MPI.Comm, count: int, rows: np.ndarray) -> np.ndarray:
 
 
 def _attached(fields: BurstFields, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Charge cells of this rank at the interface, and a row of their nodes there: one entry for each such node."""
+    """Charge cells of this rank at the interface, and a row of their nodes there: one entry for each such node.
+
+    In the order of the rows.
+    """
     mesh = fields.mesh
     cells = np.flatnonzero(mesh.part == Part.CHARGE)
     rows = row[mesh.node[mesh.dofmap[cells]]]
     which, corner = np.nonzero(rows >= 0)
-    return cells[which].astype(np.int32), rows[which, corner].astype(np.int32)
+    found = rows[which, corner]
+    order = np.argsort(found, kind="stable")
+    return cells[which[order]].astype(np.int32), found[order].astype(np.int32)

@@ -62,8 +62,9 @@ def blocks_are_mixed(
 def move_lanes(source: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
     """Move rows of lanes, (blocks, rows LANES), to other blocks: `source` (slots,) int32 is each slot's old one."""
     rows = old.shape[1] // LANES
-    for slot in numba.prange(source.size):
-        block, lane = slot // LANES, slot % LANES
-        before, place = source[slot] // LANES, source[slot] % LANES
+    for block in numba.prange(source.size // LANES):
+        begin = block * LANES
         for row in range(rows):
-            new[block, row * LANES + lane] = old[before, row * LANES + place]
+            for lane in range(LANES):
+                slot = source[begin + lane]
+                new[block, row * LANES + lane] = old[slot // LANES, row * LANES + slot % LANES]

@@ -9,10 +9,14 @@ import numpy as np
 
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.transposition import address, prefetch
 
-__all__ = ["PlaneLaw", "PlaneState", "near_plane", "plane_force", "push_from_plane"]
+__all__ = ["PLANE_SUMS", "PlaneLaw", "PlaneState", "near_plane", "plane_sums", "push_from_plane"]
 
 _RUN = 256  # nodes that one call looks after
+_AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: what comes later is fetched now
+PLANE_SUMS = 11
+"""Numbers that `plane_sums` gives."""
 
 
 class PlaneLaw(NamedTuple):
@@ -38,15 +42,18 @@ class PlaneState(NamedTuple):
 
 @kernel
 def near_plane(
-    normal: np.ndarray, level: float, reach: float, state: PlaneState, position: np.ndarray
+    normal: np.ndarray, level: float, reach: float, among: np.ndarray, state: PlaneState, position: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Nodes of the state (k,) int32, in its order, that lie less than `reach` (m) before the plane or are pushed.
+    """Nodes `among` (k,) those of the state that lie less than `reach` (m) before the plane or are pushed, in order.
 
-    They are the first of the array; their number goes with it.
+    They are the first of the array (k,) int32; their number goes with it.
     """
-    found, count = np.empty(state.node.size, dtype=np.int32), 0
-    for k in range(state.node.size):
+    found, count = np.empty(among.size, dtype=np.int32), 0
+    start = address(position)
+    for place in range(among.size):
+        k = among[place]
         node = state.node[k]
+        prefetch(start + _NODE_BYTES * np.uint64(state.node[among[min(place + _AHEAD, among.size - 1)]]))
         depth = level - position[node, 0] * normal[0] - position[node, 1] * normal[1] - position[node, 2] * normal[2]
         if depth > -reach or state.stiffness[k] > 0.0:
             found[count] = k
@@ -68,10 +75,12 @@ def push_from_plane(
     nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
     parts = near.size // _RUN + 1
+    start = address(position)
     for part in numba.prange(parts):
         for place in range(part * near.size // parts, (part + 1) * near.size // parts):
             k = near[place]
             node = nodes[k]
+            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(place + _AHEAD, near.size - 1)]]))
             depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
             if depth > 0.0:
                 _push_node(k, depth, law, state, mass, velocity, force)
@@ -80,21 +89,37 @@ def push_from_plane(
 
 
 @kernel
-def plane_force(normal: np.ndarray, near: np.ndarray, state: PlaneState, coarse: float, fine: float) -> np.ndarray:
-    """Force (N) that the plane gives now to the nodes `near` (k,) it, in two exact bins (2, 3), whose sum it is.
+def plane_sums(
+    normal: np.ndarray,
+    on_surface: int,
+    near: np.ndarray,
+    state: PlaneState,
+    rounding: float,
+    coarse: float,
+    fine: float,
+) -> np.ndarray:
+    """What the plane does to the nodes `near` (k,) it, node by node; the others have nothing.
 
-    `coarse` and `fine` are the constants of the bins, see `exact.two_constants`.
+    Returns (11,): sums of the energies (J), rounded by `quantise` with the constant `rounding`; largest penetration (m)
+    of all and of those of the state from `on_surface` on; the force (N) that it gives now in two exact bins (2, 3), whose
+    sum it is, with the constants `coarse` and `fine` of `exact.two_constants`.
     """
-    total = np.zeros((2, 3))
+    sums = np.zeros(PLANE_SUMS)
     for k in near:
-        stiffness, depth = state.stiffness[k], state.penetration[k]
-        if stiffness > 0.0:
-            for i in range(3):
-                value = stiffness * (depth * normal[i] - state.slip[k, i])
-                rounded = quantise(value, coarse)
-                total[0, i] += rounded
-                total[1, i] += quantise(value - rounded, fine)
-    return total
+        stiffness = state.stiffness[k]
+        if not stiffness > 0.0:
+            continue
+        depth = state.penetration[k]
+        for i in range(3):
+            sums[i] += quantise(state.energies[k, i], rounding)
+            value = stiffness * (depth * normal[i] - state.slip[k, i])
+            rounded = quantise(value, coarse)
+            sums[5 + i] += rounded
+            sums[8 + i] += quantise(value - rounded, fine)
+        sums[3] = max(sums[3], depth)
+        if k >= on_surface:
+            sums[4] = max(sums[4], depth)
+    return sums
 
 
 @kernel

@@ -7,6 +7,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.transposition import address, prefetch
 
 __all__ = [
     "add_rows",
@@ -19,11 +20,16 @@ __all__ = [
     "take_means",
 ]
 
+# Rows lie scattered: the one that comes so many later is fetched now.
+_AHEAD, _ROW_BYTES = 16, np.uint64(24)
+
 
 @parallel_kernel
 def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
     """Set the rows of `values` (n, m) to zero."""
+    start, size = address(values), np.uint64(8 * values.shape[1])
     for k in numba.prange(rows.size):
+        prefetch(start + size * np.uint64(rows[min(k + _AHEAD, rows.size - 1)]))
         for i in range(values.shape[1]):
             values[rows[k], i] = 0.0
 
@@ -31,7 +37,11 @@ def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
 @parallel_kernel
 def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
     """Add `share` times the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
+    source_start, target_start = address(source), address(target)
     for k in numba.prange(rows.size):
+        later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
+        prefetch(source_start + later)
+        prefetch(target_start + later)
         for i in range(3):
             target[rows[k], i] += share * source[rows[k], i]
 
@@ -39,7 +49,9 @@ def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndar
 @parallel_kernel
 def copy_rows(source: np.ndarray, at: np.ndarray, to: np.ndarray, target: np.ndarray) -> None:
     """Copy the rows `at` of `source` (n, 3) to the rows `to` of `target`."""
+    start = address(source)
     for k in numba.prange(at.size):
+        prefetch(start + _ROW_BYTES * np.uint64(at[min(k + _AHEAD, at.size - 1)]))
         for i in range(3):
             target[to[k], i] = source[at[k], i]
 
@@ -95,7 +107,9 @@ def hold_rows(values: np.ndarray, rows: np.ndarray, direction: np.ndarray) -> No
 def largest_speed(velocity: np.ndarray, nodes: np.ndarray) -> float:
     """Largest speed (m/s) among the given nodes."""
     largest = 0.0
+    start = address(velocity)
     for k in numba.prange(nodes.size):
+        prefetch(start + _ROW_BYTES * np.uint64(nodes[min(k + _AHEAD, nodes.size - 1)]))
         node = nodes[k]
         largest = max(largest, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
     return np.sqrt(largest)

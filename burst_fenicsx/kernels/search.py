@@ -20,6 +20,7 @@ WITHIN = -1
 
 # A node meets a face of its own body only where their normals are opposed: cosine below this.
 _OPPOSED = -0.2
+_SLACK = 1e-5  # of the cosine: far more than single precision's rounding of normals
 _BLOCK = 4096  # nodes whose faces are looked up side by side, then put in order: their list stays in cache
 _USUAL = 8  # faces of a node for which there is room at first
 
@@ -79,6 +80,10 @@ def _hash(x: int, y: int, z: int, mask: int) -> int:
 def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, np.ndarray]:
     """Offsets of the buckets and the faces in them, by counting."""
     offset = np.zeros(mask + 2, dtype=np.int64)
+    span = np.empty((boxes.shape[0], 6), dtype=np.int32)
+    for face in range(boxes.shape[0]):
+        for i in range(6):
+            span[face, i] = int(np.floor(boxes[face, i] / cell))
     for fill in range(2):
         if fill:
             for bucket in range(mask + 1):
@@ -86,9 +91,9 @@ def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, 
             entries = np.empty(offset[mask + 1], dtype=np.int32)
             place = offset.copy()
         for face in range(boxes.shape[0]):
-            for x in range(int(np.floor(boxes[face, 0] / cell)), int(np.floor(boxes[face, 3] / cell)) + 1):
-                for y in range(int(np.floor(boxes[face, 1] / cell)), int(np.floor(boxes[face, 4] / cell)) + 1):
-                    for z in range(int(np.floor(boxes[face, 2] / cell)), int(np.floor(boxes[face, 5] / cell)) + 1):
+            for x in range(span[face, 0], span[face, 3] + 1):
+                for y in range(span[face, 1], span[face, 4] + 1):
+                    for z in range(span[face, 2], span[face, 5] + 1):
                         bucket = _hash(x, y, z, mask)
                         if fill:
                             entries[place[bucket]] = face
@@ -96,6 +101,40 @@ def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, 
                         else:
                             offset[bucket + 1] += 1
     return offset, entries
+
+
+@kernel
+def _bound_normals(
+    offset: np.ndarray, entries: np.ndarray, face_round: np.ndarray, areas: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of each bucket the round of its faces, -1 where there are several, and bounds of their unit normals (buckets, 6).
+
+    A wall that is not folded looks one way: none of its nodes is opposed to any face near it, which one look at the
+    bounds shows for all of a bucket.
+    """
+    buckets = offset.size - 1
+    whose, bound = np.full(buckets, -1, dtype=np.int32), np.empty((buckets, 6), dtype=np.float32)
+    normal = np.empty((areas.shape[0], 3), dtype=np.float32)
+    for face in range(areas.shape[0]):
+        size = np.sqrt(areas[face, 0] ** 2 + areas[face, 1] ** 2 + areas[face, 2] ** 2)
+        for i in range(3):
+            normal[face, i] = areas[face, i] / size if size > 0.0 else 0.0
+    for bucket in range(buckets):
+        begin, end = offset[bucket], offset[bucket + 1]
+        if begin == end:
+            continue
+        for i in range(3):
+            bound[bucket, i], bound[bucket, 3 + i] = 1.0, -1.0
+        whose[bucket] = face_round[entries[begin]]
+        for entry in range(begin, end):
+            face = entries[entry]
+            if face_round[face] != whose[bucket]:
+                whose[bucket] = -1
+                break
+            for i in range(3):
+                bound[bucket, i] = min(bound[bucket, i], normal[face, i])
+                bound[bucket, 3 + i] = max(bound[bucket, 3 + i], normal[face, i])
+    return whose, bound
 
 
 @kernel
@@ -124,6 +163,7 @@ def find_candidates(
     offset, entries = _fill_table(boxes, cell, mask)
     areas = np.empty((boxes.shape[0], 3))
     _area_vectors(position, bodies.faces, areas)
+    whose, bound = _bound_normals(offset, entries, bodies.face_round, areas)
     first = np.zeros(active.size + 1, dtype=np.int64)
     candidates = np.empty(_USUAL * active.size, dtype=np.int32)
     room, found = np.zeros(_BLOCK + 1, dtype=np.int64), np.empty(0, dtype=np.int32)
@@ -147,6 +187,8 @@ def find_candidates(
             mask,
             offset,
             entries,
+            whose,
+            bound,
             room,
             first[start : start + block.size + 1],
             found,
@@ -205,6 +247,8 @@ def _look_up(
     mask: int,
     offset: np.ndarray,
     entries: np.ndarray,
+    whose: np.ndarray,
+    bound: np.ndarray,
     room: np.ndarray,
     first: np.ndarray,
     found: np.ndarray,
@@ -221,6 +265,14 @@ def _look_up(
         bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
         last = -1
         count = 0
+        if whose[bucket] == own_round:
+            opposed = min(nx * bound[bucket, 0], nx * bound[bucket, 3]) + min(
+                ny * bound[bucket, 1], ny * bound[bucket, 4]
+            )
+            opposed += min(nz * bound[bucket, 2], nz * bound[bucket, 5])
+            if opposed >= (_OPPOSED + _SLACK) * np.sqrt(nx**2 + ny**2 + nz**2):
+                first[k + 1] = 0
+                continue
         for entry in range(offset[bucket], offset[bucket + 1]):
             face = entries[entry]
             # One branch for all six planes: which of them a face fails is anyone's guess.

@@ -8,6 +8,8 @@ weights: linear and angular momentum are kept.
 Products press with their own pressure, corrected by a spring for what is left of the gap (Nitsche's method): the gap
 then stays a small part of what a spring alone would need. Unreacted explosive is bonded: springs with tensile strength,
 cohesion and friction, which fade as it burns.
+
+The contacts are worked on sixteen at a time, as cells are.
 """
 
 from __future__ import annotations
@@ -18,24 +20,34 @@ import numba
 import numpy as np
 
 from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.lanes import inlined_kernel, kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, parallel_kernel, widest_vectors
+from burst_fenicsx.kernels.slide_points import (
+    BEYOND,
+    GAP,
+    NORMAL,
+    POINT_ROWS,
+    SIZE,
+    SlideSurface,
+    add_product,
+    find_points,
+    product,
+)
+from burst_fenicsx.kernels.tensors import Vector, load_vector, store_vector
 
 __all__ = [
     "COLUMNS",
     "SlideContacts",
     "SlideLaw",
-    "SlideSurface",
     "add_slide_forces",
     "attached_state",
     "find_slide_forces",
+    "slide_sums",
 ]
 
 COLUMNS = ("stored", "friction", "work", "penetration")
 """Of `SlideContacts.tally`: J stored in springs, J of friction in this step, J given in this step by the products' own
 pressure and by changes of stiffness, m."""
 
-_NEWTON, _WALKS = 12, 10
-_CLOSE = 1e-9  # change of a face's coordinates below which a point is found: the error left is far smaller
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
 _BENT = 0.1  # ... and this share of the distance below
 _OFF_EDGE = 0.5  # of the face's size: a node farther beyond the edge of its smooth surface has left it
@@ -49,19 +61,6 @@ class SlideLaw(NamedTuple):
     tensile_strength: float  # Pa, of the unreacted charge's bond
     cohesion: float  # Pa
     friction: float  # tangent of the friction angle
-
-
-class SlideSurface(NamedTuple):
-    """Faces that the charge may slide on; a group is a corner node with those of its faces that are smooth together."""
-
-    faces: np.ndarray  # (faces, 4) int32, rows of the casing's interface nodes, outward from the casing
-    neighbour: np.ndarray  # (faces, 4) int32, face across the edge from corner k to k + 1; -1 across a crease
-    corner: np.ndarray  # (faces, 4) int32, group of each corner
-    first_face: np.ndarray  # (groups + 1,) int32 into `face`
-    face: np.ndarray  # int32, faces of each group
-    known: np.ndarray  # (faces,) bool, whether this rank knows the positions of the face and of those around it
-    vector: np.ndarray  # (groups, 3) m2, sum of the groups' area vectors, now
-    torn: np.ndarray  # (faces,) bool, whether the cell behind the face is torn metal: nothing lies on it any more
 
 
 class SlideContacts(NamedTuple):
@@ -85,8 +84,21 @@ class SlideContacts(NamedTuple):
     tally: np.ndarray  # (contacts, 4), see COLUMNS
 
 
-@kernel
+_RUN = 512  # contacts that share scratch
+
+# Rows of the scratch of forces. Of the charge's node: velocity, mass, sums over the cells around it and their number.
+_SPEED, _MASS, _STATE, _CELLS = 0, 3, 4, 6
+# Of the face before and now: velocities, weights, masses and loads of the corners, force.
+_OLD_SPEEDS, _OLD_WEIGHT, _FORCE, _SPEEDS, _MASSES, _LOADS, _WEIGHT = 7, 19, 23, 26, 38, 42, 46
+# What `find_points` found, and the contact's state.
+_XI, _ETA, _GAP, _NORMAL, _BEYOND, _SIZE = 50, 51, 52, 53, 56, 57
+_SHARE, _STRENGTH, _AREA, _BONDED, _OLD_GAP, _STIFFNESS, _SLIP, _OFF, _TALLY = 58, 59, 60, 63, 64, 65, 66, 69, 70
+_ROWS = 74
+
+
+@parallel_kernel
 def attached_state(
+    first: np.ndarray,
     cells: np.ndarray,
     rows: np.ndarray,
     burn_fraction: np.ndarray,
@@ -94,13 +106,16 @@ def attached_state(
     rounding: tuple[float, float],
     total: np.ndarray,
 ) -> None:
-    """Add the burn fractions and pressures (Pa) of the charge's cells to the rows of their interface nodes, exactly.
+    """Sum the burn fractions and pressures (Pa) of the charge's cells around the interface nodes `rows` (k,), exactly.
 
-    `cells` (k,) and `rows` (k,) are the pairs; `total` (nodes, 2).
+    The cells of row k are `cells` from `first[k]` to `first[k + 1]`. `total` (rows, 2) is overwritten there.
     """
-    for k in range(cells.size):
-        total[rows[k], 0] += quantise(burn_fraction[cells[k]], rounding[0])
-        total[rows[k], 1] += quantise(pressure[cells[k]], rounding[1])
+    for k in numba.prange(rows.size):
+        burnt, whole = 0.0, 0.0
+        for cell in cells[first[k] : first[k + 1]]:
+            burnt += quantise(burn_fraction[cell], rounding[0])
+            whole += quantise(pressure[cell], rounding[1])
+        total[rows[k], 0], total[rows[k], 1] = burnt, whole
 
 
 @parallel_kernel
@@ -108,8 +123,8 @@ def find_slide_forces(
     law: SlideLaw,
     surface: SlideSurface,
     contacts: SlideContacts,
-    burnt: np.ndarray,
-    pressure: np.ndarray,
+    attached: np.ndarray,
+    cells: np.ndarray,
     position: np.ndarray,
     velocity: np.ndarray,
     mass: np.ndarray,
@@ -120,24 +135,20 @@ def find_slide_forces(
 ) -> None:
     """Find every contact's point and force, and advance its state.
 
-    `burnt` and `pressure` (Pa) are those of the charge's cells around each contact's node, (contacts,). `position` (m),
-    `velocity` (m/s), `mass` (kg) and `load` are those of the casing's interface nodes by row, the others those of this
-    rank's nodes.
+    `attached` (rows, 2) are the sums of `attached_state` and `cells` (rows,) how many cells are in them. `position`
+    (m), `velocity` (m/s), `mass` (kg) and `load` are those of the casing's interface nodes by row, the others those of
+    this rank's nodes.
     """
-    for k in numba.prange(contacts.contact.size):
-        c = contacts.contact[k]
-        _slide(
-            c,
+    count = contacts.contact.size
+    runs = (count + _RUN - 1) // _RUN
+    for run in numba.prange(runs):
+        _slide_run(
+            contacts.contact[run * _RUN : min((run + 1) * _RUN, count)],
             law,
-            surface.faces,
-            surface.neighbour,
-            surface.corner,
-            surface.known,
-            surface.vector,
-            surface.torn,
+            surface,
             contacts,
-            burnt[c],
-            pressure[c],
+            attached,
+            cells,
             position,
             velocity,
             mass,
@@ -148,19 +159,14 @@ def find_slide_forces(
         )
 
 
-@inlined_kernel
-def _slide(
-    c: int,
+@kernel
+def _slide_run(
+    chosen: np.ndarray,
     law: SlideLaw,
-    faces: np.ndarray,
-    neighbour: np.ndarray,
-    corner: np.ndarray,
-    known: np.ndarray,
-    vector: np.ndarray,
-    torn: np.ndarray,
+    surface: SlideSurface,
     contacts: SlideContacts,
-    burnt: float,
-    pressure: float,
+    attached: np.ndarray,
+    cells: np.ndarray,
     position: np.ndarray,
     velocity: np.ndarray,
     mass: np.ndarray,
@@ -169,148 +175,173 @@ def _slide(
     charge_velocity: np.ndarray,
     charge_mass: np.ndarray,
 ) -> None:
-    node = contacts.slave[c]
-    px, py, pz = charge_position[node, 0], charge_position[node, 1], charge_position[node, 2]
-    face, xi, eta = contacts.face[c], contacts.point[c, 0], contacts.point[c, 1]
-    # Work that contact takes: half of the last force and half of the new one on this step's relative motion.
-    taken = -0.5 * law.step * _power(c, faces[face], contacts, velocity, charge_velocity[node])
-    gap, nx, ny, nz, beyond, size = 0.0, 0.0, 0.0, 1.0, 0.0, 1.0
-    tolerance = 1e-12  # by which a point may lie over an edge; larger with every face, so that the search ends
-    done = False
-    for walk in range(_WALKS):
-        last = walk == _WALKS - 1
-        clamped = done  # the edge of the surface was met: the point is held on it
-        for _ in range(_NEWTON):
-            ax, ay, az, bx, by, bz, x, y, z, vx, vy, vz = _surface_at(
-                faces[face], corner[face], xi, eta, position, vector
-            )
-            size = np.sqrt(vx * vx + vy * vy + vz * vz)
-            nx, ny, nz = vx / size, vy / size, vz / size
-            rx, ry, rz = px - x, py - y, pz - z
-            gap = rx * nx + ry * ny + rz * nz
-            tx, ty, tz = rx - gap * nx, ry - gap * ny, rz - gap * nz
-            if clamped:
-                break
-            an, bn = ax * nx + ay * ny + az * nz, bx * nx + by * ny + bz * nz
-            ax, ay, az, bx, by, bz = ax - an * nx, ay - an * ny, az - an * nz, bx - bn * nx, by - bn * ny, bz - bn * nz
-            aa, ab, bb = ax * ax + ay * ay + az * az, ax * bx + ay * by + az * bz, bx * bx + by * by + bz * bz
-            at, bt = ax * tx + ay * ty + az * tz, bx * tx + by * ty + bz * tz
-            inverse = 1.0 / (aa * bb - ab * ab)
-            d_xi, d_eta = inverse * (bb * at - ab * bt), inverse * (aa * bt - ab * at)
-            xi, eta = min(max(xi + d_xi, -4.0), 4.0), min(max(eta + d_eta, -4.0), 4.0)
-            if abs(d_xi) + abs(d_eta) < _CLOSE:
-                break
-        beyond = np.sqrt(tx * tx + ty * ty + tz * tz) if clamped else 0.0
-        if done or max(abs(xi), abs(eta)) <= 1.0 + tolerance:
-            break
-        # Across the edge that the point lies beyond most and that leads on; else it is held on the edge.
-        best, farthest = -1, 1.0 + tolerance
-        for edge in range(4):
-            over = -eta if edge == 0 else (xi if edge == 1 else (eta if edge == 2 else -xi))
-            other = neighbour[face, edge]
-            if over > farthest and other >= 0 and known[other]:
-                best, farthest = other, over
-        if best < 0 or last:
-            xi, eta, done = min(max(xi, -1.0), 1.0), min(max(eta, -1.0), 1.0), True
-        else:
-            face, xi, eta = best, 0.0, 0.0
-        tolerance *= 16.0
-    contacts.face[c], contacts.point[c, 0], contacts.point[c, 1] = face, xi, eta
-    inverse_mass = contacts.share[c] / charge_mass[node]
-    vx, vy, vz = charge_velocity[node, 0], charge_velocity[node, 1], charge_velocity[node, 2]
-    for k in range(4):
-        weight = 0.25 * (1.0 + (xi if (k == 1 or k == 2) else -xi)) * (1.0 + (eta if k >= 2 else -eta))
-        contacts.weight[c, k] = weight
-        other = faces[face, k]
-        inverse_mass += weight * max(load[other], weight) / mass[other]
-        vx -= weight * velocity[other, 0]
-        vy -= weight * velocity[other, 1]
-        vz -= weight * velocity[other, 2]
-    # A node that has left over an edge may come back behind the surface, through its rim: it is free for good. One that
-    # did not touch is met no deeper than it can have come in this step, and a little more, since the surface bends.
-    reach, old = _OFF_EDGE * np.sqrt(0.25 * size), contacts.stiffness[c]
-    entered = _ENTRY * law.step * np.sqrt(vx * vx + vy * vy + vz * vz) + _BENT * reach
-    off = contacts.off[c] != 0 or beyond > reach or gap < -reach or (old == 0.0 and gap < -entered)
-    off = off or torn[face]
-    contacts.off[c] = off
-    stiffness = law.budget / inverse_mass
-    unreacted = 1.0 - burnt
-    area = 0.25 * abs(contacts.area[c, 0] * nx + contacts.area[c, 1] * ny + contacts.area[c, 2] * nz)
-    whole = contacts.bonded[c] != 0 and unreacted > 0.0
-    was_bonded, old_gap = contacts.bonded[c] != 0, contacts.gap[c]
-    press = burnt * max(pressure, 0.0) * area - stiffness * gap
-    apart = off or press <= (-law.tensile_strength * unreacted * area if whole else 0.0)
-    if apart:
-        press = 0.0
-
-    # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
-    sx, sy, sz = contacts.slip[c, 0], contacts.slip[c, 1], contacts.slip[c, 2]
-    old_slip = np.sqrt(sx * sx + sy * sy + sz * sz)
-    sx, sy, sz = sx + law.step * vx, sy + law.step * vy, sz + law.step * vz
-    along = sx * nx + sy * ny + sz * nz
-    sx, sy, sz = sx - along * nx, sy - along * ny, sz - along * nz
-    length = np.sqrt(sx * sx + sy * sy + sz * sz)
-    # Where friction would hold more than the explosive bears, it is the explosive that yields.
-    limit = max((law.cohesion * area if whole else 0.0) + press * law.friction, 0.0)
-    limit = unreacted * min(limit, contacts.strength[c] * area)
-    heat, held = 0.0, 0.0
-    if apart:
-        heat = 0.5 * old * old_slip * old_slip
-        sx, sy, sz = 0.0, 0.0, 0.0
-        whole, stiffness = False, 0.0
-    else:
-        held = length
-        if stiffness * length > limit:
-            held = limit / stiffness
-            heat = 0.5 * (old * old_slip + limit) * (length - held)
-            whole = False
-            shrink = held / length
-            sx, sy, sz = shrink * sx, shrink * sy, shrink * sz
-    before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
-    stored = 0.5 * stiffness * (gap * gap + held * held)
-    contacts.tally[c, 3] = max(-gap, 0.0) if not apart else 0.0
-    contacts.bonded[c] = 1 if (whole and was_bonded) else 0
-    contacts.gap[c], contacts.stiffness[c] = gap, stiffness
-    contacts.slip[c, 0], contacts.slip[c, 1], contacts.slip[c, 2] = sx, sy, sz
-    contacts.force[c, 0] = press * nx - stiffness * sx
-    contacts.force[c, 1] = press * ny - stiffness * sy
-    contacts.force[c, 2] = press * nz - stiffness * sz
-    taken -= 0.5 * law.step * _power(c, faces[face], contacts, velocity, charge_velocity[node])
-    contacts.tally[c, 0], contacts.tally[c, 1] = stored, heat
-    contacts.tally[c, 2] = stored - before + heat - taken
+    """Do the `chosen` contacts (k,)."""
+    face, found = np.empty(chosen.size, dtype=np.int32), np.empty((chosen.size, 6))
+    work, lanes = np.zeros(_ROWS * LANES), np.zeros((4, LANES), dtype=np.int64)
+    for k in range(chosen.size):
+        face[k] = contacts.face[chosen[k]]
+    find_points(
+        chosen, contacts.slave, charge_position, charge_velocity, surface, position, face, contacts.point, found,
+        work[: POINT_ROWS * LANES], lanes,
+    )  # fmt: skip
+    for first in range(0, chosen.size, LANES):
+        filled = min(LANES, chosen.size - first)
+        _load(
+            chosen[first : first + filled], face[first:], found[first:], surface.faces, contacts,
+            attached, cells, velocity, mass, load, charge_velocity, charge_mass, work,
+        )  # fmt: skip
+        _press(law, work)
+        _store(chosen[first : first + filled], face[first:], contacts, work)
 
 
-@inlined_kernel
-def _power(
-    c: int, nodes: np.ndarray, contacts: SlideContacts, velocity: np.ndarray, charge_velocity: np.ndarray
-) -> float:
-    """Power (W) of a contact's force on the motion of the charge's node relative to the corners `nodes` of its face."""
-    power = 0.0
-    for i in range(3):
-        speed = charge_velocity[i]
+@block_kernel
+def _load(
+    chosen: np.ndarray,
+    face: np.ndarray,
+    found: np.ndarray,
+    faces: np.ndarray,
+    contacts: SlideContacts,
+    attached: np.ndarray,
+    cells: np.ndarray,
+    velocity: np.ndarray,
+    mass: np.ndarray,
+    load: np.ndarray,
+    charge_velocity: np.ndarray,
+    charge_mass: np.ndarray,
+    work: np.ndarray,
+) -> None:
+    """Gather what the `chosen` contacts (k,) know into lanes; those beyond keep what they have."""
+    for lane in range(chosen.size):
+        c = np.uint64(chosen[lane])
+        node, row = np.uint64(contacts.slave[c]), np.uint64(contacts.row[c])
+        before, now = np.uint64(contacts.face[c]), np.uint64(face[lane])
+        work[_MASS * LANES + lane] = charge_mass[node]
+        work[_STATE * LANES + lane], work[(_STATE + 1) * LANES + lane] = attached[row, 0], attached[row, 1]
+        work[_CELLS * LANES + lane] = cells[row]
+        for i in range(3):
+            work[(_SPEED + i) * LANES + lane] = charge_velocity[node, i]
+            work[(_FORCE + i) * LANES + lane] = contacts.force[c, i]
+            work[(_AREA + i) * LANES + lane] = contacts.area[c, i]
+            work[(_SLIP + i) * LANES + lane] = contacts.slip[c, i]
+            work[(_NORMAL + i) * LANES + lane] = found[lane, NORMAL + i]
         for k in range(4):
-            speed -= contacts.weight[c, k] * velocity[nodes[k], i]
-        power += contacts.force[c, i] * speed
-    return power
+            old, new = np.uint64(faces[before, k]), np.uint64(faces[now, k])
+            work[(_OLD_WEIGHT + k) * LANES + lane] = contacts.weight[c, k]
+            work[(_MASSES + k) * LANES + lane], work[(_LOADS + k) * LANES + lane] = mass[new], load[new]
+            for i in range(3):
+                work[(_OLD_SPEEDS + 3 * k + i) * LANES + lane] = velocity[old, i]
+                work[(_SPEEDS + 3 * k + i) * LANES + lane] = velocity[new, i]
+        work[_XI * LANES + lane], work[_ETA * LANES + lane] = contacts.point[c, 0], contacts.point[c, 1]
+        work[_GAP * LANES + lane], work[_BEYOND * LANES + lane] = found[lane, GAP], found[lane, BEYOND]
+        work[_SIZE * LANES + lane] = found[lane, SIZE]
+        work[_SHARE * LANES + lane], work[_STRENGTH * LANES + lane] = contacts.share[c], contacts.strength[c]
+        work[_BONDED * LANES + lane] = contacts.bonded[c]
+        work[_OLD_GAP * LANES + lane], work[_STIFFNESS * LANES + lane] = contacts.gap[c], contacts.stiffness[c]
+        work[_OFF * LANES + lane] = 1.0 if contacts.off[c] != 0 else 0.0
 
 
-@inlined_kernel
-def _surface_at(
-    nodes: np.ndarray, groups: np.ndarray, xi: float, eta: float, position: np.ndarray, vector: np.ndarray
-) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float]:
-    """Tangents, place and interpolated area vector at a point of a face."""
-    ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x, y, z, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(4):
-        s, t = (1.0 if (k == 1 or k == 2) else -1.0), (1.0 if k >= 2 else -1.0)
-        w, u, v = 0.25 * (1.0 + s * xi) * (1.0 + t * eta), 0.25 * s * (1.0 + t * eta), 0.25 * t * (1.0 + s * xi)
-        i, j = nodes[k], groups[k]
-        qx, qy, qz = position[i, 0], position[i, 1], position[i, 2]
-        ax, ay, az = ax + u * qx, ay + u * qy, az + u * qz
-        bx, by, bz = bx + v * qx, by + v * qy, bz + v * qz
-        x, y, z = x + w * qx, y + w * qy, z + w * qz
-        vx, vy, vz = vx + w * vector[j, 0], vy + w * vector[j, 1], vz + w * vector[j, 2]
-    return ax, ay, az, bx, by, bz, x, y, z, vx, vy, vz
+@lane_function
+def _relative(speeds: int, weights: int, work: np.ndarray, lane: int) -> Vector:
+    """Velocity (m/s) of a charge's node relative to the weighted corners of a face."""
+    v = load_vector(work, _SPEED, lane)
+    v = add_product(v, -work[weights * LANES + lane], load_vector(work, speeds, lane))
+    v = add_product(v, -work[(weights + 1) * LANES + lane], load_vector(work, speeds + 3, lane))
+    v = add_product(v, -work[(weights + 2) * LANES + lane], load_vector(work, speeds + 6, lane))
+    return add_product(v, -work[(weights + 3) * LANES + lane], load_vector(work, speeds + 9, lane))
+
+
+@lane_function
+def _weigh(k: int, s: float, t: float, inverse_mass: float, work: np.ndarray, lane: int) -> float:
+    """Set the weight of the corner at xi = s, eta = t and add its share to the contact's inverse mass (1/kg)."""
+    xi, eta = work[_XI * LANES + lane], work[_ETA * LANES + lane]
+    weight = 0.25 * (1.0 + s * xi) * (1.0 + t * eta)
+    work[(_WEIGHT + k) * LANES + lane] = weight
+    return inverse_mass + weight * max(work[(_LOADS + k) * LANES + lane], weight) / work[(_MASSES + k) * LANES + lane]
+
+
+@block_kernel
+def _press(law: SlideLaw, work: np.ndarray) -> None:
+    """Force, state and energies of sixteen contacts."""
+    widest_vectors()
+    budget, step, tensile, cohesion, friction = law
+    for lane in range(LANES):
+        # Work that contact takes: half of the last force and half of the new one on this step's relative motion.
+        old_power = product(load_vector(work, _FORCE, lane), _relative(_OLD_SPEEDS, _OLD_WEIGHT, work, lane))
+        inverse_mass = work[_SHARE * LANES + lane] / work[_MASS * LANES + lane]
+        inverse_mass = _weigh(0, -1.0, -1.0, inverse_mass, work, lane)
+        inverse_mass = _weigh(1, 1.0, -1.0, inverse_mass, work, lane)
+        inverse_mass = _weigh(2, 1.0, 1.0, inverse_mass, work, lane)
+        inverse_mass = _weigh(3, -1.0, 1.0, inverse_mass, work, lane)
+        v = _relative(_SPEEDS, _WEIGHT, work, lane)
+        n, gap = load_vector(work, _NORMAL, lane), work[_GAP * LANES + lane]
+        old, old_gap = work[_STIFFNESS * LANES + lane], work[_OLD_GAP * LANES + lane]
+        # A node that has left over an edge may come back behind the surface, through its rim: it is free for good. One
+        # that did not touch is met no deeper than it can have come in this step, and a little more, since the surface
+        # bends.
+        reach = _OFF_EDGE * np.sqrt(0.25 * work[_SIZE * LANES + lane])
+        entered = _ENTRY * step * np.sqrt(product(v, v)) + _BENT * reach
+        off = (work[_OFF * LANES + lane] != 0.0) | (work[_BEYOND * LANES + lane] > reach) | (gap < -reach)
+        off = off | ((old == 0.0) & (gap < -entered))
+        stiffness = budget / inverse_mass
+        count = max(work[_CELLS * LANES + lane], 1.0)
+        burnt = min(work[_STATE * LANES + lane] / count, 1.0)
+        pressure = work[(_STATE + 1) * LANES + lane] / count
+        unreacted = 1.0 - burnt
+        area = 0.25 * abs(product(load_vector(work, _AREA, lane), n))
+        whole = (work[_BONDED * LANES + lane] != 0.0) & (unreacted > 0.0)
+        press = burnt * max(pressure, 0.0) * area - stiffness * gap
+        apart = off | (press <= (-tensile * unreacted * area if whole else 0.0))
+        press = 0.0 if apart else press
+        stiffness = 0.0 if apart else stiffness
+
+        # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
+        slip = load_vector(work, _SLIP, lane)
+        old_slip = np.sqrt(product(slip, slip))
+        slip = add_product(slip, step, v)
+        slip = add_product(slip, -product(slip, n), n)
+        length = np.sqrt(product(slip, slip))
+        # Where friction would hold more than the explosive bears, it is the explosive that yields.
+        limit = max((cohesion * area if whole else 0.0) + press * friction, 0.0)
+        limit = unreacted * min(limit, work[_STRENGTH * LANES + lane] * area)
+        yields = stiffness * length > limit
+        kept = limit / stiffness if yields else length
+        held = 0.0 if apart else kept
+        slack = 0.5 * (old * old_slip + limit) * (length - held) if yields else 0.0
+        heat = 0.5 * old * old_slip * old_slip if apart else slack
+        shrink = held / length if yields else 1.0
+        slip = (shrink * slip[0], shrink * slip[1], shrink * slip[2])
+        slip = (0.0 if apart else slip[0], 0.0 if apart else slip[1], 0.0 if apart else slip[2])
+        before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
+        stored = 0.5 * stiffness * (gap * gap + held * held)
+        force = (
+            press * n[0] - stiffness * slip[0],
+            press * n[1] - stiffness * slip[1],
+            press * n[2] - stiffness * slip[2],
+        )
+        taken = -0.5 * step * old_power - 0.5 * step * product(force, v)
+        store_vector((stored, heat, stored - before + heat - taken), work, _TALLY, lane)
+        work[(_TALLY + 3) * LANES + lane] = 0.0 if apart else max(-gap, 0.0)
+        work[_BONDED * LANES + lane] = 0.0 if apart | yields else (1.0 if whole else 0.0)
+        work[_OFF * LANES + lane] = 1.0 if off else 0.0
+        work[_STIFFNESS * LANES + lane] = stiffness
+        store_vector(slip, work, _SLIP, lane)
+        store_vector(force, work, _FORCE, lane)
+
+
+@block_kernel
+def _store(chosen: np.ndarray, face: np.ndarray, contacts: SlideContacts, work: np.ndarray) -> None:
+    """Write the state of the `chosen` contacts (k,) back."""
+    for lane in range(chosen.size):
+        c = np.uint64(chosen[lane])
+        contacts.face[c] = face[lane]
+        contacts.gap[c], contacts.stiffness[c] = work[_GAP * LANES + lane], work[_STIFFNESS * LANES + lane]
+        contacts.bonded[c], contacts.off[c] = work[_BONDED * LANES + lane], work[_OFF * LANES + lane]
+        for i in range(3):
+            contacts.slip[c, i] = work[(_SLIP + i) * LANES + lane]
+            contacts.force[c, i] = work[(_FORCE + i) * LANES + lane]
+        for k in range(4):
+            contacts.weight[c, k] = work[(_WEIGHT + k) * LANES + lane]
+            contacts.tally[c, k] = work[(_TALLY + k) * LANES + lane]
 
 
 @kernel
@@ -327,16 +358,35 @@ def add_slide_forces(
     A load is the sum of the weights with which contacts lie on a node of the casing.
     """
     faces = surface.faces
-    for k in range(contacts.contact.size):
-        c = contacts.contact[k]
-        node, face = contacts.slave[c], contacts.face[c]
-        touches = contacts.stiffness[c] > 0.0
+    for c in contacts.contact:
+        node, face = np.uint64(contacts.slave[c]), np.uint64(contacts.face[c])
+        fx, fy, fz = contacts.force[c, 0], contacts.force[c, 1], contacts.force[c, 2]
+        gx, gy, gz = 0.0, 0.0, 0.0
         for corner in range(4):
-            other, weight = faces[face, corner], contacts.weight[c, corner]
+            other, weight = np.uint64(faces[face, corner]), contacts.weight[c, corner]
+            # The node gets what the face's corners give, to the last bit; where nothing touches that is nothing.
+            px, py, pz = (
+                quantise(weight * fx, rounding),
+                quantise(weight * fy, rounding),
+                quantise(weight * fz, rounding),
+            )
+            sums[other, 0] -= px
+            sums[other, 1] -= py
+            sums[other, 2] -= pz
             sums[other, 3] += quantise(weight, load_rounding)
-            if touches:
-                for i in range(3):
-                    # The node gets what the face's corners give, to the last bit.
-                    part = quantise(weight * contacts.force[c, i], rounding)
-                    sums[other, i] -= part
-                    force[node, i] += part
+            gx, gy, gz = gx + px, gy + py, gz + pz
+        force[node, 0] += gx
+        force[node, 1] += gy
+        force[node, 2] += gz
+
+
+@kernel
+def slide_sums(contact: np.ndarray, tally: np.ndarray, rounding: float) -> np.ndarray:
+    """Sums of the first three columns of the `tally` of contacts (k,), by `quantise`, and the largest of the last."""
+    stored, friction, work, deepest = 0.0, 0.0, 0.0, 0.0
+    for c in contact:
+        stored += quantise(tally[c, 0], rounding)
+        friction += quantise(tally[c, 1], rounding)
+        work += quantise(tally[c, 2], rounding)
+        deepest = max(deepest, tally[c, 3])
+    return np.array([stored, friction, work, deepest])

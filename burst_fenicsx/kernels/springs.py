@@ -9,6 +9,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.transposition import address, prefetch
 
 __all__ = [
     "CollisionLaw",
@@ -19,6 +20,9 @@ __all__ = [
     "take_reactions",
     "weigh_corners",
 ]
+
+
+_AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: the one that comes so many later is fetched now
 
 
 class CollisionLaw(NamedTuple):
@@ -166,7 +170,9 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
 @parallel_kernel
 def take_reactions(sums: np.ndarray, rows: np.ndarray, local: np.ndarray, load: np.ndarray, force: np.ndarray) -> None:
     """Give the sums (nodes, 4) of the surface nodes `rows` to `load` (nodes,) and to the rows `local` of `force`."""
+    start = address(force)
     for k in numba.prange(rows.size):
+        prefetch(start + _NODE_BYTES * np.uint64(local[min(k + _AHEAD, local.size - 1)]))
         load[rows[k]] = sums[rows[k], 3]
         for i in range(3):
             force[local[k], i] += sums[rows[k], i]

@@ -68,6 +68,25 @@ def test_the_hash_finds_what_brute_force_finds(cell):
     assert entries == len(expected)
 
 
+def test_a_wall_is_searched_where_it_is_folded():
+    """One body bent into a narrow U: what lies opposite is found, in the flat rest nothing."""
+    number = np.arange(41 * 9).reshape(41, 9)
+    faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    along, across = (x.ravel() for x in np.meshgrid(np.arange(41.0), np.arange(9.0), indexing="ij"))
+    turn = np.pi * np.clip((along - 18.0) / 4.0, 0.0, 1.0)
+    straight = along - np.maximum(along - 18.0, 0.0) - np.maximum(along - 22.0, 0.0)
+    nodes = np.stack([straight + 1.3 * np.sin(turn), across, 1.3 * (1.0 - np.cos(turn))], axis=-1)
+    nodes += np.random.default_rng(2).normal(0, 0.02, nodes.shape)
+    none = np.zeros(len(faces), dtype=np.int32)
+    bodies = Bodies(
+        faces.astype(np.int32), none, np.zeros(len(nodes), dtype=np.int32), none, none[:1].repeat(len(nodes))
+    )
+    for reach in (1.0, 3.0):
+        found, _ = found_by_hash(nodes, bodies, reach, 2.5)
+        assert found == found_by_hand(nodes, bodies, reach)
+    assert len(found) > 500
+
+
 def test_pairs_grow_no_faster_than_the_surfaces():
     """Four times the nodes at half the edge and half the reach: along curves where sheets cross, twice the pairs."""
     counts = []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.kernels.exact import rounding_constant, two_constants
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_force, push_from_plane
+from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_sums, push_from_plane
 from burst_fenicsx.kernels.rows import hold_rows, sum_columns
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
 
@@ -111,9 +111,11 @@ def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
     push_from_plane(law, near, state, np.array([0.3, 0.1, 0.2, 0.4]), position, velocity, force)
     assert (force[2] == 0.0).all()
     assert np.abs(force[[0, 1, 3]]).max() > 0.0
-    given = plane_force(normal, near, state, *two_constants(np.abs(force).max(), 4))
-    assert given.sum(axis=0) == pytest.approx(force.sum(axis=0), rel=1e-14)
     for rounding in (0.0, rounding_constant(state.energies.max())):
+        sums = plane_sums(normal, 2, near, state, rounding, *two_constants(np.abs(force).max(), 4))
+        assert sums[5:].reshape(2, 3).sum(axis=0) == pytest.approx(force.sum(axis=0), rel=1e-14)
+        assert sums[:3] == pytest.approx(state.energies.sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
+        assert sums[3:5].tolist() == [state.penetration[1], state.penetration[3]]  # of all, and of the last two nodes
         some = sum_columns(state.energies, near[1:], rounding)
         assert some == pytest.approx(state.energies[1:].sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
 
@@ -125,8 +127,10 @@ def test_nodes_near_a_plane_are_those_within_reach_and_those_it_pushes():
         np.array([4, 2, 1, 0, 3], dtype=np.int32), np.zeros((5, 3)), np.zeros(5), np.zeros(5), np.zeros((5, 3))
     )
     state.stiffness[0] = 1e6  # of node 4, which has just left the plane and is to be released
-    found, count = near_plane(normal, 0.02, 1e-3, state, position)
+    found, count = near_plane(normal, 0.02, 1e-3, np.arange(5, dtype=np.int32), state, position)
     assert state.node[found[:count]].tolist() == [4, 1, 0]
+    found, count = near_plane(normal, 0.02, 1e-3, np.array([0, 1, 3], dtype=np.int32), state, position)
+    assert state.node[found[:count]].tolist() == [4, 0]
 
 
 def test_held_rows_lose_what_lies_along_the_direction_and_no_more():
