@@ -101,8 +101,8 @@ def plane_sums(
     """What the plane does to the nodes `near` (k,) it, node by node; the others have nothing.
 
     Returns (11,): sums of the energies (J), rounded by `quantise` with the constant `rounding`; largest penetration (m)
-    of all and of those of the state from `on_surface` on; the force (N) that it gives now in two exact bins (2, 3), whose
-    sum it is, with the constants `coarse` and `fine` of `exact.two_constants`.
+    of all and of those of the state from `on_surface` on; the force (N) that it gives now in two exact bins (2, 3),
+    whose sum it is, with the constants `coarse` and `fine` of `exact.two_constants`.
     """
     sums = np.zeros(PLANE_SUMS)
     for k in near:
