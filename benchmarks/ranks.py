@@ -1,6 +1,6 @@
 """One rank against two, and by simulation up to 1,024: balance, halos, memory and efficiency of a pallet.
 
-The pair of M107 is stepped on ranks of one thread each, and on one rank beside another that knows nothing of it: what
+The pair of M107 is stepped on ranks of one thread each, and on one rank beside an independent one: what
 two processes lose to each other then is the machine's, the rest is ours. The estimate is a sum of four parts for each
 rank: its cells at the measured rate, with the balance that the recorded levels have in the partition; the exchange of
 shared nodes, counted in the partition; the exchange of contact; and searches. Only the network is assumed, and that a

@@ -84,6 +84,12 @@ TERMS = (
     Term("front doors?", "command line, interface"),
     Term("grenades?", "projectile, shell", allowed=r"grenade_155|grenade, hence the file's name"),
     Term("(go|goes|going) on with", "continue"),
+    Term("exposed[ _]places?", "exposed site"),
+    Term("from elsewhere", "from another source, of unknown origin"),
+    Term("by (twos|fours)", "in groups of two, of four"),
+    Term("anybody|nobody", "no one, or a sentence without persons"),
+    Term("knows? (nothing|neither|none)", "is independent of, does not cover"),
+    Term("wants", "needs"),
     Term("(?<!at_)least_[a-z_]+|(?<!at)_least", "min_..., minimum", allowed=r"least_squares"),
 )
 """Kept in the order of the glossary."""

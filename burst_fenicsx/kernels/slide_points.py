@@ -25,7 +25,7 @@ _AHEAD, _NODE_BYTES = 24, np.uint64(24)
 # step of Newton's iteration finds.
 _NODE, _PLACE, _VECTOR, _XI, _ETA = 0, 3, 15, 27, 28
 _GAP, _NORMAL, _SIZE, _ALONG, _NEW_XI, _NEW_ETA, _CHANGE = 29, 30, 33, 34, 37, 38, 39
-_LEAST = 40  # what a coordinate may exceed 1 by in the face
+_EXCESS = 40  # what a coordinate may exceed 1 by in the face
 POINT_ROWS = 41
 """Of the scratch."""
 
@@ -122,9 +122,9 @@ def _load_face(
 
 
 @block_kernel
-def _across(face: int, xi: float, eta: float, least: float, neighbour: np.ndarray, known: np.ndarray) -> int:
-    """Face across the edge that a point lies beyond most, by more than `least`, and that leads on; -1 if none does."""
-    best, farthest = -1, least
+def _across(face: int, xi: float, eta: float, allowed: float, neighbour: np.ndarray, known: np.ndarray) -> int:
+    """Face across the edge that a point lies beyond most, by more than `allowed`, and that leads on; -1 if none does."""
+    best, farthest = -1, allowed
     for edge in range(4):
         over = -eta if edge == 0 else (xi if edge == 1 else (eta if edge == 2 else -xi))
         other = neighbour[face, edge]
@@ -182,12 +182,12 @@ def find_points(
                 steps[lane] += 1
                 if not work[_CHANGE * LANES + lane] < _CLOSE and steps[lane] < _NEWTON:
                     continue
-                least = 1.0 + work[_LEAST * LANES + lane]
-                done = max(abs(xi), abs(eta)) <= least
+                allowed = 1.0 + work[_EXCESS * LANES + lane]
+                done = max(abs(xi), abs(eta)) <= allowed
                 if not done:
-                    other = _across(face[k], xi, eta, least, neighbour, known)
+                    other = _across(face[k], xi, eta, allowed, neighbour, known)
                     last = walks[lane] == _WALKS - 1
-                    work[_LEAST * LANES + lane] *= _LARGER
+                    work[_EXCESS * LANES + lane] *= _LARGER
                     walks[lane] += 1
                     steps[lane] = 0
                     if other >= 0 and not last:
@@ -212,7 +212,7 @@ def find_points(
             if taken == contact.size:
                 busy -= 1
                 continue
-            at[lane], work[_LEAST * LANES + lane] = taken, _TIE
+            at[lane], work[_EXCESS * LANES + lane] = taken, _TIE
             # The nodes lie scattered: what comes later is fetched now.
             later = _NODE_BYTES * np.uint64(slave[contact[min(taken + _AHEAD, contact.size - 1)]])
             prefetch(places + later)

@@ -1,6 +1,6 @@
 """Where the time of a burst goes: wall time and calls of its parts, taken around the calls of its objects.
 
-The step itself knows nothing of it. Every part's time is its own: what it calls of other parts is taken off.
+The step is independent of it. Every part's time is its own: what it calls of other parts is taken off.
 """
 
 from __future__ import annotations

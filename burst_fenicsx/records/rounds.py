@@ -1,4 +1,4 @@
-"""The rounds and segments as the break-up wants them: initial radii and walls, masses, speeds, state at rupture."""
+"""The rounds and segments as the break-up needs them: initial radii and walls, masses, speeds, state at rupture."""
 
 from __future__ import annotations
 

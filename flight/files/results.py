@@ -183,7 +183,7 @@ def _xdmf(
         return f'<Attribute Name="{name}" AttributeType="{kind}" Center="{centre}">{item(name, array)}</Attribute>'
 
     lines = ['<?xml version="1.0" encoding="utf-8"?>', '<Xdmf Version="3.0">', "<Domain>", '<Grid Name="trajectories">']
-    lines.append('<Time Value="0"/>')  # VTK wants one
+    lines.append('<Time Value="0"/>')  # VTK needs one
     lines += [f"<Information Name={quoted(key)} Value={quoted(str(text))}/>" for key, text in provenance.items()]
     lines.append(
         f'<Topology TopologyType="Mixed" NumberOfElements="{len(paths)}">{item("topology", topology)}</Topology>'
