@@ -123,7 +123,7 @@ def _load_face(
 
 @block_kernel
 def _across(face: int, xi: float, eta: float, allowed: float, neighbour: np.ndarray, known: np.ndarray) -> int:
-    """Face across the edge that a point lies beyond most, by more than `allowed`, and that leads on; -1 if none does."""
+    """Face across the edge that a point lies beyond most, by more than `allowed`, and that leads on; else -1."""
     best, farthest = -1, allowed
     for edge in range(4):
         over = -eta if edge == 0 else (xi if edge == 1 else (eta if edge == 2 else -xi))
