@@ -9,7 +9,6 @@ where the function is compiled into its caller. So a caller gets a version of th
 from __future__ import annotations
 
 import importlib
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -57,11 +56,12 @@ def _plain(types: Any, given: Any) -> Any:  # noqa: ANN401
     return types.unliteral(given) if isinstance(given, types.IntegerLiteral | types.BooleanLiteral) else given
 
 
-@cache
-def _teach(dispatcher_class: Any) -> None:  # noqa: ANN401
+def _teach(dispatcher_class: type) -> None:
     """Have numba take the bare version where a kernel names a function."""
-    extending = importlib.import_module("numba.extending")  # by name: only those who compile load numba
+    type_of = importlib.import_module("numba.extending").typeof_impl  # by name: only those who compile load numba
+    if dispatcher_class in type_of.registry:
+        return
 
-    @extending.typeof_impl.register(dispatcher_class)
+    @type_of.register(dispatcher_class)
     def _(value: Any, purpose: Any) -> Any:  # noqa: ANN401, ARG001
         return getattr(value, "fragfield_bare", value)._numba_type_
