@@ -12,6 +12,7 @@ set -eu
 supported_dolfinx="0.5 0.9 0.10 0.11"
 apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-venv openmpi-bin ca-certificates gcc libc6-dev
 libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
+kernel_packages="python3-venv python3-numpy ca-certificates"  # what compiling kernels needs of them
 apt_megabytes=2300
 venv_megabytes=1850
 
@@ -126,8 +127,9 @@ check_versions() {  # sets dolfinx_version and python_version
 
 # --- apt ----------------------------------------------------------------------------------------------------
 
+# missing_packages NAME...
 missing_packages() {
-    for package in $apt_packages; do
+    for package in "$@"; do
         [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || printf '%s ' "$package"
     done
 }
@@ -181,7 +183,8 @@ apt() {
 }
 
 install_debian_packages() {
-    missing=$(missing_packages)
+    # shellcheck disable=SC2086  # lists of names
+    missing=$(missing_packages $apt_packages) first=$(missing_packages $kernel_packages)
     [ -n "$missing" ] || return 0
     check_root "$missing"
     need_space "$apt_megabytes" /usr "Debian's packages"
@@ -191,15 +194,25 @@ install_debian_packages() {
     say "apt-get update"
     apt "$log" update || true
     say "apt-get install (about $apt_megabytes MB with all they need, a few minutes)"
+    if [ -w "$root" ]; then
+        [ -z "$first" ] || apt_install "$log" "$first"
+        python_version=$("$python" -c 'import platform; print(platform.python_version())')
+        compile_beside
+    fi
+    apt_install "$log" "$missing"
+    rm -f "$log"
+}
+
+# apt_install LOG PACKAGES
+apt_install() {
     # shellcheck disable=SC2086  # a list of names
-    apt "$log" -o DPkg::Lock::Timeout=300 install --no-install-recommends $missing || {
-        tail -n 15 "$log" >&2
-        refuse "apt could not install the packages; its last words stand above, all of them in $log." \
+    apt "$1" -o DPkg::Lock::Timeout=300 install --no-install-recommends $2 || {
+        tail -n 15 "$1" >&2
+        refuse "apt could not install the packages; its last words stand above, all of them in $1." \
             "No network? Check that apt reaches a mirror (/etc/apt/sources.list*, and Acquire::http::Proxy behind a proxy)." \
             "Packages unknown? Debian's component \"main\" must be among the sources." \
             "Another fault: \`dpkg --configure -a\` and \`apt-get -f install\` mend a broken state. Then call again."
     }
-    rm -f "$log"
 }
 
 # The tests of the report in a browser want one. It is nothing that the program needs: without it they are skipped.
@@ -246,6 +259,7 @@ create_venv() {
     if venv_fits; then return 0; fi
     "$python" -c 'import ensurepip, venv' 2>/dev/null || refuse "$python has no venv module." \
         "On Debian and Ubuntu: apt-get install python3-venv"
+    [ -d "$venv/lib" ] || need_space "$venv_megabytes" "$root" "the Python packages"
     say "virtual environment .venv on $python ($python_version)"
     "$python" -m venv --clear --system-site-packages "$venv" || refuse "cannot create $venv." \
         "Is the folder writable? On Debian and Ubuntu: apt-get install python3-venv"
@@ -271,6 +285,35 @@ install_python_packages() {
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About $venv_megabytes MB are needed here."
+}
+
+# Kernels of a default run are compiled while apt and pip fetch the rest: Python, numpy and numba are all that it takes.
+# What goes wrong here is done again by pip and by the first run.
+compile_beside() {
+    if [ -n "$compiling" ]; then return 0; fi
+    create_venv
+    write_constraints >"$venv/constraints.txt"
+    say "compiling the kernels of a default run meanwhile"
+    rm -f "$venv/numba.ready"
+    (
+        pip_install numba || :
+        touch "$venv/numba.ready"
+        exec nice "$venv/bin/python" -m fragfield.compile_ahead axisymmetric
+    ) >"$venv/kernels.log" 2>&1 &
+    compiling=$!
+    trap 'kill "$compiling" 2>/dev/null || :' EXIT
+    trap 'exit 130' INT
+    trap 'exit 143' TERM
+}
+
+# Two of pip at once would write the same files.
+wait_for_numba() {
+    while [ ! -e "$venv/numba.ready" ] && kill -0 "$compiling" 2>/dev/null; do sleep 0.2; done
+}
+
+wait_for_kernels() {
+    wait "$compiling" || say "the kernels are left to the first run; why stands in .venv/kernels.log"
+    trap - EXIT INT TERM
 }
 
 # h5py must share its HDF5 with dolfinx: PyPI's wheel brings another one, with which both fail.
@@ -307,12 +350,13 @@ set_up() {
     [ -w "$root" ] || refuse "$root is not writable, and .venv is missing or out of date there." \
         "Let the folder's owner call \`sh setup.sh install\`, or copy the folder to a place of your own."
     rm -f "$venv/.stamp"
-    [ -d "$venv/lib" ] || need_space "$venv_megabytes" "$root" "the Python packages"
     create_venv
-    write_constraints >"$venv/constraints.txt"
+    compile_beside
+    wait_for_numba
     install_python_packages
     install_h5py
     check_imports
+    wait_for_kernels
     printf '%s\n' "$stamp" >"$venv/.stamp"
     say "complete after $(($(date +%s) - begin)) s"
 }
@@ -360,6 +404,7 @@ esac
 root=$(cd -P -- "$(dirname -- "$0")" && pwd)
 cd "$root"
 venv=$root/.venv
+compiling=""  # the process that does so
 leave_own_venv
 set_up
 if [ "$act $origin" = "test debian" ]; then install_browser; fi

@@ -213,7 +213,7 @@ def _replace_intrinsics() -> None:
 
 
 def _main(path: Path) -> None:
-    from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch
+    from burst_fenicsx.kernels.assembly import ONE_POINT, add_element_forces, make_scratch
 
     step, time, nodes, grid, schedule, solid, charge = pickle.loads(path.read_bytes())
     rounds = len(np.unique(grid.material)) + int(grid.material.max())  # no fewer than there are
@@ -226,7 +226,8 @@ def _main(path: Path) -> None:
     levels = np.zeros(count, dtype=np.int8)
     motion = Motion(np.arange(count, dtype=np.int32), levels, levels, np.ones(count))
     with np.errstate(all="ignore"):
-        add_element_forces(1, step, time, 0, False, nodes, motion, count, grid, schedule, *states[1], totals, scratch)
+        states_and_sums = *states[1], totals, scratch
+        add_element_forces(1, step, time, 0, ONE_POINT, nodes, motion, count, grid, schedule, *states_and_sums)
     print(json.dumps(Counted.done))
 
 

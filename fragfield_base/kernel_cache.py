@@ -17,6 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fragfield_base.bare_kernels import bare_for_callers
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
@@ -31,7 +33,7 @@ def digest_of(files: Iterable[Path]) -> str:
 
 
 def compiled_with(compiler: Any, function: Callable[..., Any], folder: str, **options: Any) -> Any:  # noqa: ANN401
-    """Compile a function, and keep the machine code where that is safe.
+    """Compile a function, and keep the machine code where that is safe; for kernels that call it see `bare_kernels`.
 
     Numba's own key of a function is its source file alone, and would keep code that calls kernels since changed in
     others. Where the cache lies is settled while the decorator runs.
@@ -47,6 +49,10 @@ def compiled_with(compiler: Any, function: Callable[..., Any], folder: str, **op
     options
         Of numba.njit.
     """
+    return bare_for_callers(compiler, _kept(compiler, function, folder, **options), function, **options)
+
+
+def _kept(compiler: Any, function: Callable[..., Any], folder: str, **options: Any) -> Any:  # noqa: ANN401
     root = cache_root()
     if root is None:
         return compiler.njit(**options)(function)

@@ -13,7 +13,24 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-HARMLESS = ["awk", "cat", "cksum", "cut", "date", "dirname", "env", "grep", "mktemp", "rm", "sed", "sh", "tail"]
+HARMLESS = [
+    "awk",
+    "cat",
+    "cksum",
+    "cut",
+    "date",
+    "dirname",
+    "env",
+    "grep",
+    "mktemp",
+    "nice",
+    "rm",
+    "sed",
+    "sh",
+    "sleep",
+    "tail",
+    "touch",
+]
 
 DOLFINX_PYTHON = """
 case "$*" in

@@ -19,6 +19,8 @@ from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedu
 from burst_fenicsx.problem import Part
 
 __all__ = [
+    "FULL_QUADRATURE",
+    "ONE_POINT",
     "add_element_forces",
     "cell_volumes",
     "make_scratch",
@@ -26,7 +28,7 @@ __all__ = [
     "move_nodes",
 ]
 
-
+ONE_POINT, FULL_QUADRATURE = (1,), (2, 2, 2)
 _LINE = 8  # doubles of a cache line, and of the widest vectors
 _PARTS = len(Part)  # rows of material parameters that each round has
 
@@ -48,7 +50,7 @@ def add_element_forces(
     step: float,
     time: float,
     min_level: int,
-    full_quadrature: bool,
+    points: tuple[int, ...],
     nodes: Nodes,
     motion: Motion,
     moving: int,
@@ -62,9 +64,10 @@ def add_element_forces(
     """Advance the cells of level `min_level` and higher to `time` (s); the forces of their nodes are set (N).
 
     The work is shared by so many `threads`. `step` is the macro step (s); a cell of level l advances by `step` / 2^l,
-    and its forces count for that share of it. `moving` nodes, the first in order, belong to these cells. The stresses,
-    pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the sums and limits of
-    every chunk.
+    and its forces count for that share of it. `points` are those of the quadrature in each direction, `ONE_POINT` or
+    `FULL_QUADRATURE`; the kernels of the other are not compiled. `moving` nodes, the first in order, belong to these
+    cells. The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
+    sums and limits of every chunk.
     """
     _clear(motion.order[:moving], nodes.force)
     for colour in range(schedule.colour_offset.size - 1):
@@ -75,7 +78,7 @@ def add_element_forces(
             step,
             time,
             min_level,
-            full_quadrature,
+            points,
             nodes,
             grid,
             schedule,
@@ -100,7 +103,7 @@ def _run_chunks(
     step: float,
     time: float,
     min_level: int,
-    full_quadrature: bool,
+    points: tuple[int, ...],
     nodes: Nodes,
     grid: Grid,
     schedule: Schedule,
@@ -118,9 +121,7 @@ def _run_chunks(
         first = _share_begins(thread, threads, chunks, schedule.active, min_level)
         last = _share_begins(thread + 1, threads, chunks, schedule.active, min_level)
         for k in range(first, last):
-            _run_chunk(
-                chunks[k], step, time, min_level, full_quadrature, nodes, grid, schedule, solid, charge, totals, work
-            )
+            _run_chunk(chunks[k], step, time, min_level, points, nodes, grid, schedule, solid, charge, totals, work)
 
 
 @kernel
@@ -147,7 +148,7 @@ def _run_chunk(
     step: float,
     time: float,
     min_level: int,
-    full_quadrature: bool,
+    points: tuple[int, ...],
     nodes: Nodes,
     grid: Grid,
     schedule: Schedule,
@@ -166,10 +167,10 @@ def _run_chunk(
     for block in range(first, first + schedule.active[chunk, min_level, 0]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
-        if full_quadrature:
-            solid_block_full(block, share * step, share, nodes, grid, solid, work, energy, limits)
-        else:
+        if len(points) == 1:  # known while compiling: the other branch is left out
             solid_block(block, share * step, share, nodes, grid, solid, work, energy, limits)
+        else:
+            solid_block_full(block, share * step, share, nodes, grid, solid, work, energy, limits)
     totals.released[chunk] = 0.0
     first = schedule.first_charge[chunk]
     for block in range(first, first + schedule.active[chunk, min_level, 1]):

@@ -25,14 +25,14 @@ def node_levels(dofmap: np.ndarray, level: np.ndarray, finest: np.ndarray, coars
             coarsest[node] = min(coarsest[node], level[cell])
 
 
-@parallel_kernel
+@kernel
 def raise_levels(dofmap: np.ndarray, finest: np.ndarray, level: np.ndarray) -> int:
     """Raise cells that lie more than one level below a neighbour; how many were raised.
 
     `dofmap` (cells, corners) int32; `finest` (nodes,) as from `node_levels`; `level` (cells,) int8, in place.
     """
     raised = 0
-    for cell in numba.prange(dofmap.shape[0]):
+    for cell in range(dofmap.shape[0]):
         highest = 0
         for n in range(dofmap.shape[1]):
             highest = max(highest, finest[dofmap[cell, n]])
@@ -42,7 +42,7 @@ def raise_levels(dofmap: np.ndarray, finest: np.ndarray, level: np.ndarray) -> i
     return raised
 
 
-@parallel_kernel
+@kernel
 def blocks_are_mixed(
     cells: np.ndarray, level: np.ndarray, dofmap: np.ndarray, finest: np.ndarray, mixed: np.ndarray
 ) -> None:
@@ -50,7 +50,7 @@ def blocks_are_mixed(
 
     `cells` (blocks, LANES) int32; `level` (blocks,); `dofmap` (cells, corners) int32; `finest` (nodes,) as in `Nodes`.
     """
-    for block in numba.prange(cells.shape[0]):
+    for block in range(cells.shape[0]):
         highest = 0
         for lane in range(LANES):
             for n in range(dofmap.shape[1]):

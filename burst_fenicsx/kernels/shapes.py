@@ -1,11 +1,13 @@
-"""Volumes of hexahedra and how well they are shaped: scaled Jacobians, lengths of edges."""
+"""Volumes of hexahedra and how well they are shaped: scaled Jacobians, lengths of edges.
+
+For one thread: a mesh is checked once, and a parallel loop takes a second longer to compile than it saves.
+"""
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
 
 __all__ = [
     "CORNER_NEIGHBOURS",
@@ -26,7 +28,7 @@ _DIAGONALS = ((3, 1, 7, 2, 2), (4, 3, 5, 7, 7), (1, 4, 2, 5, 5))  # corners of t
 _RUN = 256  # cells that share scratch
 
 
-@parallel_kernel
+@kernel
 def min_scaled_jacobians(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Each cell's smallest scaled Jacobian over its corners and its centre (cells,).
 
@@ -35,7 +37,7 @@ def min_scaled_jacobians(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """
     count = cells.shape[0]
     smallest = np.empty(count)
-    for run in numba.prange(count // _RUN + 1):
+    for run in range(count // _RUN + 1):
         x, vectors = np.empty((8, 3)), np.empty((3, 3))
         for cell in range(run * _RUN, min((run + 1) * _RUN, count)):
             for n in range(8):
@@ -70,7 +72,7 @@ def _triple(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
     return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[2] * (b[0] * c[1] - b[1] * c[0]) + a[1] * (b[2] * c[0] - b[0] * c[2])
 
 
-@parallel_kernel
+@kernel
 def hexahedron_volumes(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Exact volume of each trilinear cell (cells,) in m3; `nodes` (nodes, 3) m, `cells` (cells, 8) in VTK order.
 
@@ -78,7 +80,7 @@ def hexahedron_volumes(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """
     count = cells.shape[0]
     volumes = np.empty(count)
-    for run in numba.prange(count // _RUN + 1):
+    for run in range(count // _RUN + 1):
         x, a, b, c = np.empty((8, 3)), np.empty(3), np.empty(3), np.empty(3)
         for cell in range(run * _RUN, min((run + 1) * _RUN, count)):
             for n in range(8):
@@ -96,11 +98,11 @@ def hexahedron_volumes(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return volumes
 
 
-@parallel_kernel
+@kernel
 def edge_extremes(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Each cell's shortest and longest edge (cells,) in m; `nodes` (nodes, 3) m, `cells` (cells, 8) in VTK order."""
     shortest, longest = np.empty(cells.shape[0]), np.empty(cells.shape[0])
-    for cell in numba.prange(cells.shape[0]):
+    for cell in range(cells.shape[0]):
         low, high = np.inf, 0.0
         for edge in range(12):
             a, b = cells[cell, EDGES[edge, 0]], cells[cell, EDGES[edge, 1]]
@@ -128,13 +130,13 @@ def min_corner_volume(position: np.ndarray, nodes: np.ndarray) -> float:
     return minimum
 
 
-@parallel_kernel
+@kernel
 def folded_cells(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """Whether a corner of each cell is turned inside out (cells,).
 
     `position` (nodes, 3) m, `dofmap` (cells, 8) in tensor-product order.
     """
     folded = np.zeros(dofmap.shape[0], dtype=np.bool_)
-    for cell in numba.prange(dofmap.shape[0]):
+    for cell in range(dofmap.shape[0]):
         folded[cell] = min_corner_volume(position, dofmap[cell]) <= 0.0
     return folded

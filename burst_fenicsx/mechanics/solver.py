@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.assembly import add_element_forces, make_scratch, move_nodes
+from burst_fenicsx.kernels.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.kernels.rows import hold_rows
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.mechanics.exact_sums import exact_sum
@@ -325,7 +325,7 @@ class BurstSolver:
             step,
             self.time,
             min_level,
-            self.settings.quadrature == "full",
+            FULL_QUADRATURE if self.settings.quadrature == "full" else ONE_POINT,
             state.nodes,
             cycles.motion,
             cycles.moving[min_level],

@@ -11,9 +11,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
-from flight.kernels.compiling import kernel
+from flight.kernels.compiling import inner_kernel, kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["bucket_of", "cells_of", "fill_cells", "home"]
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def bucket_of(x: int, y: int, z: int, buckets: int) -> int:
     """Bucket of a cell, by a hash of its block of 4 x 4 x 4 cells (Teschner et al. 2003); `buckets` is a power of two.
 
@@ -34,7 +33,7 @@ def bucket_of(x: int, y: int, z: int, buckets: int) -> int:
     return ((block << 6) | ((x & 3) << 4) | ((y & 3) << 2) | (z & 3)) & (buckets - 1)
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def cells_of(box: Array, size: float, cells: Whole) -> int:
     """Lowest and highest cell (6,) that a box (low, high) touches; returns how many it touches."""
     count = 1
@@ -45,7 +44,7 @@ def cells_of(box: Array, size: float, cells: Whole) -> int:
     return count
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def home(first: Whole, second: Whole, x: int, y: int, z: int) -> bool:
     """Whether this cell is the lowest that both of two ranges of cells (6,) touch: there the pair is tested."""
     return (

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 
+from fragfield_base.bare_kernels import bare_for_callers
 from fragfield_base.kernel_cache import compiled_with, digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["kernel"]
+__all__ = ["inner_kernel", "kernel"]
 
 _STAMP = digest_of(Path(__file__).parent.glob("*.py"))
 
@@ -20,3 +21,13 @@ _STAMP = digest_of(Path(__file__).parent.glob("*.py"))
 def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's dispatcher has no type
     """Compile a function that is called from Python, for one thread and without the interpreter's lock."""
     return compiled_with(numba, function, f"flight-{_STAMP}", nogil=True, error_model="numpy")
+
+
+def inner_kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function that other kernels call, with these options of numba.njit; it is kept with them alone."""
+
+    def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401
+        return bare_for_callers(numba, numba.njit(**whole)(function), function, **whole)
+
+    whole = {"error_model": "numpy", **options}
+    return compiled

@@ -7,11 +7,10 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from flight.kernels.cells import bucket_of, cells_of, home
 from flight.kernels.collision import SCRATCH_ROWS, first_collision, path_state, strike
-from flight.kernels.compiling import kernel
+from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.motion import (
     AREA,
     HEIGHT,
@@ -112,7 +111,7 @@ def advance(chosen: Whole, spheres: Spheres, around: Surroundings, until: float)
     return math.sqrt(quickest)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _boxes_overlap(boxes: Array, i: int, j: int) -> bool:
     """Whether the boxes about the paths of two fragments overlap. One test without branches for all six faces."""
     return (
@@ -125,7 +124,7 @@ def _boxes_overlap(boxes: Array, i: int, j: int) -> bool:
     )
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch: Array, roots: Array) -> float:
     """Time at which two fragments whose boxes overlap meet; infinite where they do not, or only below the ground."""
     reach = spheres.radius[i] + spheres.radius[j]
@@ -135,7 +134,7 @@ def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch:
     )  # fmt: skip
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
     """Whether the first fragment has struck the second after a time, as far as its partners are kept."""
     found = False
@@ -144,14 +143,14 @@ def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
     return found
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _state_at(i: int, time: float, spheres: Spheres, until: float, out: Array) -> None:
     """Place and velocity (6,) of a fragment at a time of its path."""
     length = until - spheres.since[i]
     path_state(spheres.path[i], length, (time - spheres.since[i]) / length, out)
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _enter(
     k: int, spheres: Spheres, cell: float, buckets: int, chain: Whole, links: list[tuple[int, int, int, int, int]]
 ) -> None:
@@ -170,7 +169,7 @@ def _enter(
         before[axis], before[3 + axis] = min(now[axis], before[axis]), max(now[3 + axis], before[3 + axis])
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _search(
     first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch,
     scratch: Array, roots: Array, times: Array, pairs: Whole,

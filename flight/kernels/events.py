@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, STOPPED
 from flight.kernels.motion import (
     LANES,
@@ -43,7 +43,7 @@ __all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "heights_of", "may_end", 
 HIT_COLUMNS = 10
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def heights_of(q: Array, lane: int) -> tuple[float, float]:
     """Lowest and highest point of the step's hull."""
     h = q[STEP * LANES + lane]
@@ -55,13 +55,13 @@ def heights_of(q: Array, lane: int) -> tuple[float, float]:
     return min(start, end, p1, p4, p2, p3), max(start, end, p1, p4, p2, p3)
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def may_end(low: float, high: float, limits: Limits) -> bool:
     """Whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
     return low < limits.ground or low < limits.floor or high > limits.ceiling or limits.domain_radius < np.inf
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Array) -> tuple[float, int]:
     """Place on the step where the flight ends at flat ground or the domain's edge, and its status; 2.0: it goes on."""
     theta, status = 2.0, IN_FLIGHT
@@ -82,7 +82,7 @@ def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Ar
     return theta, status
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def ending_in_scene(
     points: Array, theta: float, status: int, terrain: Terrain, obstacles: Array, terrain_pieces: Array,
     events: Array, stack: Array, roots: Array,
@@ -102,7 +102,7 @@ def ending_in_scene(
     return theta, status, -1, -1
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def outside(q: Array, lane: int, limits: Limits) -> bool:
     """Return whether a fragment starts outside the domain."""
     dx, dy = q[STATE * LANES + lane] - limits.origin_x, q[(STATE + 1) * LANES + lane] - limits.origin_y
@@ -110,7 +110,7 @@ def outside(q: Array, lane: int, limits: Limits) -> bool:
     return z > limits.ceiling or z < limits.floor or dx * dx + dy * dy >= limits.domain_radius * limits.domain_radius
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def record_hits(
     witnesses: Array,
     vertices: Array,

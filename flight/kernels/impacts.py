@@ -6,9 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
-from flight.kernels.compiling import kernel
+from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.limits import LANDED, STOPPED, TIME_OUT
 from flight.kernels.obstacles import FIRST_FACE
 from flight.kernels.rebound import LIFT, MOST_CONTACTS, rebound, slide
@@ -32,7 +31,7 @@ STRUCK_COLUMNS = 11
 NORMAL, TANGENTIAL, FRICTION, REST_SPEED = 0, 1, 2, 3  # columns of a surface; row 0 the ground, then the obstacles
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Array) -> tuple[float, float, float]:
     """Unit normal of the ground, or of an obstacle's face, outward."""
     if which >= 0:
@@ -45,7 +44,7 @@ def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Ar
     return -slope_x / size, -slope_y / size, 1.0 / size
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _strike(record: Array, state: Array, which: int, face: int, row: int, stopped: float) -> None:
     record[:7] = state[:7]
     record[7], record[8], record[9], record[10] = which, face, row, stopped

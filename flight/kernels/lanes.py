@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.motion import (
     AREA,
     HEIGHT,
@@ -39,7 +39,7 @@ FIRST_STEP = 0.15  # times the time in which drag and gravity would undo the vel
 MIN_SPEED = 1.0  # m/s; below it the tolerance is absolute
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def prepare(
     ahead: Array,
     first: int,
@@ -73,7 +73,7 @@ def prepare(
         ahead[STEP * LANES + lane] = h if limits.fixed_step <= 0.0 else limits.fixed_step
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def load(q: Array, lane: int, ahead: Array, place: int) -> float:
     """Put the fragment prepared at `place` of `ahead` into a lane; returns its Mach number."""
     for j in range(6):
@@ -86,7 +86,7 @@ def load(q: Array, lane: int, ahead: Array, place: int) -> float:
     return ahead[MACH * LANES + place]
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def move_lane(q: Array, source: int, target: int) -> None:
     """Copy what a lane carries from step to step."""
     for j in range(6):
@@ -98,7 +98,7 @@ def move_lane(q: Array, source: int, target: int) -> None:
     q[TIME * LANES + target] = q[TIME * LANES + source]
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def step_factors(q: Array, factors: Array, limits: Limits) -> None:
     """Factor of the next step of every lane; below zero where this step is rejected, nan where it failed.
 

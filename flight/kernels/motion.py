@@ -15,9 +15,9 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from flight.constants import EARTH_RADIUS
+from flight.kernels.compiling import inner_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -84,7 +84,7 @@ E1, E3, E4, E5, E6, E7 = _E[0], _E[2], _E[3], _E[4], _E[5], _E[6]
 F1, F2, F3, F4, F5, F6 = _PLACE_E[0], _PLACE_E[1], _PLACE_E[2], _PLACE_E[3], _PLACE_E[4], _PLACE_E[5]
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner_kernel(forceinline=True)
 def _subtract_wind(q: Array, wind_rows: Array) -> None:
     """Turn the velocities in RELATIVE into velocities relative to the wind at HEIGHT."""
     for lane in range(LANES):
@@ -98,7 +98,7 @@ def _subtract_wind(q: Array, wind_rows: Array) -> None:
         q[(RELATIVE + 1) * LANES + lane] -= c[5] + rise * (c[6] + rise * (c[7] + rise * c[8]))
 
 
-@njit(forceinline=True, error_model="numpy")
+@inner_kernel(forceinline=True)
 def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     """Accelerations (m/s2) of all lanes into the three rows from `slope`, and the Mach number.
 
@@ -161,7 +161,7 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
         q[(slope + 2) * LANES + i] = factor * q[(RELATIVE + 2) * LANES + i] - around.gravity
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def take_step(q: Array, around: Surroundings) -> None:
     """One step of every lane, of its own size STEP, from STATE with the acceleration in the first rows of SLOPE.
 
@@ -258,7 +258,7 @@ def take_step(q: Array, around: Surroundings) -> None:
             q[VELOCITY_ERROR * LANES + i] += speed * speed
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def place_points(q: Array, lane: int, points: Array) -> None:
     """Bernstein coefficients (degree 5) of one lane's positions along the step, into points[:3].
 
@@ -277,7 +277,7 @@ def place_points(q: Array, lane: int, points: Array) -> None:
         points[j, 5] = end
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def velocity_points(q: Array, lane: int, points: Array) -> None:
     """Bernstein coefficients (degree 4) of one lane's velocities, the derivative of its positions, into points[3:]."""
     h = q[STEP * LANES + lane]

@@ -10,8 +10,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.motion import LANES, NEW, STATE
 from flight.kernels.surfaces import cross_plane, dense_state
 from flight.kernels.terrain import height_at
@@ -46,13 +46,13 @@ class NearGround(NamedTuple):
     per_width: float  # of an azimuth cell
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def highest_counted(limits: Limits, terrain: Terrain, near: NearGround) -> float:
     """Height above which nothing counts."""
     return near.height + (terrain.highest if terrain.heights.shape[0] > 0 else limits.ground)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
     """Azimuth cell of a position; the angle to 2e-8 (Abramowitz and Stegun 4.4.49), in half the time of atan2."""
     u, v = abs(x), abs(y)
@@ -81,7 +81,7 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
     return cell + cells if cell < 0 else (cell - cells if cell >= cells else cell)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def count_chord(q: Array, lane: int, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]) -> int:
     """Add a short step over flat ground as its chord, up to the height; most steps near the ground are such.
 
@@ -116,7 +116,7 @@ def count_chord(q: Array, lane: int, mass: float, limits: Limits, near: NearGrou
     return 1 if _add(lengths, turn, near, min(first, last), max(first, last), amount) else 0
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def count_path(
     points: Array, until: float, h: float, mass: float, limits: Limits, terrain: Terrain, near: NearGround,
     lengths: NDArray[np.int64], stack: Array, roots: Array, out: Array,
@@ -135,7 +135,7 @@ def count_path(
     return inside
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _count_part(
     points: Array, begin: float, end: float, h: float, mass: float, limits: Limits, terrain: Terrain,
     near: NearGround, lengths: NDArray[np.int64], out: Array,
@@ -182,7 +182,7 @@ def _count_part(
     return inside
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
     """Distance of a chord from the origin."""
     u, v = x1 - x0, y1 - y0
@@ -191,7 +191,7 @@ def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
     return math.hypot(x0 + share * u, y0 + share * v)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _add(
     lengths: NDArray[np.int64], turn: int, near: NearGround, low: float, high: float, amount: float
 ) -> bool:  # fmt: skip

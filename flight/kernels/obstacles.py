@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.roots import sign_changes
 from flight.kernels.surfaces import highest_of, lowest_of
 
@@ -25,7 +25,7 @@ EVENTS_SHAPE = (2, 5 * FACES + 1)
 NOWHERE = 2.0
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def enter_obstacles(
     points: Array, obstacles: Array, until: float, events: Array, stack: Array, roots: Array
 ) -> tuple[float, int, int]:
@@ -44,7 +44,7 @@ def enter_obstacles(
     return theta, which, face
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array) -> tuple[float, int]:
     """Place where the step enters one body, and the face.
 
@@ -92,7 +92,7 @@ def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array)
     return NOWHERE, -1
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def enter_on_chord(start: Array, end: Array, obstacles: Array) -> tuple[float, int, int]:
     """As `enter_obstacles` for the straight way from start to end, (3,) each."""
     theta, which, on = NOWHERE, -1, -1

@@ -12,8 +12,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.limits import LANDED, LEFT_DOMAIN, STEP_LIMIT, STOPPED, TIME_OUT
 from flight.kernels.obstacles import enter_on_chord
 from flight.kernels.terrain import ON_A_LINE, cell_ahead, height_at, slope_in
@@ -35,7 +35,7 @@ STILL = 1e-3  # m/s
 LARGEST_SHARE, LARGEST_TURN = 0.25, 0.02  # of a cell, and of the velocity sideways, in one part of a slide on a map
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def rebound(state: Array, nx: float, ny: float, nz: float, normal: float, tangential: float) -> float:
     """Turn the velocity in `state` (time, position, velocity) at a surface of unit normal (nx, ny, nz).
 
@@ -49,7 +49,7 @@ def rebound(state: Array, nx: float, ny: float, nz: float, normal: float, tangen
     return off
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def slide(
     state: Array, friction: float, gravity: float, limits: Limits, terrain: Terrain, obstacles: Array, chord: Array
 ) -> tuple[int, int, int]:
@@ -141,7 +141,7 @@ def slide(
     return STEP_LIMIT, -1, -1
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _time_to_line(position: float, line: float, step: float, speed: float, acceleration: float) -> float:
     """Time until a cell's lower or upper line is passed along one axis; infinite if neither is."""
     earliest = np.inf
@@ -160,7 +160,7 @@ def _time_to_line(position: float, line: float, step: float, speed: float, accel
     return earliest
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _leave_on_chord(start: Array, end: Array, limits: Limits, terrain: Terrain) -> float:
     """Share of the straight way at which it leaves the domain; 2.0 if it stays."""
     share = 2.0

@@ -12,7 +12,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from flight.kernels.compiling import inner_kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,7 +30,7 @@ NARROWEST = 2.0**-60
 PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _variations(row: Array, degree: int) -> int:
     """Sign changes in the sequence of coefficients, zeros as positive."""
     count = 0
@@ -42,7 +43,7 @@ def _variations(row: Array, degree: int) -> int:
     return count
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _single_root(row: Array, degree: int, work: Array) -> float:
     """Place in [0, 1] of the only sign change: Newton's method kept inside a bracket by bisection."""
     low, high = 0.0, 1.0
@@ -83,7 +84,7 @@ def _single_root(row: Array, degree: int, work: Array) -> float:
     return t
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def sign_changes(stack: Array, degree: int, scale: float, roots: Array) -> int:
     """Find all sign changes on [0, 1] of the polynomial whose coefficients stand in stack[0, :degree + 1].
 

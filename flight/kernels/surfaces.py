@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.roots import PRODUCT, sign_changes
 
 if TYPE_CHECKING:
@@ -45,21 +45,21 @@ FARTHEST_SQUARED = 32.0**2  # radii squared; a step that reaches farther is halv
 NARROWEST_PIECE = 2.0**-50
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def lowest_of(row: Array, first: int) -> float:
     """Smallest of the six coefficients from the column `first`: no point of the curve lies below it."""
     a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
     return min(a, b, c, d, e, f)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def highest_of(row: Array, first: int) -> float:
     """Greatest of the six coefficients from the column `first`: no point of the curve lies above it."""
     a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
     return max(a, b, c, d, e, f)
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def misses_box(points: Array, row: Array) -> bool:
     """Return whether the hull of the step's control points lies wholly off the witness's box."""
     for axis in range(3):
@@ -71,7 +71,7 @@ def misses_box(points: Array, row: Array) -> bool:
     return False
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def cross_plane(
     points: Array, px: float, py: float, pz: float, nx: float, ny: float, nz: float, stack: Array, roots: Array
 ) -> int:
@@ -93,7 +93,7 @@ def cross_plane(
     return sign_changes(stack, 5, scale, roots)
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def cross_cylinder(
     points: Array, cx: float, cy: float, radius: float, pieces: Array, stack: Array, roots: Array
 ) -> int:
@@ -138,13 +138,13 @@ def cross_cylinder(
     return count
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _one_sided(p: Array, radius: float) -> bool:
     """Return whether one coordinate's hull lies wholly beyond the radius on one side."""
     return max(p[0], p[1], p[2], p[3], p[4], p[5]) < -radius or min(p[0], p[1], p[2], p[3], p[4], p[5]) > radius
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def _halve(piece: Array, left: Array) -> None:
     """Cut a curve in two (de Casteljau): the left half into `left`, the right half stays; the joint is the same."""
     for j in range(0, 12, 6):
@@ -158,7 +158,7 @@ def _halve(piece: Array, left: Array) -> None:
     piece[12] = middle
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def dense_state(points: Array, theta: float, out: Array) -> None:
     """Place and velocity (6,) of the dense output at theta in [0, 1]."""
     s, t = 1.0 - theta, theta
@@ -171,7 +171,7 @@ def dense_state(points: Array, theta: float, out: Array) -> None:
         out[3 + i] = w0 * p[0] + w1 * p[1] + w2 * p[2] + w3 * p[3] + w4 * p[4]
 
 
-@njit(error_model="numpy")
+@inner_kernel()
 def inside_outline(row: Array, vertices: Array, x: float, y: float, z: float) -> bool:
     """Whether a position on a witness's plane or cylinder lies within its outline or height (edges belong to it)."""
     kind = int(row[0])

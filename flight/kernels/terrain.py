@@ -11,8 +11,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.roots import PRODUCT, sign_changes
 from flight.kernels.surfaces import cross_plane, highest_of, lowest_of
 
@@ -47,14 +47,14 @@ class Terrain(NamedTuple):
     highest: float
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _index(position: float, start: float, step: float, cells: int) -> int:
     """Cell of a position along one axis; the nearest one beyond the edges."""
     index = math.floor((position - start) / step)
     return int(min(max(index, 0.0), cells - 1.0))
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float, float]:
     """Height of a cell's first corner, its rise over one cell along x, along y, and its twist."""
     h = terrain.heights
@@ -62,7 +62,7 @@ def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float
     return corner, east - corner, north - corner, (h[row + 1, column + 1] - north) - (east - corner)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def height_at(terrain: Terrain, x: float, y: float) -> float:
     """Height of the ground (m)."""
     row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
@@ -73,7 +73,7 @@ def height_at(terrain: Terrain, x: float, y: float) -> float:
     return corner + u * rise_x + v * rise_y + u * v * twist
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def cell_ahead(terrain: Terrain, x: float, y: float, u: float, v: float) -> tuple[int, int]:
     """Row and column of the cell at a position, on a line between cells the one towards (u, v)."""
     ahead_x, ahead_y = x + np.sign(u) * ON_A_LINE * terrain.step_x, y + np.sign(v) * ON_A_LINE * terrain.step_y
@@ -81,14 +81,14 @@ def cell_ahead(terrain: Terrain, x: float, y: float, u: float, v: float) -> tupl
     return row, _index(ahead_x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     """Rise of the ground per length along x and along y."""
     row, column = cell_ahead(terrain, x, y, 0.0, 0.0)
     return slope_in(terrain, x, y, row, column)
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def slope_in(terrain: Terrain, x: float, y: float, row: int, column: int) -> tuple[float, float]:
     """`slope_at` of one cell's surface."""
     u = (x - (terrain.west + column * terrain.step_x)) / terrain.step_x
@@ -97,7 +97,7 @@ def slope_in(terrain: Terrain, x: float, y: float, row: int, column: int) -> tup
     return (rise_x + v * twist) / terrain.step_x, (rise_y + u * twist) / terrain.step_y
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> float:
     """Find the position on the step where it leaves the map; 2.0 if it stays."""
     theta = NOWHERE
@@ -118,7 +118,7 @@ def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> 
     return theta
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def cross_terrain(
     points: Array, terrain: Terrain, until: float, pieces: Array, events: Array, stack: Array, roots: Array
 ) -> float:
@@ -161,7 +161,7 @@ def cross_terrain(
     return NOWHERE
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) -> float:
     """Bound from above of the heights over a block of cells, from the level where it covers few entries."""
     level = 0
@@ -176,7 +176,7 @@ def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) ->
     return greatest
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _cut(piece: Array, at: float, left: Array) -> None:
     """Cut the curve at a position in [0, 1] (de Casteljau): the left part into `left`, the right part stays."""
     for j in range(0, 18, 6):
@@ -187,7 +187,7 @@ def _cut(piece: Array, at: float, left: Array) -> None:
             left[j + level] = piece[j]
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _cross_cells(
     piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, pieces: Array, events: Array,
     stack: Array, roots: Array,
@@ -240,7 +240,7 @@ def _cross_cells(
     return NOWHERE
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _cross_cell(part: Array, terrain: Terrain, row: int, column: int, stack: Array, roots: Array) -> float:
     """`cross_terrain` of a part over one cell; the position on the part."""
     corner, rise_x, rise_y, twist = _shape(terrain, row, column)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
-from flight.kernels.compiling import kernel
+from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, heights_of, may_end, outside, record_hits
 from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, STOPPED, TIME_OUT, Limits
@@ -54,7 +53,7 @@ PATH_COLUMNS = 8
 SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
 
 
-@njit(error_model="numpy", _nrt=False)
+@inner_kernel(_nrt=False)
 def _fastest(q: Array, lane: int) -> float:
     """Larger of the squared speeds at both ends of a step."""
     before = after = 0.0
