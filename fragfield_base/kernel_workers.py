@@ -107,6 +107,6 @@ def _send(stream: IO[str] | None, item: dict[str, Any]) -> bool:
 
 
 def _end(worker: subprocess.Popen[str]) -> None:
-    """End a worker that has nothing to do, or whose work is not needed any more: a file that it writes is put in place whole."""
+    """End a worker that has nothing to do, or whose work is not needed any more."""
     worker.kill()
     worker.communicate()
