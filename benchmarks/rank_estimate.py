@@ -72,7 +72,8 @@ class Measured:
     cells : of it. cell_size : m. seconds_per_cell_step : without searches. cell_steps, exchanges, contacts, searches :
         over the burst; exchanges of nodes, steps and searches of contact.
     seconds_per_search : on one rank.
-    near : surface nodes that a round needs of a round beside it.
+    near, searched : surface nodes that a round needs of a round beside it, and that a search is sent of it, over the
+        burst: at the start they stand apart.
     bytes_per_own_cell, bytes_per_cell : memory of a rank, for each of its cells and for each of all cells.
     base_bytes : memory of a rank without cells.
     """
@@ -86,6 +87,7 @@ class Measured:
     searches: float
     seconds_per_search: float
     near: float
+    searched: float
     bytes_per_own_cell: float
     bytes_per_cell: float
     base_bytes: float
@@ -196,7 +198,7 @@ def estimate(history: History, measured: Measured, rounds: int, ranks: int, cell
     # A round that is cut is near as many ranks of a neighbour as look at it: a quarter of them.
     partners = neighbours + beside * max(per_round // 4, 1)
     near = beside * measured.near * finer**2 / per_round
-    searched = own_near + beside * other_near
+    searched = own_near + beside * max(other_near, int(measured.searched * finer**2 / per_round))
     # Measured for two rounds. A rank looks at its own surface and at what it is sent.
     search = 0.5 * measured.seconds_per_search * finer**2
     parts = {

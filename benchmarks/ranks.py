@@ -98,6 +98,7 @@ def measured_by(one: dict[str, Any], two: dict[str, Any]) -> Measured:
         searches=one["searches"],
         seconds_per_search=one["seconds_searching"] / one["searches"],
         near=two["halo_nodes"],
+        searched=two["searched_nodes"],
         bytes_per_own_cell=own,
         bytes_per_cell=every,
         base_bytes=two["base_bytes"],

@@ -251,7 +251,7 @@ def recorded():
     cells = len(mesh.cells)
     measured = Measured(
         cells=cells, cell_size=12e-3, seconds_per_cell_step=2e-7, cell_steps=100.0 * cells, exchanges=0, contacts=0,
-        searches=0, seconds_per_search=0.0, near=100.0, bytes_per_own_cell=1000.0, bytes_per_cell=100.0, base_bytes=1e8,
+        searches=0, seconds_per_search=0.0, near=100.0, searched=0.0, bytes_per_own_cell=1000.0, bytes_per_cell=100.0, base_bytes=1e8,
     )  # fmt: skip
     return history, measured
 
@@ -304,7 +304,7 @@ def test_memory_is_split_into_own_cells_and_all():
 
     common = {"cells": 1000, "base_bytes": 5e7, "cell_steps": 1e6, "contacts": 1, "searches": 2, "exchanges": 3}
     one = {**common, "memory_bytes": 5e7 + 1000 * 700.0, "processor_seconds": 3.0, "seconds_searching": 1.0}
-    two = {**common, "memory_bytes": 5e7 + 500 * 600.0 + 1000 * 100.0, "halo_nodes": 9.0}
+    two = {**common, "memory_bytes": 5e7 + 500 * 600.0 + 1000 * 100.0, "halo_nodes": 9.0, "searched_nodes": 12.0}
     found = measured_by(one, two)
     assert found.bytes_per_own_cell == pytest.approx(600.0)
     assert found.bytes_per_cell == pytest.approx(100.0)

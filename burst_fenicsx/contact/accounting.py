@@ -16,7 +16,11 @@ if TYPE_CHECKING:
     from burst_fenicsx.kernels.springs import Collisions
     from burst_fenicsx.mechanics.fields import BurstFields
 
-__all__ = ["NodeContact", "PlaneImpulse"]
+__all__ = ["CONTACT_FORCES", "NodeContact", "PlaneImpulse"]
+
+CONTACT_FORCES = 2.0**8
+"""How much coarser contact's forces are rounded than those of cells: where walls collide, several contacts push one
+node, together by more than four times the largest force of a cell, up to which sums of the cells' terms are exact."""
 
 _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces: 64 times the largest force of a cell
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.accounting import NodeContact
+from burst_fenicsx.contact.accounting import CONTACT_FORCES, NodeContact
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.near_faces import NearFaces, box_around, meet
 from burst_fenicsx.kernels.collisions import find_contacts
@@ -317,7 +317,8 @@ class CollidingSurfaces(NodeContact):
         rows = self._near_rows
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._halo.needed)
-        add_reactions(self.state, self._mass, self._fields.nodes.rounding, self._load_rounding, self._sums)
+        rounding = CONTACT_FORCES * self._fields.nodes.rounding
+        add_reactions(self.state, self._mass, rounding, self._load_rounding, self._sums)
         self._halo.give(self._sums)
         self._join_copies()
         take_reactions(self._sums, rows, self._near_local, self.state.sharing, force)

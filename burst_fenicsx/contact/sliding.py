@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.accounting import CONTACT_FORCES
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.charge import PARAMETERS
@@ -183,7 +184,8 @@ class SlidingInterface:
         )  # fmt: skip
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._master_halo.needed)
-        add_slide_forces(surface, contacts, nodes.rounding, self._load_rounding, self._sums, force)
+        rounding = CONTACT_FORCES * nodes.rounding
+        add_slide_forces(surface, contacts, rounding, self._load_rounding, self._sums, force)
         self._master_halo.give(self._sums)
         take_reactions(self._sums, rows, masters, self.load, force)
 

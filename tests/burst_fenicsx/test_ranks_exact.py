@@ -13,6 +13,7 @@ pytest.importorskip("mpi4py")
 
 from mpi4py import MPI
 
+from burst_fenicsx.contact.accounting import CONTACT_FORCES
 from burst_fenicsx.kernels.exact import quantise, quantum, rounding_constant
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
@@ -100,3 +101,13 @@ def test_sums_of_nothing_and_of_what_is_no_number():
     sums = exact_sums(MPI.COMM_SELF, np.array([[1.0, np.nan, np.inf], [2.0, 1.0, 1.0]]))
     assert sums[0, 0] == 3.0
     assert np.isnan(sums[0, 1:]).all()
+
+
+def test_contacts_of_one_node_are_summed_exactly_beyond_what_cells_can_give():
+    """Terms of up to ten times a cell's largest force, as where walls collide: with the cells' quantum order shows."""
+    cells = rounding_constant(5.8e6)  # N, of steel cells of 8 mm
+    random = np.random.default_rng(7)
+    pushes = random.uniform(0.0, 5.8e7, 40)
+    orders = [random.permutation(len(pushes)) for _ in range(50)]
+    assert len({_sum(pushes[order], cells) for order in orders}) > 1
+    assert len({_sum(pushes[order], CONTACT_FORCES * cells) for order in orders}) == 1
