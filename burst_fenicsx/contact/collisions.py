@@ -130,9 +130,7 @@ class CollidingSurfaces(NodeContact):
         """Values of the rank's nodes, (nodes, n), as values of all surface nodes on every rank."""
         rows = np.zeros((len(self.surfaces.node), values.shape[1]))
         rows[self._rows] = values[self._local]
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, rows)
-        return rows
+        return self.own_everywhere(rows)
 
     def own_everywhere(self, values: np.ndarray) -> np.ndarray:
         """Values (surface nodes, n), of which this rank knows those of its own nodes, on every rank; collective."""

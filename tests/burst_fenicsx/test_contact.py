@@ -177,7 +177,7 @@ def test_looking_after_near_nodes_alone_changes_nothing():
         solver = bodies([moved(ball(8, 0.01), (0.03, 0.0, 0.0))], [(-900.0, 0, 0)], settings, casing=SOFT)
         plane, numbers = solver.contact.planes[0], []
         if reach is not None:
-            plane._reach = reach
+            plane._reach, plane._near_reach = 10.0 * reach, reach
         while solver.time < 5e-5:
             solver.step()
             numbers.append(len(plane.near))
