@@ -251,7 +251,8 @@ def recorded():
     cells = len(mesh.cells)
     measured = Measured(
         cells=cells, cell_size=12e-3, seconds_per_cell_step=2e-7, cell_steps=100.0 * cells, exchanges=0, contacts=0,
-        searches=0, seconds_per_search=0.0, near=100.0, searched=0.0, bytes_per_own_cell=1000.0, bytes_per_cell=100.0, base_bytes=1e8,
+        searches=0, seconds_per_search=0.0, near=100.0, searched=0.0, bytes_per_own_cell=1000.0, bytes_per_cell=100.0,
+        base_bytes=1e8,
     )  # fmt: skip
     return history, measured
 
