@@ -63,9 +63,9 @@ def test_every_stage_of_a_default_run_has_its_list():
 
 
 def test_what_processes_compile_is_found_by_the_next_one(empty_cache):
-    kernels, told = _quick(3), []
-    assert compile_side_by_side(kernels, 2, told.append) == 3
-    assert told == [1, 2, 3]
+    kernels, counts = _quick(3), []
+    assert compile_side_by_side(kernels, 2, counts.append) == 3
+    assert counts == [1, 2, 3]
     done = subprocess.run(
         [sys.executable, "-c", COMPILED],
         input=json.dumps(kernels),
@@ -85,9 +85,9 @@ def test_kernels_and_processes_that_fail_are_survived(empty_cache, tmp_path, mon
         {"kernel": "burst_fenicsx.kernels.rows.no_such_kernel", "arguments": [["float64"]], "seconds": 98.0},
         {"kernel": "no_such_package.kernels.kernel", "arguments": [], "seconds": 97.0},
     ]
-    told = []
-    assert compile_side_by_side([*broken, *_quick(1)], 2, told.append) == 1
-    assert told == [1, 2, 3, 4]
+    counts = []
+    assert compile_side_by_side([*broken, *_quick(1)], 2, counts.append) == 1
+    assert counts == [1, 2, 3, 4]
 
 
 def test_nothing_is_compiled_where_no_process_can_be_started(monkeypatch):
