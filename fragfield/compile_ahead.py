@@ -25,12 +25,13 @@ from fragfield_base.kernel_workers import compile_side_by_side
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-__all__ = ["FOLDER", "compile_ahead", "list_of", "merged"]
+__all__ = ["FOLDER", "MARKS", "compile_ahead", "list_of", "merged"]
 
 FOLDER = Path(__file__).with_name("kernel_lists")
+MARKS = "compiled"
+"""Folder of the cache with an empty file for each list that has been compiled."""
 _log = logging.getLogger("fragfield.kernels")
 _POLL = 0.2  # s between two looks whether another command has done with compiling
-_KEPT = "compiled"  # folder of the cache with an empty file for each list that has been compiled
 
 
 def list_of(stage: str, geometry: str) -> Path:
@@ -58,7 +59,7 @@ def compile_ahead(lists: Sequence[Path], cores: int, show: Callable[[int, int], 
     root = cache_root()
     if root is None or _not_compiled():
         return 0
-    folder = root / _KEPT
+    folder = root / MARKS
     texts = {folder / _key(text): text for path in lists if path.is_file() for text in [path.read_text("utf-8")]}
     if all(mark.is_file() for mark in texts):
         return 0

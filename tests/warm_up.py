@@ -18,6 +18,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fragfield.compile_ahead import MARKS
 from fragfield_base.kernel_cache import cache_root
 
 if TYPE_CHECKING:
@@ -40,13 +41,16 @@ def folder_of(root: Path, worker: str) -> Path:
 
 
 def link(root: Path, folder: Path, names: Iterable[str]) -> None:
-    """Begin a worker's cache again, with links to the files of the folders `names` of the common one."""
+    """Begin a worker's cache again, with links to the files of the folders `names` of the common one.
+
+    What has been compiled ahead is known to be there.
+    """
     shutil.rmtree(folder, ignore_errors=True)
-    for name in names:
-        for path in (root / name).rglob("*.nb?"):
-            place = folder / path.relative_to(root)
-            place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            os.link(path, place)
+    kept = [path for name in names for path in (root / name).rglob("*.nb?")]
+    for path in (*kept, *(root / MARKS).glob("*")):
+        place = folder / path.relative_to(root)
+        place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        os.link(path, place)
 
 
 def gather(root: Path, folder: Path, names: Iterable[str]) -> int:

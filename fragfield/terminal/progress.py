@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COMPILING", "Progress", "ProgressReporter", "duration"]
 
-COMPILING = "compiling kernels: once for this version on this machine, one to three minutes"
+COMPILING = "compiling kernels: once for this version on this machine"
 """What stands beside the stage meanwhile: kernels that no list has, see `compile_ahead`."""
 _KERNELS = "kernels"
 _ELSEWHERE = "another command compiles the kernels"
