@@ -306,7 +306,7 @@ def test_what_progress_raises_ends_the_run(tmp_path, tube):
         message = f"enough of {step.stage}"
         raise LookupError(message)
 
-    with pytest.raises(LookupError, match="enough of (kernels|burst)"):
+    with pytest.raises(LookupError, match=r"enough of (kernels|burst)"):
         fragfield.run(tube, out=tmp_path / "run", progress=stop)
 
 
