@@ -38,6 +38,8 @@ def bare_for_callers(compiler: Any, dispatcher: Any, function: Callable[..., Any
     object
         `dispatcher`.
     """
+    if compiler.config.DISABLE_JIT:  # nothing is compiled, for anyone
+        return dispatcher
     _teach(type(dispatcher))
     bare = compiler.njit(**_BARE, **options)(function)
     template = bare.get_call_template

@@ -55,7 +55,7 @@ def test_weight_follows_from_version_and_misses(tmp_path):
     missed = record(tmp_path, row(), row(passed=False), stopped="the ledger is open")
     weight, words = validation_words(missed, "0.1.0", "abcdef012345")
     assert weight == "note"
-    assert "1 of 2 checks passed, copper_cylinder stopped, computed by the very revision" in words
+    assert "1 of 2 checks passed, copper_cylinder stopped, computed by the same revision as this result" in words
 
 
 def test_every_miss_is_named_with_its_error_and_source(tmp_path):

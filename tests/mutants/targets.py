@@ -115,7 +115,7 @@ AREAS = (
                     "hazard/assessment",
                     "hazard/criteria",
                     "hazard/density/fields",
-                    *(f"hazard/density/{name}" for name in ("expected", "estimate", "directions", "groups")),
+                    *(f"hazard/density/{name}" for name in ("expected", "estimate", "distance", "directions", "groups")),
                     "hazard/bands",
                     "hazard/ensemble",
                     "hazard/exposed",
