@@ -10,6 +10,7 @@ round of a pallet has the levels of one of the pair.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -108,9 +109,12 @@ def measured_by(one: dict[str, Any], two: dict[str, Any]) -> Measured:
 def _started(number: int, levels: Path, binding: tuple[str, ...]) -> subprocess.Popen[str]:
     """A burst of the pair on `number` ranks; one rank leaves its levels in a file."""
     command = [sys.executable, "-m", "benchmarks.rank_run", _PAIR, f"{1e3 * _SIZE:g} mm", repr(_END), str(levels)]
+    # MPI, once it runs here, adds variables behind Python's back with which no further mpirun starts.
+    environment = dict(os.environ)
     return subprocess.Popen(
-        ["mpirun", "-n", str(number), *binding, *command], cwd=_ROOT, stdout=subprocess.PIPE, text=True
-    )
+        ["mpirun", "-n", str(number), *binding, *command],
+        cwd=_ROOT, env=environment, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
 
 
 def _finished(run: subprocess.Popen[str]) -> dict[str, Any]:
