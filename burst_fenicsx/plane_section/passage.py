@@ -8,6 +8,8 @@ import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import folded
 from burst_fenicsx.kernels.search import Bodies, find_candidates
+from burst_fenicsx.problem import Part
+from burst_fenicsx.records.cavities import Cavities
 from burst_fenicsx.records.passage import Passage
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.plane_section.mesh import SectionMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["SectionPassage"]
+__all__ = ["SectionCavities", "SectionPassage"]
 
 _DEEP = 1e-3  # m, half of the depth that boxes are given along the axis
 _HELD = 0.25  # of the cell size: contact holds a node up to half a cell deep; walls that meet load it to a sixth
@@ -57,14 +59,19 @@ class SectionPassage(Passage):
         deep = np.array([0.0, _DEEP, 0.0])
         return np.concatenate([corner.min(axis=1) - deep, corner.max(axis=1) + deep], axis=1)
 
-    def _in_own_cells(self, places: np.ndarray, rounds: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-        """Whether places (n, 3) of nodes of the given rounds (n,) lie within cells of other rounds."""
+    def _make_cavities(self, mesh: SectionMesh) -> SectionCavities:  # type: ignore[override]
+        return SectionCavities(mesh, self._fields)  # type: ignore[arg-type]
+
+    def _own_cell_around(
+        self, places: np.ndarray, rounds: np.ndarray, boxes: np.ndarray, among: np.ndarray
+    ) -> np.ndarray:
+        """A cell (n,) of another round, `among` some, that holds each place (n, 3) of `rounds` (n,), or -1."""
         mesh, position, count = self._fields.mesh, self._fields.nodes.position, len(places)
-        inside = np.zeros(count, dtype=bool)
+        found = np.full(count, -1)
         reached = (boxes[:, :3] <= places.max(axis=0)).all(axis=1) & (boxes[:, 3:] >= places.min(axis=0)).all(axis=1)
-        rows = np.flatnonzero(reached & ~folded(position, mesh.dofmap) & ~self._fields.released)
+        rows = np.flatnonzero(reached & among & ~folded(position, mesh.dofmap) & ~self._fields.released)
         if not len(rows):
-            return inside
+            return found
         chosen = np.ascontiguousarray(boxes[rows])
         of_cell, of_node = mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
         bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), 2 * of_cell, 2 * of_node, of_cell, of_node)
@@ -78,8 +85,9 @@ class SectionPassage(Passage):
         )
         node = np.repeat(np.arange(count), np.diff(first))
         cell = rows[candidate]
-        inside[node[self._holds(places[node], cell)]] = True
-        return inside
+        holds = self._holds(places[node], cell)
+        found[node[holds]] = cell[holds]
+        return found
 
     def _holds(self, places: np.ndarray, cell: np.ndarray) -> np.ndarray:
         """Whether each cell (k,) holds its place (k, 3), not nearer than the overlap to an edge that looks outward.
@@ -99,3 +107,27 @@ class SectionPassage(Passage):
         needed = np.where(self._outward[cell], skin, 0.0)
         holds: np.ndarray = (height >= needed).all(axis=1)
         return holds
+
+
+class SectionCavities(Cavities):
+    """As `Cavities`, of the edges around the charges of a section. Parameters as for `Cavities`."""
+
+    def __init__(self, mesh: SectionMesh, fields: RingFields) -> None:
+        self._fields = fields
+        charge = mesh.part == Part.CHARGE
+        behind = np.where(mesh.neighbours >= 0, mesh.part[mesh.neighbours], -1)
+        bare, side = np.nonzero(charge[:, None] & (mesh.neighbours < 0))
+        wall, towards = np.nonzero(~charge[:, None] & (behind == Part.CHARGE))
+        ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1)
+        edges = np.concatenate([ends[bare, side], ends[wall, towards, ::-1]])
+        rounds = np.concatenate([mesh.round[bare], mesh.round[wall]])
+        self._edges = {index: edges[rounds == index] for index in np.unique(mesh.round).tolist()}
+
+    def _windings(self, places: np.ndarray, index: int) -> np.ndarray:
+        """How often the edges around a round's charge wind around places (n, 3)."""
+        at = self._fields.nodes.position[self._edges[index]][..., [0, 2]]
+        away = at[None] - places[:, None, None, [0, 2]]
+        here, there = away[:, :, 0], away[:, :, 1]
+        turned = np.arctan2(here[..., 0] * there[..., 1] - here[..., 1] * there[..., 0], (here * there).sum(axis=-1))
+        windings: np.ndarray = turned.sum(axis=1) / (2.0 * np.pi)
+        return windings

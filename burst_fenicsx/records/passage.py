@@ -16,6 +16,7 @@ from burst_fenicsx.kernels.inside import points_inside
 from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates
 from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.problem import Part
+from burst_fenicsx.records.cavities import Cavities
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -44,8 +45,8 @@ class PassedThrough:
     Attributes
     ----------
     time : s.
-    beyond_planes, in_rounds, together : (rounds,) kg of each round's casing (with its fuze): behind a plane, within a
-        cell of another round, and either.
+    beyond_planes, in_rounds, together : (rounds,) kg of each round's casing (with its fuze): behind a plane, within
+        the casing of another round, and either.
     deepest : m, the farthest that a node of a casing lies behind a plane.
     centre : (rounds, 3) m, centre of mass of what has passed; NaN where nothing has.
     """
@@ -61,9 +62,10 @@ class PassedThrough:
 class Passage:
     """Finds casing nodes behind planes and within cells of other rounds.
 
-    A cell of another round holds a node where the inverse trilinear mapping says so. Cells of casing, fuze and charge
-    count alike, so that metal which has passed right through a wall is found as well; folded ones do not count, their
-    mapping is not unique. Sums are taken in the order of the nodes: they are the same on any number of ranks.
+    A cell of another round holds a node where the inverse trilinear mapping says so. Cells of the charge count as well,
+    so that metal which has passed right through a wall is found, but only within the casing's cavity: products that
+    have come out of a torn casing flow around metal. Folded cells do not count, their mapping is not unique. Sums are
+    taken in the order of the nodes: they are the same on any number of ranks.
 
     Parameters
     ----------
@@ -139,10 +141,15 @@ class Passage:
         if self._among_rounds:
             self._outward = self._outward_sides(outward_sides(mesh)[own.cell])
             self._neighbours = mesh.neighbours[own.cell]
+            self._charge = mesh.part[own.cell] == Part.CHARGE
+            self._cavities = self._make_cavities(mesh)
+
+    def _make_cavities(self, mesh: HexahedralMesh) -> Cavities:
+        return Cavities(mesh, self._fields)
 
     @staticmethod
     def _outward_sides(sides: np.ndarray) -> np.ndarray:
-        """Sides that look outward (own cells, sides), bool, in the order in which `_in_own_cells` needs them."""
+        """Sides that look outward (own cells, sides), bool, in the order in which `points_inside` needs them."""
         return np.ascontiguousarray(sides[:, _SIDES])
 
     @property
@@ -215,12 +222,24 @@ class Passage:
             numbers, places = numbers[order], places[order]
         inside = np.zeros(len(numbers), dtype=bool)
         if len(numbers):
-            inside = self._in_own_cells(places, self._node_round[numbers], boxes)
-            if self._comm.size > 1:
-                self._comm.Allreduce(MPI.IN_PLACE, inside, op=MPI.LOR)
+            inside = self._round_around(places, self._node_round[numbers], boxes, ~self._charge) >= 0
+            around = self._round_around(places, self._node_round[numbers], boxes, self._charge)
+            among_products = np.flatnonzero((around >= 0) & ~inside)
+            inside[among_products] = self._cavities.hold(places[among_products], around[among_products])
         chosen = np.flatnonzero(inside)
         chosen = chosen[np.argsort(numbers[chosen])]
         return numbers[chosen], places[chosen]
+
+    def _round_around(self, places: np.ndarray, rounds: np.ndarray, boxes: np.ndarray, among: np.ndarray) -> np.ndarray:
+        """The other round (n,) int32 whose cells hold each place (n, 3) of a node of `rounds` (n,), or -1; collective.
+
+        `boxes` (own cells, 6) m are those of this rank's cells; looked for is `among` (own cells,) bool.
+        """
+        cell = self._own_cell_around(places, rounds, boxes, among)
+        around = np.where(cell >= 0, self._fields.mesh.round[cell], -1).astype(np.int32)
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, around, op=MPI.MAX)
+        return around
 
     def _cell_boxes(self) -> np.ndarray:
         """Boxes (own cells, 6) around this rank's cells: low, then high corner (m)."""
@@ -233,16 +252,18 @@ class Passage:
         low, high = low.reshape(2, -1, 3).min(axis=0), high.reshape(2, -1, 3).max(axis=0)
         return np.concatenate([low, high], axis=1)
 
-    def _in_own_cells(self, places: np.ndarray, rounds: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-        """Whether places (n, 3) of nodes of the given rounds (n,) lie within this rank's cells of other rounds."""
+    def _own_cell_around(
+        self, places: np.ndarray, rounds: np.ndarray, boxes: np.ndarray, among: np.ndarray
+    ) -> np.ndarray:
+        """An own cell (n,) of another round, `among` some, that holds each place (n, 3) of `rounds` (n,), or -1."""
         mesh, count = self._fields.mesh, len(places)
         reached = (boxes[:, :3] <= places.max(axis=0)).all(axis=1) & (boxes[:, 3:] >= places.min(axis=0)).all(axis=1)
-        rows = np.flatnonzero(reached & ~self._fields.released)
+        rows = np.flatnonzero(reached & among & ~self._fields.released)
         # The mapping of a folded cell reaches out of its own faces; those cells are counted by themselves.
         position = self._fields.nodes.position
         rows = rows[~folded_cells(position, np.ascontiguousarray(mesh.dofmap[rows]))]
         if not len(rows):
-            return np.zeros(count, dtype=bool)
+            return np.full(count, -1)
         chosen = np.ascontiguousarray(boxes[rows])
         some = chosen[:: max(len(rows) // _BOXES, 1)]
         of_cell, of_node = mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
@@ -267,8 +288,8 @@ class Passage:
             outward[rows],
             found,
         )
-        inside: np.ndarray = found >= 0
-        return inside
+        cell: np.ndarray = np.where(found >= 0, rows[found], -1)
+        return cell
 
     def check(self, time: float) -> None:
         """Look at `time` (s); collective.
