@@ -361,6 +361,7 @@ class Simulation:
         if self._series is not None:
             self._place(points)
             self._turn_stress(cells)
+            points, cells = self._series.rounded(points), self._series.rounded(cells)
             points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
             position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:

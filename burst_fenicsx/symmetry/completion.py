@@ -197,7 +197,7 @@ def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
     signs = np.diag(matrix)
     if np.array_equal(matrix, np.diag(signs)):
         x, y, z = signs
-        return stress if (signs > 0.0).all() else stress * np.array([1.0, 1.0, 1.0, x * y, y * z, z * x])
+        return stress if (signs > 0.0).all() else stress * np.array([1.0, 1.0, 1.0, x * y, y * z, z * x], stress.dtype)
     xx, yy, zz, xy, yz, zx = stress.T
     full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)
     full = matrix @ full @ matrix.T

@@ -30,7 +30,7 @@ def reflected(vectors: Vector, matrix: Vector) -> Vector:
     """Vectors (..., 3) after the transformation `matrix` (3, 3); where that only turns signs, by signs alone."""
     signs = np.diag(matrix)
     if np.array_equal(matrix, np.diag(signs)):
-        return np.asarray(vectors * signs)
+        return np.asarray(vectors * signs.astype(vectors.dtype))
     return np.asarray(vectors @ matrix.T)
 
 
