@@ -12,6 +12,7 @@ import numpy as np
 from burst_fenicsx.records.exposure import verdict
 from burst_fenicsx.records.ignition_summary import ignitions
 from burst_fenicsx.records.measures import speed_quantiles
+from burst_fenicsx.records.speed_bound import speeds_and_bound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,6 +68,7 @@ def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_mas
         "mean_initial_speed": float((means * casing).sum() / casing.sum()),
         "max_initial_speed": max(item.largest for item in along),
         "speed_quantiles": speed_quantiles(along),
+        **speeds_and_bound(run.fields, whole, run.part.images),
         "outer_diameter": last.outer_diameter,
         "lost_cells": distortion.lost,
         "folded_cells": distortion.folded,
