@@ -22,7 +22,7 @@ ROUNDS = [Round(name, TNT, ELASTIC) for name in ("left", "right")]
 
 
 def test_products_escape_with_the_speed_of_their_riemann_invariant():
-    """Particle speed at the front and the integral of c over the density down to nothing, on the isentrope of gamma = 3."""
+    """Particle speed at the front and the integral of c over the density to nothing, on the isentrope of gamma = 3."""
     gamma, velocity = 3.0, TNT.detonation_velocity
     at_front, sound, density = velocity / (gamma + 1), gamma * velocity / (gamma + 1), 1.0
     gained, _ = quad(lambda rho: sound * (rho / density) ** (0.5 * (gamma - 1)) / rho, 0.0, density)
