@@ -352,10 +352,11 @@ def test_empty_ensemble_refused(snapshot):
         list(realisations(snapshot, count=0))
 
 
-def test_speed_that_is_not_a_number_is_refused(snapshot):
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), -3.0])
+def test_speed_that_is_no_speed_is_refused(snapshot, speed):
     data = snapshot.rounds[0]
-    broken = tuple(replace(segment, speed=float("nan")) for segment in data.segments)
-    with pytest.raises(InputError, match="round 'round 0', segment 'wall 1': the burst stage gives the speed nan"):
+    broken = tuple(replace(segment, speed=speed) for segment in data.segments)
+    with pytest.raises(InputError, match=f"round 'round 0', segment 'wall 1': the burst stage gives the speed {speed}"):
         BreakUp(replace(snapshot, rounds=(replace(data, segments=broken),)))
 
 
