@@ -63,6 +63,7 @@ AREAS = (
         (
             ("*/applicability.py", ["tests/fragfield/test_burst_geometry.py"]),
             ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
+            ("*/kernels/*", [f"{_BURST}/plane_section/test_plane_{name}.py" for name in ("cells", "contact")]),
         ),
         left_out=("*/__init__.py",),
     ),
