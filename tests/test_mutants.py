@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -184,6 +185,19 @@ def test_a_fault_in_a_kernel_is_tried_in_plain_python_first(trial):
     found = trial.with_fault("flight/one.py", KERNEL.replace("x + x", "x + x + 0 * (1 // (x - x))"), tests)
     assert (found.state, found.plain) == ("failed", False)
     assert module.read_text() == KERNEL
+
+
+def test_what_takes_too_long_in_plain_python_ends_in_every_thread(trial):
+    """Whoever has started a thread waits for it: it must end as well."""
+    (trial.tree / "tests/test_one.py").write_text(
+        "import time\nfrom concurrent.futures import ThreadPoolExecutor\n\n\n"
+        "def spin():\n    while time.thread_time() < 30.0:\n        sum(range(1000))\n\n\n"
+        "def test_slow():\n    with ThreadPoolExecutor(1) as pool:\n        pool.submit(spin).result()\n\n\n"
+        "def test_quick():\n    pass\n"
+    )
+    used = sum(os.times()[2:4])
+    assert list(trial.usual(["tests/test_one.py"], plain=True)) == ["tests/test_one.py::test_quick"]
+    assert sum(os.times()[2:4]) - used < 15.0
 
 
 def test_a_test_that_fails_without_a_fault_decides_nothing(trial):
