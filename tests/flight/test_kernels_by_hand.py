@@ -116,11 +116,14 @@ def test_a_slide_leaves_the_domain_on_its_circle() -> None:
     limits = NOWHERE._replace(origin_x=3.0, origin_y=-1.0, domain_radius=5.0)
     start = np.array([4.0, 1.0, 0.0])
     for turn in np.radians([10.0, 100.0, 200.0, 300.0]):
-        end = start + 12.0 * np.array([math.cos(turn), math.sin(turn), 0.0])
-        share = _leave_on_chord(start, end, limits, FLAT)
-        left = start + share * (end - start)
-        assert math.hypot(left[0] - 3.0, left[1] + 1.0) == pytest.approx(5.0, rel=1e-12)
-        assert 0.0 < share < 1.0
+        way = np.array([math.cos(turn), math.sin(turn), 0.0])
+        x, y = start[0] - 3.0, start[1] + 1.0
+        along = x * way[0] + y * way[1]
+        length = math.sqrt(along * along + 25.0 - x * x - y * y) - along
+        for reach in (1.05, 1.5, 4.0):
+            share = _leave_on_chord(start, start + reach * length * way, limits, FLAT)
+            assert share == pytest.approx(1.0 / reach, rel=1e-12)
+        assert _leave_on_chord(start, start + 0.99 * length * way, limits, FLAT) == 2.0
     assert _leave_on_chord(start, start + 0.5, limits, FLAT) == 2.0
 
 
