@@ -48,7 +48,7 @@ AREAS = (
         (
             ("*/charge.py", _CHARGE),
             ("*/materials/products.py", _CHARGE),
-            ("*/kernels/[bcps]*.py", _TOUCH),
+            ("*/kernels/[bcprs]*.py", _TOUCH),
             ("*/kernels/[fi]*.py", [*_TOUCH, *_CELLS]),
             ("*/kernels/[cs]*.py", _PARTS),
             ("*/inside.py", [f"{_BURST}/test_passage.py"]),

@@ -8,7 +8,7 @@ import pytest
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings
 from transition.cells.points import MaterialPoints
-from transition.kernels.bisection import _angular, _key
+from transition.kernels.bisection import _angular, _cut, _key
 from transition.placement.placing import Clusters, place
 
 
@@ -98,6 +98,18 @@ def test_a_cut_from_an_axis_goes_round_it_once(axis, gap):
         np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
         np.testing.assert_allclose([q[:3] @ centre + q[3], q[5:8] @ centre + q[8]], 0.0, atol=1e-12)
     assert senses == {1, 399}  # either way round, by the random numbers
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, -2.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.0, 0.0)])
+def test_a_ring_is_cut_from_its_axis_and_by_a_plane_where_it_has_none(axis):
+    """`q[4]` says which; every cut is finite."""
+    generator, axis = np.random.default_rng(9), np.array(axis)
+    around_what = axis if axis.any() else np.array([0.0, 0.0, 1.0])
+    rows, centre = around(around_what, np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False), generator)
+    q = np.empty(9)
+    _cut(rows, 0, 200, 0.5, np.array([0.4, 0.3, -0.1]), 0.37, centre, axis, np.empty(3), q)
+    assert q[4] == float(axis.any())
+    assert np.isfinite(q).all()
 
 
 def test_spin_of_two_points_by_hand():

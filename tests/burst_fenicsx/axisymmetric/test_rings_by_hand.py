@@ -204,6 +204,17 @@ def test_products_below_less_than_half_of_the_charges_volume_give_up_their_force
         assert not gone or np.isinf(solver.stable_step)
 
 
+def test_a_ring_that_is_nearly_burnt_burns_on_by_compression():
+    """To (1 - V/V0) / (1 - v_CJ), with v_CJ = 3/4 of gamma = 3: wholly at that volume, to 0.95 a little before."""
+    for before, relative, after in ((0.9, 0.7625, 0.95), (0.9, 0.74, 1.0), (0.9, 0.9, 0.9), (0.0, 0.9, 0.4)):
+        solver = ring(5e-3, Part.CHARGE, replace(BARE, products="landau_cj", burn="time_or_compression"))
+        state = solver.fields
+        state.charge.burn_fraction[:], state.charge.compression_from[:] = before, -1.0
+        state.nodes.position[:, 2] *= relative
+        solver.add_forces(0.0)
+        assert state.charge.burn_fraction[0] == pytest.approx(after, rel=1e-9)
+
+
 def slid(law, *, gap=0.0, slip=0.0, burnt=0.0, steps=1):
     """The cylinder's charge moved away from its casing by `gap` at once, and along it by `slip` (m) in equal steps.
 
