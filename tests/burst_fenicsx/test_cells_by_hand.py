@@ -146,6 +146,18 @@ def test_the_step_grows_by_a_twentieth_at_most():
     assert steps[0] <= 1.05e-10 * (1.0 + 1e-12)
 
 
+def test_contacts_step_is_a_share_of_the_steps_of_the_cells():
+    """Seven tenths of the step that the smallest cell takes: in proportion to its edge and to the share of CFL."""
+    found = {}
+    for size, cfl in ((0.01, 0.8), (0.02, 0.8), (0.01, 0.4)):
+        solver = burst(box((2, 2, 2), (size, size, size)), replace(BARE, time_step=TimeStep(cfl=cfl)))
+        found[size, cfl] = solver.contact_step
+        assert solver.contact_step == pytest.approx(0.7 * cfl * solver.stable_step, rel=1e-12)
+        assert solver.stable_step > 0.0
+    assert found[0.02, 0.8] == pytest.approx(2.0 * found[0.01, 0.8], rel=1e-9)
+    assert found[0.01, 0.4] == pytest.approx(0.5 * found[0.01, 0.8], rel=1e-9)
+
+
 def test_a_cell_moves_with_the_mean_of_its_nodes():
     """Of a linear velocity field that of the centre. The sum of volumes does not depend on inner nodes."""
     solver = burst(distorted_box(3, EDGE))

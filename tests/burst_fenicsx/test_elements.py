@@ -241,7 +241,8 @@ def test_hourglass_control_takes_energy_from_warped_cells_and_gives_none(offset,
     for _ in range(10):  # the start is sudden: it counts as if the forces had acted before
         solver.step()
     start = balance(solver)
-    assert start == pytest.approx(before, rel=0.12)
+    # Motion that dies within a step or two is counted by forces at both its ends, and comes out too small.
+    assert 0.88 * before < start < 1.001 * before
     for _ in range(6):
         for _ in range(50):
             solver.step()
@@ -249,6 +250,26 @@ def test_hourglass_control_takes_energy_from_warped_cells_and_gives_none(offset,
         assert kinetic < 1.02 * before  # a little comes back from the stored strain
         before = kinetic
     assert balance(solver) == pytest.approx(start, rel=5e-3)
+
+
+@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
+def test_without_hourglass_control_a_sudden_start_closes_the_balance(part):
+    """The same plate from its first step on: what it has at first is kept to 0.3 %, with and without viscosity."""
+    mesh = box((6, 6, 1), (0.06, 0.06, 0.002), part)
+    across = np.rint(mesh.nodes[:, :2] / 0.01).astype(int).sum(axis=1)
+    mesh = replace(mesh, nodes=mesh.nodes + 1e-3 * np.outer((-1.0) ** across, (0.0, 0.0, 1.0)))
+    weak = replace(STEEL, shear_strength=1e4, tensile_strength=1e4)
+    for viscosity in (Viscosity(), BARE.viscosity):
+        solver = burst(
+            mesh, replace(BARE, viscosity=viscosity), casing=weak, explosive=replace(TNT, shear_strength=1e4)
+        )
+        solver.ledger.energy_tolerance = np.inf
+        velocity = solver.fields.nodes.velocity
+        velocity[:] = np.random.default_rng(1).normal(0.0, 30.0, velocity.shape)
+        before = 0.5 * float(np.sum(solver.fields.mass[:, None] * velocity**2))
+        for _ in range(12):
+            solver.step()
+            assert balance(solver) == pytest.approx(before, rel=3e-3)
 
 
 def balance(solver):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.contact.slide_surface import smooth_surface
+from burst_fenicsx.contact.slide_surface import make_contacts, smooth_surface
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.slide_points import BEYOND, GAP, NORMAL, POINT_ROWS, SIZE, find_points
 from burst_fenicsx.kernels.smooth_faces import face_vectors, group_vectors
@@ -119,3 +119,18 @@ def test_a_lane_does_not_depend_on_the_others():
     for k in (0, 17, 89):
         alone = found_together(places[k : k + 1], face[k : k + 1], point[k : k + 1], nodes, surface)
         assert all(np.array_equal(one[k], other[0]) for one, other in zip(together, alone, strict=True))
+
+
+def test_every_contact_begins_where_its_node_lies():
+    """At the corner of its face that is its node, in one contact for each smooth side of the bend."""
+    nodes, surface = sheet()
+    _, row = smooth_surface(nodes, surface.faces, len(nodes))
+    mine = np.arange(len(row), dtype=np.int32)
+    contacts = make_contacts(surface, row, mine, mine, np.ones(len(row)))
+    assert {tuple(point) for point in contacts.point.tolist()} == {(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)}
+    for c, (xi, eta) in enumerate(contacts.point):
+        _, _, place, _ = at(contacts.face[c], xi, eta, nodes, surface)
+        np.testing.assert_allclose(place, nodes[row[c]], atol=1e-14)
+    on_bend = np.bincount(row) == 2
+    assert on_bend.sum() == COUNT + 1
+    assert (contacts.share == np.where(on_bend, 2.0, 1.0)[row]).all()

@@ -7,7 +7,7 @@ import pytest
 
 from burst_fenicsx.kernels.exact import rounding_constant, two_constants
 from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_sums, push_from_plane
-from burst_fenicsx.kernels.rows import hold_rows, sum_columns
+from burst_fenicsx.kernels.rows import hold_rows, largest_speed, sum_columns
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
 
 BUDGET, STEP, FRICTION = 4e12, 1e-7, 0.36
@@ -131,6 +131,12 @@ def test_nodes_near_a_plane_are_those_within_reach_and_those_it_pushes():
     assert state.node[found[:count]].tolist() == [4, 1, 0]
     found, count = near_plane(normal, 0.02, 1e-3, np.array([0, 1, 3], dtype=np.int32), state, position)
     assert state.node[found[:count]].tolist() == [4, 0]
+
+
+def test_the_largest_speed_is_that_of_the_fastest_of_the_nodes():
+    velocity = np.array([[3.0, 4.0, 12.0], [-1.0, 2.0, -2.0], [0.0, 0.0, 0.0], [2.0, -3.0, 6.0]])
+    for nodes, speed in (([1, 3, 2], 7.0), ([0, 1, 2, 3], 13.0), ([1, 2], 3.0), ([2], 0.0), ([], 0.0)):
+        assert largest_speed(velocity, np.array(nodes, dtype=np.int32)) == pytest.approx(speed, rel=1e-14)
 
 
 def test_held_rows_lose_what_lies_along_the_direction_and_no_more():

@@ -118,6 +118,7 @@ def test_rounds_lie_along_their_axis(table):
     ("rows", "message"),
     [
         ("0,90,0,1,3,0.01,900\n100,180,0,1,3,0.01,900\n", "nothing from 90 to 100 degrees"),
+        ("0,90,0,1,3,0.01,900\n180,180,0,1,3,0.01,900\n", "nothing from 90 to 180 degrees"),
         ("0,100,0,1,3,0.01,900\n90,180,0,1,3,0.01,900\n", "overlaps another"),
         ("0,180,0,1,3,0,900\n", "fragments without mass"),
         ("0,180,0,1,-3,0.1,900\n", "number of row 1 is -3.0, needed: 0 or more"),

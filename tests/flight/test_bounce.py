@@ -194,6 +194,18 @@ def test_slide_ends_at_walls_edges_and_the_time_limit() -> None:
     assert longer["rest_position"][1, 1] == pytest.approx(110.0)
 
 
+@pytest.mark.parametrize("radius", [45.0, 60.0])
+def test_a_slide_ends_at_the_wall_or_at_the_edge_that_comes_first(radius: float) -> None:
+    """A wall whose near face stands 49.5 m away, and a domain that ends before or behind it."""
+    shot = Fragments.from_arrays(0.01, (0.0, 0.0, 1e-6), (30.0, 0.0, 0.0))
+    wall = Wall((50.0, -5.0), (50.0, 5.0), 2.0, 1.0)
+    ground = Bounce(0.0, 1.0, 0.2)
+    row = fly(shot, air="vacuum", bounce=ground, obstacles=[wall], domain=Domain(radius=radius)).landing[0]
+    assert row["rest_status"] == (Status.LEFT_DOMAIN if radius < 49.5 else Status.STOPPED)
+    assert row["rest_position"][0] == pytest.approx(min(radius, 49.5), abs=1e-6)
+    assert row["obstacle"] == (-1 if radius < 49.5 else 0)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

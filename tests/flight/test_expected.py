@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.density.directions import Directions
+from flight.hazard.density.directions import RADIAL, SPACING, Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import drawn_distances, expected_distance
 from flight.hazard.density.groups import DensityGroups
@@ -199,6 +199,24 @@ def test_symmetric_directions_are_one() -> None:
     assert grid.classes((0.0, 90.0))[0].max() + 1 == grid.turns // 4
     assert grid.classes((0.4,))[0].max() + 1 == grid.turns, "a plane that cuts cells is left out"
     assert not grid.maps(0.4)
+
+
+def test_the_slope_of_the_smoothed_number_is_its_derivative() -> None:
+    """By central differences in ln r; and of every fragment well within the grid the whole is one."""
+    smoothing = Directions(PolarGrid.of(36, KERNEL, 10.0, 300.0)).radial
+    rise = (smoothing.smooth[:, 2:] - smoothing.smooth[:, :-2]) / (2.0 * SPACING)
+    # off by h^2 / 6 times the third derivative, of which a normal kernel has at most 0.55 / RADIAL^4
+    error = SPACING**2 / 6.0 * 0.56 / RADIAL**4
+    assert np.abs(smoothing.slope[:, 1:-1] - rise).max() < error
+    assert np.abs(smoothing.slope).max() > 5.0 * error
+    inner = slice(10, -10)
+    assert SPACING * smoothing.smooth[inner].sum(axis=1) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_what_lies_beyond_the_grid_has_no_cell() -> None:
+    grid = PolarGrid.of(72, 10.0, 10.0, 500.0)
+    _, cell = grid.cells_of([0.0, 0.0, 90.0, 180.0], [0.0, 499.999, 500.0, 1e6])
+    assert cell.tolist() == [0, grid.shape[1] - 1, -1, -1]
 
 
 def test_cells_of_the_tables_are_whole_numbers_of_cells() -> None:

@@ -88,6 +88,7 @@ def test_own_drag_table(tmp_path) -> None:
     assert drag.source == "measured by hand"
     assert Drag.of(str(path)).at(0.0) == 1.0
     assert Drag.of(0.9).at([0.1, 5.0]).tolist() == [0.9, 0.9]
+    assert Drag(np.array([0.0, 100.0]), np.array([100.0, 1.0])).at(100.0) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -98,6 +99,11 @@ def test_own_drag_table(tmp_path) -> None:
         ("mach,cd\n0.5,1\n0.5,1\n", "line 3: Mach 0.5 follows 0.5"),
         ("mach,cd\n0.5,-1\n", "line 2: Mach 0.5, coefficient -1.0"),
         ("mach,cd\n0.5,nan\n", "line 2: .*needed: both finite"),
+        (
+            "mach,cd\n0.5,1\n101,1\n",
+            "line 3: Mach 101, coefficient 1; needed: at most Mach 100 and a coefficient of 100",
+        ),
+        ("mach,cd\n0.5,101\n", "line 2: Mach 0.5, coefficient 101; needed: at most Mach 100 and a coefficient of 100"),
         ("speed,cd\n0.5,1\n", "columns are speed, cd; a drag table has mach, cd"),
     ],
 )

@@ -48,6 +48,14 @@ def test_stopped_only_where_shown():
     assert diameter_of(np.array([7850.0 * math.pi / 4.0]))[0] == pytest.approx(1.0)
 
 
+def test_without_a_strength_concrete_has_30_megapascals():
+    """Its limit thickness, with the margin of a fifth, decides."""
+    mass, speed = np.array([0.05]), np.array([400.0])
+    needed = 1.2 * float(concrete_limit(mass, speed, diameter_of(mass), 30e6)[0])
+    assert Wall("concrete", 1.001 * needed)(mass, speed)[0]
+    assert not Wall("concrete", 0.999 * needed)(mass, speed)[0]
+
+
 def test_masonry_has_no_relation():
     with pytest.raises(flight.InputError, match="material is 'masonry', allowed: concrete or steel"):
         Wall("masonry", 0.3)

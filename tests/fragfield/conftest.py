@@ -46,11 +46,16 @@ def whole_run(short_case, tmp_path_factory):
 
 
 @pytest.fixture
-def quick_report(monkeypatch):
-    """The report without its pictures and figures, which take longer than all else here."""
-    monkeypatch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
+def without_figures(monkeypatch):
+    """The report without its figures; pictures of the burst are drawn."""
     monkeypatch.setattr(assemble._Illustrator, "draw", lambda *_: [])
     monkeypatch.setattr(early, "EARLY", {})
+
+
+@pytest.fixture
+def quick_report(monkeypatch, without_figures):
+    """The report without its pictures and figures, which take longer than all else here."""
+    monkeypatch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
 
 
 @pytest.fixture

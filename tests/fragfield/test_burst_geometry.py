@@ -158,7 +158,7 @@ def test_two_ranks_give_the_snapshot_of_one(mpirun, tmp_path):
 
 
 @pytest.mark.dolfinx
-def test_a_run_in_the_meridian_goes_through_to_the_report(tmp_path):
+def test_a_run_in_the_meridian_goes_through_to_the_report(tmp_path, quick_report):
     """Burst, break-up, flight, report, with the choice and its reason in summary and report."""
     path, folder = tmp_path / "case.toml", tmp_path / "run"
     path.write_text(RINGS)

@@ -214,7 +214,7 @@ def test_the_report_has_a_line_for_each_quantity():
 
 
 @pytest.mark.dolfinx
-def test_a_run_by_the_command_has_its_convergence(tmp_path):
+def test_a_run_by_the_command_has_its_convergence(tmp_path, quick_report):
     case, out = tmp_path / "case.toml", tmp_path / "run"
     case.write_text(RINGS)
     done = invoke("run", case, "--out", out, "--json")

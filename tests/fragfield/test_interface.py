@@ -171,7 +171,7 @@ def test_check_is_that_of_the_command_line(tmp_path, tube):
     assert finer.found["mesh"]["cells"] > 2 * found.found["mesh"]["cells"]
 
 
-def test_a_run_holds_what_the_command_line_computes(tmp_path, done, tube):
+def test_a_run_holds_what_the_command_line_computes(tmp_path, done, tube, quick_report):
     """The same files to the last number, by the same functions."""
     run, _ = done
     written = tube.write(tmp_path / "tube.toml")
@@ -386,11 +386,20 @@ def test_the_errors_of_all_stages_are_one():
 @pytest.mark.mpi
 @pytest.mark.dolfinx
 def test_a_script_under_mpirun(tmp_path, mpirun):
-    """Every rank gets the run, and the script goes on behind it on all of them."""
+    """Every rank gets the run, and the script goes on behind it on all of them.
+
+    The report has no pictures and figures here, during which the second rank waits; `run` on two ranks draws them.
+    """
     script = tmp_path / "script.py"
     script.write_text(
         "import sys, fragfield\n"
+        "from functools import partial\n"
+        "import fragfield.report\n"
+        "from fragfield.report import assemble\n"
+        "from fragfield.report.figures import early\n"
         "from mpi4py import MPI\n"
+        "fragfield.report.write_report = partial(fragfield.report.write_report, pictures=False)\n"
+        "assemble._Illustrator.draw, early.EARLY = lambda *_: [], {}\n"
         f"case = fragfield.Case(title='Two ranks', burst={BURST!r}, round=[{TUBE!r}])\n"
         f"run = fragfield.run(case, out={str(tmp_path / 'run')!r}, progress=False)\n"
         f"again = fragfield.run(case, out={str(tmp_path / 'again')!r}, progress=False, only='burst')\n"

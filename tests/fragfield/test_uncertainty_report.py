@@ -74,7 +74,7 @@ def test_the_run_has_a_section_and_a_card(folder):
         assert entry["source"].split(":")[0][:30] in text.replace("&#39;", "'")
 
 
-def test_a_run_without_a_study_has_neither(folder, tmp_path):
+def test_a_run_without_a_study_has_neither(folder, tmp_path, without_figures):
     plain = write_run(tmp_path / "plain", rounds=1, title="plain")
     assert signed_card(read_run(plain)) == []
     assert "Distance to be signed" not in write_report(plain, pictures=False).read_text()

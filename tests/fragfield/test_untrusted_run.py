@@ -59,7 +59,7 @@ def test_cells_of_a_snapshot_that_name_no_node_are_refused(run_copy, command, no
 
 
 @pytest.mark.parametrize("node", [-5, 10**6])
-def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node):
+def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node, without_figures):
     _foreign(run_copy / "burst.h5", _set("cells", node))
     done = invoke("report", run_copy, "--quiet")
     assert done.exit_code == 2, done.stderr

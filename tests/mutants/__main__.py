@@ -36,24 +36,28 @@ _FOLDER = _ROOT / "build" / "mutants"
 _WANTED = 0.95
 
 
-def equivalents() -> set[tuple[str, str, str]]:
-    """Module, text before and after (white space joined) of faults that cannot be noticed."""
+def equivalents() -> set[tuple[str, str, str, str]]:
+    """Module, its line, and text before and after (white space joined) of faults that cannot be noticed."""
     with (Path(__file__).parent / "equivalent.tsv").open(newline="") as file:
-        return {(row["module"], row["before"], row["after"]) for row in csv.DictReader(file, delimiter="\t")}
+        rows = csv.DictReader(file, delimiter="\t")
+        return {(row["module"], row["line"], row["before"], row["after"]) for row in rows}
+
+
+def name_of(module: str, source: str, fault: Fault) -> tuple[str, str, str, str]:
+    """By what a fault stands in `equivalent.tsv`: `-1 -> 1` is one fault in one line and another in the next."""
+    line = source.splitlines()[fault.line - 1]
+    return module, *(" ".join(text.split()) for text in (line, fault.before, fault.after))
 
 
 def chosen_faults(root: Path, seed: int) -> Iterator[tuple[str, str, Fault]]:
     """Area, module and fault until there are no more: the areas in turn, in each the kinds in turn, there at random."""
-    known = equivalents()
-
-    def is_known(module: str, fault: Fault) -> bool:
-        return (module, " ".join(fault.before.split()), " ".join(fault.after.split())) in known
-
+    known, sources = equivalents(), dict[str, str]()
     faults = []
     for number, area in enumerate(AREAS):
         piles: dict[str, list[tuple[str, str, Fault]]] = {kind: [] for kind in KINDS}
         for module in modules_of(area, root):
-            for fault in faults_of((root / module).read_text()):
+            sources[module] = (root / module).read_text()
+            for fault in faults_of(sources[module]):
                 piles[fault.kind].append((area.name, module, fault))
         generator = random.Random(1000 * seed + number)
         for pile in piles.values():
@@ -61,7 +65,8 @@ def chosen_faults(root: Path, seed: int) -> Iterator[tuple[str, str, Fault]]:
         kinds = list(KINDS)
         generator.shuffle(kinds)
         # Left out after the draw, so that one more known fault leaves the order of the others.
-        faults.append([item for item in in_turn([piles[kind] for kind in kinds]) if not is_known(*item[1:])])
+        drawn = in_turn([piles[kind] for kind in kinds])
+        faults.append([item for item in drawn if name_of(item[1], sources[item[1]], item[2]) not in known])
     yield from in_turn(faults)
 
 

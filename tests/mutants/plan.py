@@ -7,10 +7,14 @@ the program's own end the trial) and `record`, a file to which a line for every 
 
 from __future__ import annotations
 
+import ctypes
 import json
+import math
 import os
 import resource
 import signal
+import threading
+import time
 from collections import defaultdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,11 +69,13 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     begin = _seconds()
     if _PLAN["limit"]:
         signal.signal(signal.SIGPROF, _stop)
-        signal.setitimer(signal.ITIMER_PROF, _PLAN["limit"])
+        if not _WATCH.is_alive():
+            _WATCH.start()
+        _WATCH.end = time.process_time() + _PLAN["limit"]
     try:
         return (yield)
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        _WATCH.end = math.inf
         with Path(_PLAN["record"]).open("a") as file:
             file.write(json.dumps({**found, "seconds": round(_seconds() - begin, 3)}) + "\n")
 
@@ -79,6 +85,36 @@ _FOUND = pytest.StashKey[dict[str, str]]()
 
 def _stop(signum: int, frame: Any) -> None:
     raise _TooLongError
+
+
+class _Watch(threading.Thread):
+    """Ends a test that takes too long in all threads.
+
+    Whoever has started a thread waits for it, and plain kernels take their time there; a timer's signal may reach such
+    a thread, and then leaves the main one waiting.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.end = math.inf  # of the process's time (s)
+
+    def run(self) -> None:
+        """Look again and again."""
+        while True:
+            time.sleep(0.02)
+            if time.process_time() < self.end:
+                continue
+            self.end = math.inf
+            main = threading.main_thread()
+            for thread in threading.enumerate():
+                if thread not in (main, self) and thread.ident is not None:
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                        ctypes.c_ulong(thread.ident), ctypes.py_object(_TooLongError)
+                    )
+            signal.pthread_kill(main.ident or 0, signal.SIGPROF)
+
+
+_WATCH = _Watch()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -13,13 +13,14 @@ __all__ = ["AREAS", "Area", "modules_of", "files_of"]
 
 _BURST = "tests/burst_fenicsx"
 _RINGS = f"{_BURST}/axisymmetric"
+_PARTS = [f"{_BURST}/test_parts_by_hand.py"]
 _CELLS = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "tresca", "elements", "solids", "subcycling")]
 _CHARGE = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "products", "detonation", "elements", "initiation")]
-_TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "contact", "sliding")]
+_TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "slide_points", "contact", "sliding")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
-    "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce", "contact",
-    "surroundings", "walls", "arguments",
+    "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce",
+    "contact", "surroundings", "walls", "arguments",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
     "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls",
@@ -47,8 +48,11 @@ AREAS = (
         (
             ("*/charge.py", _CHARGE),
             ("*/materials/products.py", _CHARGE),
-            ("*/kernels/[bcps]*.py", _TOUCH),
+            ("*/kernels/[bcprs]*.py", _TOUCH),
             ("*/kernels/[fi]*.py", [*_TOUCH, *_CELLS]),
+            ("*/kernels/[cs]*.py", _PARTS),
+            ("*/inside.py", [f"{_BURST}/test_passage.py"]),
+            ("*/kernels/[st]*.py", [f"{_BURST}/test_torn_metal.py"]),
             ("*", [*_CELLS, f"{_BURST}/test_transposition.py"]),
         ),
         left_out=("*/__init__.py", "*/lanes.py", "*/transposition*.py", "*/axisymmetric/*", "*/state.py"),
@@ -59,6 +63,7 @@ AREAS = (
         (
             ("*/applicability.py", ["tests/fragfield/test_burst_geometry.py"]),
             ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
+            ("*/kernels/*", [f"{_BURST}/plane_section/test_plane_{name}.py" for name in ("cells", "contact")]),
         ),
         left_out=("*/__init__.py",),
     ),
@@ -79,13 +84,13 @@ AREAS = (
             )
         ),
         (
-            ("*/contact/*", _TOUCH),
+            ("*/contact/*", [*_PARTS, *_TOUCH, f"{_BURST}/test_interior_contact.py"]),
             ("*/exposure.py", [f"{_BURST}/test_exposure.py"]),
-            ("*/measures.py", [f"{_BURST}/test_simulation.py", f"{_BURST}/test_output.py"]),
+            ("*/measures.py", [*_PARTS, f"{_BURST}/test_simulation.py", f"{_BURST}/test_output.py"]),
             ("*/detonation.py", [f"{_BURST}/test_detonation.py"]),
             ("*/initiation.py", [f"{_BURST}/test_initiation.py"]),
             ("*/ledger.py", [f"{_BURST}/test_simulation.py", *_CHARGE]),
-            ("*/mechanics/[sf]*.py", [*_STEP, f"{_BURST}/test_solids.py"]),
+            ("*/mechanics/[sf]*.py", [*_PARTS, *_STEP, f"{_BURST}/test_solids.py"]),
         ),
         left_out=("*/__init__.py", "*/halo.py", "*/restart.py"),
     ),
@@ -115,11 +120,10 @@ AREAS = (
                     "hazard/assessment",
                     "hazard/criteria",
                     "hazard/density/fields",
-                    "hazard/density/expected",
-                    "hazard/density/estimate",
-                    "hazard/density/distance",
-                    "hazard/density/directions",
-                    "hazard/density/groups",
+                    *(
+                        f"hazard/density/{name}"
+                        for name in ("expected", "estimate", "distance", "directions", "groups")
+                    ),
                     "hazard/bands",
                     "hazard/ensemble",
                     "hazard/exposed",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -163,6 +164,13 @@ def test_threads_give_the_same_fragments_bit_by_bit(snapshot):
     for one, other in zip(alone, four, strict=True):
         for name in ("mass", "position", "velocity"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_many_realisations_are_drawn_on_as_many_threads_as_asked_for(snapshot, monkeypatch):
+    """Three that wait for each other get through on three threads."""
+    together = threading.Barrier(3, timeout=30.0)
+    monkeypatch.setattr(BreakUp, "fragments", lambda self, seed, number: (together.wait(), seed, number)[1:])
+    assert BreakUp(snapshot).many(7, [4, 2, 9], threads=3) == [(7, 4), (7, 2), (7, 9)]
 
 
 def test_fragments_lie_on_the_casing_and_fly_as_it_does_there(snapshot):
@@ -352,10 +360,11 @@ def test_empty_ensemble_refused(snapshot):
         list(realisations(snapshot, count=0))
 
 
-def test_speed_that_is_not_a_number_is_refused(snapshot):
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), -3.0])
+def test_speed_that_is_no_speed_is_refused(snapshot, speed):
     data = snapshot.rounds[0]
-    broken = tuple(replace(segment, speed=float("nan")) for segment in data.segments)
-    with pytest.raises(InputError, match="round 'round 0', segment 'wall 1': the burst stage gives the speed nan"):
+    broken = tuple(replace(segment, speed=speed) for segment in data.segments)
+    with pytest.raises(InputError, match=f"round 'round 0', segment 'wall 1': the burst stage gives the speed {speed}"):
         BreakUp(replace(snapshot, rounds=(replace(data, segments=broken),)))
 
 

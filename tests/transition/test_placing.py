@@ -8,6 +8,7 @@ import pytest
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings
 from transition.cells.points import MaterialPoints
+from transition.kernels.bisection import _angular, _cut, _key
 from transition.placement.placing import Clusters, place
 
 
@@ -62,6 +63,53 @@ def test_momenta_are_those_of_the_points():
     whole = points.mass @ np.cross(points.position, velocity)
     assert np.linalg.norm(orbital + spin - whole) < 1e-13 * scale * 6.0
     assert np.linalg.norm(spin) > 1e-4 * np.linalg.norm(whole)
+
+
+def around(axis, angles, generator):
+    """Points about an axis through a centre, at any distance and height, as rows of the kernel; and that centre."""
+    unit = axis / np.linalg.norm(axis)
+    first = np.linalg.svd(unit[None])[2][1]
+    second, centre = np.cross(unit, first), generator.normal(size=3)
+    across = np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * second
+    away, along = generator.uniform(0.5, 1.0, (2, len(angles), 1))
+    position = centre + away * across + along * unit
+    return np.column_stack([position, np.full(len(angles), 1e-3)]), centre
+
+
+@pytest.mark.parametrize(
+    "axis", [(0.0, 0.0, 2.0), (0.0, -1.0, 0.0), (3.0, 0.0, 0.0), (0.3, -0.5, 0.8), (1.0, 1.0, 1.0)]
+)
+@pytest.mark.parametrize("gap", [0.0, 1.0])
+def test_a_cut_from_an_axis_goes_round_it_once(axis, gap):
+    """Keys rise or fall with the angle about the axis, once round: those of an arc from one of its ends on."""
+    generator, axis = np.random.default_rng(8), np.array(axis)
+    angles = np.sort(generator.uniform(0.5 * gap, 2.0 * np.pi - 0.5 * gap, 400))
+    rows, centre = around(axis, angles, generator)
+    senses = set()
+    for side in (1.0, -1.0):
+        q = np.empty(9)
+        _angular(rows, 0, 400, np.array([side, 0.3, 0.1]), 0.37, centre, axis, q)
+        order = np.argsort([_key(rows, i, q) for i in range(400)])
+        steps = np.diff(order) % 400
+        assert set(steps.tolist()) in ({1}, {399})
+        senses.add(int(steps[0]))
+        assert gap == 0.0 or {int(order[0]), int(order[-1])} == {0, 399}
+        frame = np.array([q[:3], q[5:8], axis / np.linalg.norm(axis)])
+        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose([q[:3] @ centre + q[3], q[5:8] @ centre + q[8]], 0.0, atol=1e-12)
+    assert senses == {1, 399}  # either way round, by the random numbers
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, -2.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.0, 0.0)])
+def test_a_ring_is_cut_from_its_axis_and_by_a_plane_where_it_has_none(axis):
+    """`q[4]` says which; every cut is finite."""
+    generator, axis = np.random.default_rng(9), np.array(axis)
+    around_what = axis if axis.any() else np.array([0.0, 0.0, 1.0])
+    rows, centre = around(around_what, np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False), generator)
+    q = np.empty(9)
+    _cut(rows, 0, 200, 0.5, np.array([0.4, 0.3, -0.1]), 0.37, centre, axis, np.empty(3), q)
+    assert q[4] == float(axis.any())
+    assert np.isfinite(q).all()
 
 
 def test_spin_of_two_points_by_hand():

@@ -32,7 +32,9 @@ SPREAD = 32
 """Most nodes of the line over which the pressure of one node of the charge is spread."""
 _GAUSS = 0.5 / np.sqrt(3.0)
 _MOST_CORRECTION = 30.0  # force of the spring on products over that of their own pressure
-_OFF_END = 0.5  # of the edge's length: a node farther beyond the end of its smooth line has left it
+_OFF_END = (
+    0.5  # of the edge's length, half of it at a free end, where one edge alone counts: farther beyond, a node has left
+)
 
 
 class SlideLine(NamedTuple):

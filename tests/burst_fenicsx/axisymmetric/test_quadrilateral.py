@@ -14,7 +14,7 @@ import ufl
 
 from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import nodal_volumes, ring_volumes
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import ring_integrals
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import plane_integrals, ring_integrals
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.problem import Hourglass, Part
 from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, rectangle, ring_burst
@@ -98,6 +98,21 @@ def test_the_trace_of_the_velocity_gradient_is_the_rate_of_volume():
         ]
         size = np.abs(speed).max() * np.abs([br, bz, across]).max() / volume
         assert trace == pytest.approx((ends[0] - ends[1]) / (2.0 * step * volume), abs=1e-6 * size)
+
+
+@pytest.mark.parametrize("integrals", [ring_integrals, plane_integrals])
+def test_the_smallest_corner_is_that_of_the_edges_there(integrals):
+    """Of a ring and of a section: the smallest product of the edges that meet, wherever a quadrilateral is folded."""
+    random = np.random.default_rng(4)
+    folded = np.zeros(4, dtype=int)
+    for _ in range(200):
+        corner = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) + random.uniform(-0.6, 0.6, (4, 2)) + [2.0, 0.0]
+        onward, back = np.roll(corner, -1, axis=0) - corner, np.roll(corner, 1, axis=0) - corner
+        products = onward[:, 0] * back[:, 1] - onward[:, 1] * back[:, 0]
+        *_, smallest = integrals(tuple(corner[:, 0]), tuple(corner[:, 1]))
+        assert smallest == pytest.approx(products.min(), rel=1e-12, abs=1e-14)
+        folded[products.argmin()] += products.min() < 0.0
+    assert (folded > 2).all()
 
 
 def test_nodal_masses_at_the_axis_are_a_sixth_and_a_third():

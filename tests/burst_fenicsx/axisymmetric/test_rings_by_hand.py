@@ -11,7 +11,7 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.sliding import SlideLaw
-from burst_fenicsx.problem import Hourglass, Part, Viscosity
+from burst_fenicsx.problem import ContactSettings, Hourglass, Part, Viscosity
 from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, rectangle, ring_burst
 from tests.burst_fenicsx.axisymmetric.test_slide_line import bench
 from tests.burst_fenicsx.bodies import QUIET
@@ -46,16 +46,22 @@ def volume_of(nodes):
     return np.pi / 3.0 * float(np.sum((r * r + r * s + s * s) * (y - z)))
 
 
-def length_of(nodes, masses):
-    """2 c over the highest frequency: omega^2 = rho c^2 / V times the largest eigenvalue of sum g g^T / m.
-
-    With g the derivatives of the volume by the nodes' places.
-    """
+def slopes_of(nodes):
+    """Derivatives (4, 2) of the ring's volume by the places of its nodes (m2)."""
     slopes = np.zeros((4, 2))
     for node, axis in np.ndindex(4, 2):
         move = np.zeros((4, 2))
         move[node, axis] = 1e-4 * EDGE
         slopes[node, axis] = (volume_of(nodes + move) - volume_of(nodes - move)) / (2e-4 * EDGE)
+    return slopes
+
+
+def length_of(nodes, masses):
+    """2 c over the highest frequency: omega^2 = rho c^2 / V times the largest eigenvalue of sum g g^T / m.
+
+    With g the derivatives of the volume by the nodes' places.
+    """
+    slopes = slopes_of(nodes)
     slopes[nodes[:, 0] == 0.0, 0] = 0.0  # they do not move radially
     volume, total = volume_of(nodes), masses.sum()
     largest = np.linalg.eigvalsh(np.einsum("ai,aj,a->ij", slopes, slopes, 1.0 / masses))[-1]
@@ -102,6 +108,31 @@ def test_viscous_heat_is_the_mean_pressure_of_the_step_times_its_compression(par
     assert solver.ledger.sums[1] == pytest.approx(heat, rel=1e-5)
 
 
+@pytest.mark.parametrize("inner", [0.0, 5e-3])
+@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
+def test_the_viscous_pressure_pushes_the_nodes_as_a_pressure(part, inner):
+    """In a step too short for anything else, of any compression: q dV/dx, along the radius, the axis and the hoop."""
+    q1, q2, step = 0.1, 1.5, 1e-18
+    solver = ring_burst(slanted(inner, part), replace(BARE, viscosity=Viscosity(linear=q1, quadratic=q2), burn="time"))
+    state, own = solver.fields, solver.fields.mesh.dofmap[0]
+    nodes, mass = state.start[own][:, [0, 2]], state.cell_mass[0]
+    velocity = -3e3 * nodes + np.random.default_rng(2).normal(0.0, 2.0, (4, 2))
+    velocity[nodes[:, 0] == 0.0, 0] = 0.0
+    state.nodes.velocity[own] = np.insert(velocity, 1, 0.0, axis=1)
+    solver.add_forces(step)
+    slopes, volume = slopes_of(nodes), volume_of(nodes)
+    trace = float((slopes * velocity).sum()) / volume
+    stiff = STIFF if part == Part.CASING else TNT.density * TNT.sound_speed**2 + 4.0 / 3.0 * TNT.shear_modulus
+    density, closing = mass / volume, -length_of(nodes, state.mass[own]) * trace
+    pressure = density * closing * (q1 * np.sqrt(stiff / density) + q2 * closing)
+    assert closing > 0.0
+    expected = pressure * slopes
+    expected[nodes[:, 0] == 0.0, 0] = 0.0
+    np.testing.assert_allclose(
+        solver.resultant[own][:, [0, 2]], expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max()
+    )
+
+
 def test_hourglass_control_is_that_of_a_cube_of_the_same_size():
     """Far from the axis a hourglass velocity u meets -(16 k_v c / h + 16 k_s c^2 dt / (9 h^2)) u, as in a cube."""
     step = 1e-7
@@ -125,27 +156,30 @@ def hourglass_vector(nodes):
         shape = 0.25 * (1 + points[:, 0] * xi) * (1 + points[:, 1] * eta)
         slope = 0.25 * np.stack([points[:, 0] * (1 + points[:, 1] * eta), points[:, 1] * (1 + points[:, 0] * xi)])
         area += 2.0 * np.pi * shape * np.linalg.det(slope @ nodes)
-    slopes = np.zeros((4, 2))
-    for node, axis in np.ndindex(4, 2):
-        move = np.zeros((4, 2))
-        move[node, axis] = 1e-4 * EDGE
-        slopes[node, axis] = (volume_of(nodes + move) - volume_of(nodes - move)) / (2e-4 * EDGE)
+    slopes = slopes_of(nodes)
     slopes[:, 0] -= area
     mode = np.array([1.0, -1.0, 1.0, -1.0])
     return mode - slopes @ (mode @ nodes) / volume_of(nodes)
 
 
 @pytest.mark.parametrize("inner", [0.0, 5e-3, 0.2])
-def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(inner):
-    """However large its coefficient: of a distorted ring by itself nothing is left of the rate after one step."""
+@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
+@pytest.mark.parametrize("last", [1.0, 0.1, 0.0])
+def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(inner, part, last):
+    """However large its coefficient: of a distorted ring by itself nothing is left of the rate after the next step.
+
+    The step before it was as long, shorter, or none, where forces are found again without a step.
+    """
     step, random = 1e-12, np.random.default_rng(9)
-    settings = replace(BARE, hourglass=Hourglass(charge_viscous=1e9), burn="time")
-    solver = ring_burst(slanted(inner, Part.CHARGE), settings, explosive=replace(TNT, shear_strength=0.0))
+    hourglass = Hourglass(charge_viscous=1e9, casing_viscous=1e9, casing_stiffness=0.0)
+    settings = replace(BARE, hourglass=hourglass, burn="time")
+    solver = ring_burst(slanted(inner, part), settings, explosive=replace(TNT, shear_strength=0.0))
     state, own = solver.fields, solver.fields.mesh.dofmap[0]
+    state.grid = state.grid._replace(longest=step)
     velocity = random.normal(0.0, 10.0, (4, 2))
     velocity[state.start[own, 0] == 0.0, 0] = 0.0
     state.nodes.velocity[own] = np.insert(velocity, 1, 0.0, axis=1)
-    solver.add_forces(step)
+    solver.add_forces(last * step)
     vector = hourglass_vector(state.start[own][:, [0, 2]])
     rate = vector @ velocity
     change = vector @ (step * solver.resultant[own][:, [0, 2]] / state.mass[own][:, None])
@@ -168,6 +202,17 @@ def test_products_below_less_than_half_of_the_charges_volume_give_up_their_force
         assert bool(np.abs(solver.resultant).max() == 0.0) is gone
         assert bool(state.charge.pressure[0] == 0.0) is gone
         assert not gone or np.isinf(solver.stable_step)
+
+
+def test_a_ring_that_is_nearly_burnt_burns_on_by_compression():
+    """To (1 - V/V0) / (1 - v_CJ), with v_CJ = 3/4 of gamma = 3: wholly at that volume, to 0.95 a little before."""
+    for before, relative, after in ((0.9, 0.7625, 0.95), (0.9, 0.74, 1.0), (0.9, 0.9, 0.9), (0.0, 0.9, 0.4)):
+        solver = ring(5e-3, Part.CHARGE, replace(BARE, products="landau_cj", burn="time_or_compression"))
+        state = solver.fields
+        state.charge.burn_fraction[:], state.charge.compression_from[:] = before, -1.0
+        state.nodes.position[:, 2] *= relative
+        solver.add_forces(0.0)
+        assert state.charge.burn_fraction[0] == pytest.approx(after, rel=1e-9)
 
 
 def slid(law, *, gap=0.0, slip=0.0, burnt=0.0, steps=1):
@@ -311,3 +356,44 @@ def test_what_charge_and_casing_do_together_is_no_slip(shape, axis):
         # What the springs store is the work of the relative motion: nothing is left over.
         np.testing.assert_allclose(energy[1][inner, 0], 0.5 * contacts.stiffness[inner] * own**2, rtol=1e-5, atol=1e-12)
         assert np.abs(energy[1][inner, 2]).max() < 1e-5 * max(energy[1][inner, 0].max(), 1e-9)
+
+
+def test_the_spring_of_a_contact_is_as_stiff_as_its_reduced_mass_bears():
+    """Alone between two nodes of the line: k (1/m + w0^2/m0 + w1^2/m1) is the budget."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    interface, state = solver.contact.interface, solver.fields
+    contacts, line, position = interface.contacts, interface.line, state.nodes.position
+    state.charge.burn_fraction[:] = state.charge.pressure[:] = 0.0
+    charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
+    position[charge, 2] += 0.3 * LENGTH_OF_BENCH / CELLS_OF_BENCH
+    force = np.zeros_like(state.nodes.force)
+    add_line_forces(
+        SlideLaw(BUDGET, STEP, 1e12, 1e12, 0.0), 1.0, line, contacts, state.charge.burn_fraction,
+        state.charge.pressure, state.rings.released, position, state.mass, np.zeros_like(force), force,
+    )  # fmt: skip
+    inner = np.abs(state.start[contacts.slave, 2] / LENGTH_OF_BENCH - 0.5) < 0.3
+    assert inner.sum() > 10
+    np.testing.assert_allclose(np.sort(contacts.weight[inner], axis=1), [[0.3, 0.7]] * inner.sum(), rtol=1e-9)
+    ends = line.edges[contacts.face[inner]]
+    inverse = 1.0 / state.mass[contacts.slave[inner]] + (contacts.weight[inner] ** 2 / state.mass[ends]).sum(axis=1)
+    np.testing.assert_allclose(contacts.stiffness[inner] * inverse, BUDGET, rtol=1e-12)
+
+
+def test_the_ledger_takes_the_heat_of_sliding_rings():
+    """Pressed and dragged along: what the step hands to contact is the heat of all contacts, and never negative."""
+    solver = ring_burst(bench("cylinder"), replace(QUIET, contact=ContactSettings(cohesion=0.0, friction_angle=20.0)))
+    state, contacts = solver.fields, solver.contact.interface.contacts
+    charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
+    solver.free_step = STEP
+    heat, given = 0.0, []
+    for number in range(6):
+        state.nodes.position[charge, 0 if number == 0 else 2] += 2e-7 if number == 0 else 2e-5
+        solver.add_forces(STEP)
+        heat += contacts.tally[:, 1].sum()
+        given.append(solver.contact.friction)
+    assert given[-1] == pytest.approx(heat, rel=1e-12)
+    assert heat > 0.0
+    assert (np.diff(given) >= 0.0).all()
+    press = np.abs(contacts.force[:, 0])
+    rate = np.tan(np.radians(20.0)) * press.sum() * 2e-5
+    assert given[-1] - given[-2] == pytest.approx(rate, rel=0.05)

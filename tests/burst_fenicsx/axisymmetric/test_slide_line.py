@@ -10,6 +10,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
+from burst_fenicsx.axisymmetric.slide_line import _line_edges
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.sliding import SlideLaw
@@ -276,3 +277,72 @@ def test_the_charges_nodes_at_the_rim_of_a_fuze_belong_to_both_sides():
     pressed(solver)
     assert contacts.stiffness[rim] == 0.0
     assert (contacts.stiffness[contacts.off == 0] > 0.0).all()
+
+
+def test_the_line_of_a_round_with_a_fuze_runs_along_its_casing_alone():
+    """The M107: every edge belongs to the casing; a charge lies at all those that casing and charge share."""
+    mesh = split_charges(mesh_meridian(load_profile("m107"), 8e-3))
+    edges, cell, covered = _line_edges(mesh)
+    assert (mesh.part[cell] == Part.CASING).all()
+    assert np.isin(edges, mesh.cells[mesh.part == Part.CASING]).all()
+
+    def edges_of(part):
+        found = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1)[mesh.part == part].reshape(-1, 2)
+        return {tuple(sorted(pair)) for pair in mesh.places[found].tolist()}
+
+    shared = edges_of(Part.CASING) & edges_of(Part.CHARGE)
+    assert len(shared) > 50
+    assert {tuple(sorted(pair)) for pair in mesh.places[edges[covered]].tolist()} == shared
+    assert covered.sum() == len(shared)
+    assert len(edges_of(Part.FUZE) & edges_of(Part.CHARGE)) > 0
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_line_leads_on_behind_a_fuze_however_cells_are_numbered(order):
+    """A tube of 8 cells along the axis, half filled, with a plug on the charge: all of its wall, half of it covered."""
+    mesh = meridian((6, 8), lambda p: np.stack([0.03 * p[:, 0], 0.04 * p[:, 1]], axis=1))
+    mesh = replace(mesh, cells=mesh.cells[::order], station=mesh.station[::order])
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    within = np.where(centre[:, 2] < 0.02, Part.CHARGE, Part.FUZE)
+    mesh = split_charges(named(mesh, np.where(centre[:, 0] < 0.02, within, Part.CASING)))
+    edges, cell, covered = _line_edges(mesh)
+    np.testing.assert_allclose(np.sort(mesh.nodes[edges[:, 1], 2]), 0.005 * np.arange(8), atol=1e-12)
+    np.testing.assert_allclose(mesh.nodes[edges, 0], 0.02, atol=1e-12)
+    assert (mesh.part[cell] == Part.CASING).all()
+    assert (covered == (mesh.nodes[edges].mean(axis=1)[:, 2] < 0.02)).all()
+
+
+@pytest.mark.parametrize(("beyond", "off"), [(0.23, False), (0.27, True)])
+def test_a_node_leaves_the_line_a_quarter_of_an_edge_beyond_its_end(beyond, off):
+    """It touched until then; one within the line that is as far away stays."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    position, start = solver.fields.nodes.position, solver.fields.start
+    pressed(solver)
+    assert (contacts.stiffness > 0.0).all()
+    (last,) = np.flatnonzero(np.abs(start[contacts.slave, 2] - LENGTH) < 1e-9)
+    (middle,) = np.flatnonzero(np.abs(start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
+    for c in (last, middle):
+        position[contacts.slave[c], 2] += beyond * LENGTH / COUNT
+    pressed(solver)
+    assert bool(contacts.off[last]) is off
+    assert contacts.off[middle] == 0
+    assert len(line.edges) == COUNT
+
+
+@pytest.mark.parametrize(("deep", "off"), [(0.04, False), (0.06, True)])
+def test_a_node_newly_met_lies_no_deeper_than_it_can_have_come(deep, off):
+    """Of half an edge a tenth is allowed for how the line bends, and one and a half times the way of the step."""
+    edge = LENGTH / COUNT
+    for way in (0.0, 0.02):
+        solver = ring_burst(bench("cylinder"), QUIET)
+        contacts, position = solver.contact.interface.contacts, solver.fields.nodes.position
+        pressed(solver)
+        (c,) = np.flatnonzero(np.abs(solver.fields.start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
+        node = contacts.slave[c]
+        position[node, 0] += (deep + 1.5 * way) * edge
+        contacts.last_position[node] = position[node] - [way * edge, 0.0, 0.0]
+        contacts.stiffness[c] = 0.0
+        pressed(solver)
+        assert contacts.gap[c] == pytest.approx(-(deep + 1.5 * way) * edge, rel=1e-9)
+        assert bool(contacts.off[c]) is off

@@ -1,0 +1,146 @@
+"""Parts of the flight's kernels against closed forms: azimuth cells, chords, ends of a step, slides, contacts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.interpolate import BPoly
+
+from flight.hazard.criteria import Criteria
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.kernels.collision import _closing
+from flight.kernels.events import ending
+from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
+from flight.kernels.near_ground import _cell_of, _nearest
+from flight.kernels.rebound import _leave_on_chord
+from flight.kernels.roots import STACK_SHAPE
+from flight.kernels.surfaces import PIECES_SHAPE
+from flight.kernels.terrain import Terrain
+
+NOWHERE = Limits(
+    ground=math.nan, origin_x=0.0, origin_y=0.0, domain_radius=math.inf, ceiling=math.inf, floor=-math.inf,
+    time_limit=1e9, tolerance=1e-6, fixed_step=0.0, longest_step=1.0, most_steps=100, path_points=0,
+)  # fmt: skip
+FLAT = Terrain(np.zeros((0, 0)), 0.0, 0.0, 1.0, 1.0, np.zeros(0), np.zeros((0, 3), dtype=np.int64), 0.0)
+MAP = Terrain(np.zeros((3, 4)), -20.0, -10.0, 20.0, 15.0, np.zeros(0), np.zeros((0, 3), dtype=np.int64), 0.0)
+"""From -20 to 40 m along x and from -10 to 20 m along y."""
+
+
+def test_the_azimuth_cell_is_that_of_the_angle() -> None:
+    """All round in cells of a hundredth of a degree, against the arc tangent; only within 1e-7 rad of a bound not."""
+    grid = PolarGrid(72, 500)
+    near, turns = NearGround(grid, Criteria()).table(), grid.turns
+    generator = np.random.default_rng(3)
+    angles = np.concatenate([generator.uniform(-math.pi, math.pi, 3000), np.arange(-4, 4) * math.pi / 4.0])
+    cells = (np.degrees(angles) - grid.start) / grid.width
+    clear = np.abs(cells - np.round(cells)) * math.radians(grid.width) > 1e-7
+    assert clear.sum() > 2900
+    for angle, cell in zip(angles[clear], np.floor(cells[clear]), strict=True):
+        distance = generator.uniform(0.1, 500.0)
+        assert _cell_of(distance * math.cos(angle), distance * math.sin(angle), near, turns) == cell % turns
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "expected"),
+    [
+        ((3.0, -4.0), (3.0, 4.0), 3.0),
+        ((0.0, 5.0), (5.0, 0.0), 5.0 / math.sqrt(2.0)),
+        ((1.0, 7.0), (4.0, 3.0), 5.0),  # from (1, 7) on along (3, -4): its end is the nearest
+        ((4.0, 3.0), (1.0, 7.0), 5.0),
+        ((-1.0, 1.0), (2.0, -2.0), 0.0),
+        ((2.0, 1.0), (2.0, 1.0), math.sqrt(5.0)),
+        ((2.0, -1.0), (-1.0, 5.0), 3.0 / math.sqrt(5.0)),  # on the line y = 3 - 2 x
+    ],
+)
+def test_the_nearest_of_a_chord_is_its_foot_or_its_end(start, end, expected) -> None:
+    assert _nearest(*start, *end) == pytest.approx(expected, abs=1e-12)
+    for turn in np.radians([17.0, 120.0, 251.0]):
+        c, s = math.cos(turn), math.sin(turn)
+        turned = [(c * x - s * y, s * x + c * y) for x, y in (start, end)]
+        assert _nearest(*turned[0], *turned[1]) == pytest.approx(expected, abs=1e-12)
+
+
+def straight(start, end) -> np.ndarray:
+    """Control points of a step along a straight line at even speed."""
+    points = np.zeros((6, 6))
+    points[:3] = np.linspace(start, end, 6).T
+    return points
+
+
+@pytest.mark.parametrize(
+    ("limits", "end", "share", "status"),
+    [
+        ({"ground": 0.0}, (30.0, 0.0, -10.0), 0.5, LANDED),
+        ({"ceiling": 14.0}, (30.0, 0.0, 26.0), 0.25, LEFT_DOMAIN),
+        ({"floor": 2.0}, (30.0, 0.0, -10.0), 0.4, LEFT_DOMAIN),
+        ({"domain_radius": 20.0, "origin_x": 1.0, "origin_y": -2.0}, (31.0, -2.0, 26.0), 20.0 / 30.0, LEFT_DOMAIN),
+        # the earlier one, whichever it is
+        ({"ground": 0.0, "domain_radius": 12.0}, (30.0, 0.0, -10.0), 11.0 / 29.0, LEFT_DOMAIN),
+        ({"ground": 0.0, "domain_radius": 25.0}, (30.0, 0.0, -10.0), 0.5, LANDED),
+        ({"ground": 0.0, "floor": 4.0}, (30.0, 0.0, -10.0), 0.3, LEFT_DOMAIN),
+        ({"ground": 0.0, "ceiling": 11.0, "floor": -20.0, "domain_radius": 99.0}, (30.0, 0.0, 9.0), 2.0, IN_FLIGHT),
+    ],
+)
+def test_a_step_ends_where_its_straight_path_meets_the_first_limit(limits, end, share, status) -> None:
+    """From (1, y, 10) m; what earlier steps have left among the scratch plays no part."""
+    points = straight((1.0, limits.get("origin_y", 0.0), 10.0), end)
+    roots, stack, pieces = np.full(12, 0.001), np.full(STACK_SHAPE, 0.001), np.full(PIECES_SHAPE, 0.001)
+    found, how = ending(points, NOWHERE._replace(**limits), pieces, stack, roots)
+    assert found == pytest.approx(share, abs=1e-12)
+    assert how == status
+
+
+@pytest.mark.parametrize(
+    ("end", "share"),
+    [
+        ((-30.0, 7.0), 21.0 / 31.0),
+        ((51.0, 7.0), 39.0 / 50.0),
+        ((4.0, -19.0), 12.0 / 21.0),
+        ((4.0, 29.0), 18.0 / 27.0),
+        ((61.0, 29.0), 39.0 / 60.0),  # over a corner: the eastern edge first
+        ((61.0, 92.0), 18.0 / 90.0),
+        ((-41.0, -34.0), 12.0 / 36.0),
+        ((39.0, 19.0), 2.0),
+    ],
+)
+def test_a_slide_leaves_a_map_over_its_nearest_edge(end, share) -> None:
+    """From (1, 2) straight on."""
+    found = _leave_on_chord(np.array([1.0, 2.0, 0.0]), np.array([*end, 0.0]), NOWHERE, MAP)
+    assert found == pytest.approx(share, abs=1e-12)
+
+
+def test_a_slide_leaves_the_domain_on_its_circle() -> None:
+    limits = NOWHERE._replace(origin_x=3.0, origin_y=-1.0, domain_radius=5.0)
+    start = np.array([4.0, 1.0, 0.0])
+    for turn in np.radians([10.0, 100.0, 200.0, 300.0]):
+        way = np.array([math.cos(turn), math.sin(turn), 0.0])
+        x, y = start[0] - 3.0, start[1] + 1.0
+        along = x * way[0] + y * way[1]
+        length = math.sqrt(along * along + 25.0 - x * x - y * y) - along
+        for reach in (1.05, 1.5, 4.0):
+            share = _leave_on_chord(start, start + reach * length * way, limits, FLAT)
+            assert share == pytest.approx(1.0 / reach, rel=1e-12)
+        assert _leave_on_chord(start, start + 0.99 * length * way, limits, FLAT) == 2.0
+    assert _leave_on_chord(start, start + 0.5, limits, FLAT) == 2.0
+
+
+def test_two_paths_close_by_the_rate_of_their_distance() -> None:
+    """Of quintics at random, at any position: the threshold beside the derivative of the distance."""
+    generator, length = np.random.default_rng(11), 0.03
+    closing = 0
+    for _ in range(60):
+        relative = generator.normal(size=(3, 6))
+        curve = BPoly(relative.T[:, None, :], [0.0, length])
+        theta = generator.uniform(0.02, 0.98)
+        place, speed = curve(theta * length), curve.derivative()(theta * length)
+        rate = float(place @ speed) / float(np.linalg.norm(place))
+        if rate < 0.0:
+            closing += 1
+            assert _closing(relative, length, theta, -rate * (1.0 - 1e-9))
+            assert not _closing(relative, length, theta, -rate * (1.0 + 1e-9))
+        else:
+            assert not _closing(relative, length, theta, 0.0)
+    assert 15 < closing < 45
