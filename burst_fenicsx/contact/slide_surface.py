@@ -22,20 +22,20 @@ __all__ = ["faces_of", "interface_faces", "make_contacts", "smooth_surface", "wi
 _SMOOTH = np.cos(np.radians(45.0))  # faces around a node whose normals differ by less are one smooth surface
 
 
-def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, int]:
-    """Faces of the casing on which a charge may slide, outward from the casing, as nodes (faces, 4).
+def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:
+    """Faces of the casing on which a charge may slide, outward from the casing, as nodes (faces, 4), and their cells.
 
     First those at which a charge lies, whose number is returned as well; then the free ones to which these lead on
     without a crease, such as the wall of a cavity that the charge does not fill, or that behind a fuze.
     """
-    faces, _, behind = outer_faces(mesh, np.where(mesh.part == Part.CASING, 0, -1))
+    faces, cell, behind = outer_faces(mesh, np.where(mesh.part == Part.CASING, 0, -1))
     covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     one, other = _smooth_edges(mesh.nodes, faces)
     joined = coo_matrix((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
     _, surface = connected_components(joined, directed=False)
     free = ~covered & np.isin(surface, surface[covered])
     order = np.concatenate([np.flatnonzero(covered), np.flatnonzero(free)])
-    return faces[order], int(covered.sum())
+    return faces[order], cell[order], int(covered.sum())
 
 
 def _normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -68,7 +68,7 @@ class SlidingInterface:
         self._fields = fields
         self._comm = comm = fields.mesh.comm
         pairs, owned = len(mesh.twins), fields.mesh.owned_nodes
-        faces, covered = interface_faces(mesh)
+        faces, self._cell, covered = interface_faces(mesh)
         # Rows: the pairs of coincident nodes, then the casing's other nodes on which the charge may come to lie.
         solid_nodes = np.concatenate([mesh.twins[:, 1], np.setdiff1d(faces, mesh.twins[:, 1])])
         self._rows = rows = len(solid_nodes)
@@ -151,6 +151,14 @@ class SlidingInterface:
         self._near_faces = np.flatnonzero(around).astype(np.int32)
         self._near_groups = groups.astype(np.int32)
         self._master_halo.need(np.unique(surface.faces[around]).astype(np.int32))
+
+    def leave_torn(self, torn: np.ndarray) -> None:
+        """Free for good the charge's nodes that lie on faces of `torn` cells (cells of the whole mesh,) now.
+
+        Torn metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
+        """
+        chosen = self.contacts.contact
+        self.contacts.off[chosen[torn[self._cell[self.contacts.face[chosen]]]]] = 1
 
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.

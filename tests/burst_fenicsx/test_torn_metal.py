@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
 
+from mpi4py import MPI
+
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.mechanics.solver import BurstSolver
+from burst_fenicsx.problem import Part
+from burst_fenicsx.simulation import Simulation
+from fragfield.case import load_case
+from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from tests.burst_fenicsx.bodies import bodies, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, STEEL, box, burst, run_until
 from tests.burst_fenicsx.test_interior_contact import METAL, SETTINGS, thrown
+from tests.burst_fenicsx.tubes import SETTINGS as TUBE
+from tests.burst_fenicsx.tubes import tube
 
 pytestmark = pytest.mark.dolfinx
 
@@ -260,3 +269,34 @@ def test_metal_in_a_hole_of_torn_metal_pushes_the_sides_of_the_whole_cells(monke
     block = momentum(solver)[0] - state.mass[cube] @ state.nodes.velocity[cube, 0]
     assert bool(block > 0.5 * state.mass[cube].sum() * 200.0) is opens
     assert bool(farthest < 0.012) is opens
+
+
+def test_products_leave_the_faces_of_torn_cells_for_good(tmp_path):
+    """Half of a tube's wall is torn: the charge's nodes on it, and no others, are free and stay so."""
+    going = Simulation([tube(name="one")], TUBE, tmp_path, MPI.COMM_SELF, {})
+    fields, contact = going.fields, going.contact
+    centre = fields.nodes.position[fields.mesh.dofmap].mean(axis=1)
+    torn = (fields.mesh.part == Part.CASING) & (centre[:, 0] > 0.0)
+    contact.drop_faces(torn)
+    contacts = contact.interface.contacts
+    right = fields.nodes.position[contacts.slave, 0] > 0.1 * fields.nodes.position[:, 0].max()
+    left = fields.nodes.position[contacts.slave, 0] < -0.1 * fields.nodes.position[:, 0].max()
+    assert right.sum() > 20 < left.sum()
+    assert (contacts.off[right] == 1).all()
+    assert (contacts.off[left] == 0).all()
+    going.solver.step(2e-6)
+    assert (contacts.off[right] == 1).all()
+    assert (contacts.force[right] == 0.0).all()
+
+
+@pytest.mark.slow
+def test_a_round_of_fine_cells_reaches_its_end(tmp_path):
+    """With 2.5 mm cells the rim of the charge's rear folded where products were kept on torn metal."""
+    text = Path("cases/m107_comp_b.toml").read_text(encoding="utf-8")
+    path = tmp_path / "case.toml"
+    path.write_text(text.replace("[burst]\n", '[burst]\ngeometry = "3d"\n'), encoding="utf-8")
+    case = load_case(path, cell_size="2.5 mm")
+    settings = replace(burst_settings(case), end_time=100e-6)
+    result = Simulation(burst_rounds(case), settings, tmp_path, MPI.COMM_SELF, {}).run()
+    assert result.summary["lost_cells"] == 0
+    assert result.summary["max_initial_speed"] < 1.2 * result.summary["speed_quantiles"]["99"]
