@@ -90,14 +90,20 @@ def scaled(found, factor, kinds):
 
 def test_forms_must_be_alike(pair):
     base = profile(pair)
-    assert not missed(symmetry_rows("6 mm", {"quarter": base, "full": base}, [base]))
+    assert not missed(symmetry_rows("6 mm", {"quarter": base, "full": base}, {"quarter": [base]}))
     off = scaled(base, 1.011, ("mass",))
-    found = missed(symmetry_rows("6 mm", {"quarter": base, "full": off}, [base]))
+    found = missed(symmetry_rows("6 mm", {"quarter": base, "full": off}, {"quarter": [base]}))
     assert len(found) == 6  # five sectors, and the farthest of the bins
     assert all("mass" in quantity for quantity in found)
-    assert len(missed(symmetry_rows("6 mm", {"quarter": base, "full": scaled(base, 0.994, ("mean speed",))}, []))) == 5
+    assert len(missed(symmetry_rows("6 mm", {"quarter": base, "full": scaled(base, 0.994, ("mean speed",))}, {}))) == 5
+    fan = [base, scaled(base, 1.02, ("mass",))]
+    row = symmetry_rows("6 mm", {"quarter": base, "mirrored": base, "full": base}, {"quarter": fan, "full": [base] * 2})
+    noise = [one.quantity.split("(")[1] for one in row if "mass within 5 deg" in one.quantity]
+    assert [text.split(", ")[1:] for text in noise] == [
+        ["scatter of quarter 1.40%)"], ["scatter of quarter 1.40%", "scatter of full 0.00%)"]
+    ]  # fmt: skip
     one_bin = {**base, ("number", "30 to 40 deg"): Estimate(2.0, 0.01)}
-    found = missed(symmetry_rows("6 mm", {"quarter": base, "full": one_bin}, []))
+    found = missed(symmetry_rows("6 mm", {"quarter": base, "full": one_bin}, {}))
     assert found == ["6 mm, full: number 30 to 40 deg, the bin farthest off"]
 
 
@@ -173,7 +179,7 @@ def made(monkeypatch, tmp_path, pair):
 
 def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
     rows, asked = made()
-    assert len(asked) == len({(name, size) for name, size, _ in asked}) == 2 * 6 + 2 + 3
+    assert len(asked) == len({(name, size) for name, size, _ in asked}) == (3 + 2 * 3) + 3 + 2 + 3
     assert missed(rows) == ["4 mm, full: burst reaches its end", "3 mm, quarter: energy error at the outputs"]
     assert not any(row.quantity.startswith("4 mm, full: number") for row in rows)
     assert any(row.quantity.startswith("2 mm against 4 mm: number within 10 deg") for row in rows)
@@ -184,6 +190,7 @@ def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
 
 def test_the_quick_form_and_one_size_are_small(made):
     rows, asked = made(quick=True)
+    assert len(asked) == (3 + 2 * 3) + 2 + 3
     assert {size for _, size, _ in asked} == set(REFERENCE["convergence"]["quick_sizes"])
     assert rows
     asked.clear()

@@ -45,12 +45,12 @@ def cost_rows(size: str, bursts: Mapping[str, Mapping[str, Any]]) -> list[Row]:
 
 
 def symmetry_rows(
-    size: str, forms: Mapping[str, Mapping[Key, Estimate]], fan: Sequence[dict[Key, Estimate]]
+    size: str, forms: Mapping[str, Mapping[Key, Estimate]], fans: Mapping[str, Sequence[Mapping[Key, Estimate]]]
 ) -> list[Row]:
     """Profiles of the forms of one cell size against the first of them.
 
-    Of the bins of 10 degrees only the one farthest off has a row. `fan` are profiles of bursts of the first form that
-    differ by round-off alone; their scatter stands beside each row.
+    Of the bins of 10 degrees only the one farthest off has a row. `fans` are, by form, profiles of bursts that differ by
+    round-off alone; their scatter stands beside each row.
     """
     (first, base), *others = forms.items()
     rows = []
@@ -61,10 +61,13 @@ def symmetry_rows(
             sectors.append(max(bins, key=lambda key: abs(found[key].over(base[key]).value - 1.0)))
         for key in sectors:
             kind, place = key
-            noise = f"standard error {found[key].over(base[key]).error:.2%}, scatter {scatter(fan, key):.2%}"
+            noise = [f"standard error {found[key].over(base[key]).error:.2%}"]
+            noise += [
+                f"scatter of {name} {scatter(fan, key):.2%}" for name, fan in fans.items() if name in (first, form)
+            ]
             farthest = ", the bin farthest off" if place in BINS else ""
             rows.append(
-                compare(NAME, f"{size}, {form}: {kind} {place}{farthest} ({noise})", found[key].value, base[key].value,
+                compare(NAME, f"{size}, {form}: {kind} {place}{farthest} ({', '.join(noise)})", found[key].value, base[key].value,
                         REFERENCE["symmetry"][kind], f"the {first}", UNITS.get(kind, "m/s"))
             )  # fmt: skip
     return rows

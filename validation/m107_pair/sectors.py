@@ -13,7 +13,7 @@ import numpy as np
 from validation.paper_3_2.ratios import Estimate, mean_of, number_ratio, peaks, sector
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -74,7 +74,7 @@ def reading(pair: RingEnsemble, single: RingEnsemble, bins: Sequence[float]) -> 
     return {**found, f"integral of the number ratio less 1, within {LOBE:g} deg": integral}
 
 
-def scatter(fan: Sequence[dict[Key, Estimate]], key: Key) -> float:
+def scatter(fan: Sequence[Mapping[Key, Estimate]], key: Key) -> float:
     """Standard deviation of a quantity over bursts that should be alike, over its mean; NaN of fewer than two."""
     values = np.array([one[key].value for one in fan])
     return float(values.std(ddof=1) / values.mean()) if values.size > 1 else float("nan")

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from validation.ensembles import RingEnsemble
+    from validation.m107_pair.sectors import Key
     from validation.options import Options
+    from validation.paper_3_2.ratios import Estimate
     from validation.rows import Row
     from validation.runs import Runs
 
@@ -86,6 +88,11 @@ class _Pairs:
             )
         return self.ensembles[key]
 
+    def fan(self, form: str, size: str) -> list[dict[Key, Estimate]]:
+        """Profiles of a form with gaps that differ by micrometres, those left out that stopped."""
+        made = [self.ensemble(form, size, gap) for gap in (None, *REFERENCE["symmetry"]["gaps"])]
+        return [profile(ensemble) for ensemble in made if ensemble]
+
     def burst(self, form: str, size: str) -> dict[str, Any]:
         """The entry "burst" of its summary; empty where there is none."""
         folder = self.folder(form, size)
@@ -110,10 +117,9 @@ def study(options: Options, runs: Runs) -> list[Row]:
         forms = {form: profile(ensemble) for form, ensemble in made.items() if ensemble}
         if "quarter" not in forms:
             continue
-        others = [pairs.ensemble("quarter", size, gap) for gap in REFERENCE["symmetry"]["gaps"]]
-        fan = [forms["quarter"], *(profile(ensemble) for ensemble in others if ensemble)]
+        fans = {} if profiles else {form: pairs.fan(form, size) for form in REFERENCE["symmetry"]["fans"]}
         profiles[size], bursts[size] = forms, {form: pairs.burst(form, size) for form in forms}
-        rows += cost_rows(size, bursts[size]) + symmetry_rows(size, forms, fan)
+        rows += cost_rows(size, bursts[size]) + symmetry_rows(size, forms, fans)
     quarters = {size: pairs.ensemble("quarter", size) for size in _sizes(options, "convergence")}
     found = {size: focus(ensemble) for size, ensemble in quarters.items() if ensemble}
     rows += convergence_rows(found)
