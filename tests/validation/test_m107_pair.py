@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from validation.m107_pair.sectors import fast_speed, focus, mean_speed, per_degr
 from validation.m107_pair.tables import convergence_table, reading_table, symmetry_table
 from validation.options import Options
 from validation.paper_3_2.ratios import Estimate, integral_above_one
-from validation.runs import STOPPED, StudyError
+from validation.runs import ROOT, STOPPED, StudyError, changed_case
 
 SHARE = 2.5  # of the hits in the lobes of 20 degrees, over that of even hits
 FRAGMENTS = 4000
@@ -156,13 +158,14 @@ def test_tables_have_a_line_a_size_and_the_limits(pair):
 
 
 @pytest.fixture
-def made(monkeypatch, tmp_path, pair):
+def made(monkeypatch, tmp_path):
     """A study without bursts: the runs that were asked for; 4 mm in full stops, 3 mm has an open ledger."""
-    asked = []
+    asked: list[tuple] = []
+    few = ring(seed=3, fragments=2000, share=SHARE, realisations=3)
 
     class Runs:
         def run(self, name, case, size, changes, *, stage):
-            asked.append((name, size, changes))
+            asked.append((name, size, tomllib.loads(changed_case(ROOT / case, changes))))
             if (name, size) == ("m107_pair_full", "4 mm"):
                 raise StudyError("stopped", STOPPED)
             return tmp_path / f"{name}_{size}"
@@ -173,7 +176,7 @@ def made(monkeypatch, tmp_path, pair):
                           "wall_seconds": 1.0}}  # fmt: skip
 
     monkeypatch.setattr(study, "summary_of", summary)
-    monkeypatch.setattr(study, "ring_ensemble_of_run", lambda *_, **__: pair)
+    monkeypatch.setattr(study, "ring_ensemble_of_run", lambda *_, **__: few)
     return lambda **options: (study.study(Options(**options), Runs()), asked)
 
 
@@ -183,14 +186,20 @@ def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
     assert missed(rows) == ["4 mm, full: burst reaches its end", "3 mm, quarter: energy error at the outputs"]
     assert not any(row.quantity.startswith("4 mm, full: number") for row in rows)
     assert any(row.quantity.startswith("2 mm against 4 mm: number within 10 deg") for row in rows)
-    changes = {name: changes for name, _, changes in asked}
-    assert changes["m107_pair_full"] == {"burst.symmetry": "off"}
-    assert changes["m107_pair_quarter_gap_21.701"] == {"burst.symmetry": "auto", "stack.gap": "21.701 mm"}
+    cases = {name: case for name, _, case in asked}
+    forms = {"quarter": ("auto", 2), "mirrored": ("off", 1), "full": ("off", 2), "single": ("auto", 1)}
+    for form, (symmetry, rounds) in forms.items():
+        case = cases[f"m107_pair_{form}"]
+        assert (case["burst"]["symmetry"], len(case["round"])) == (symmetry, rounds)
+    one, other = (cases[name]["round"] for name in ("m107_pair_full", "m107_pair_full_+2_um"))
+    left, right = ([float(row["position"][0].split()[0]) for row in rows] for rows in (one, other))
+    assert np.diff(right) - np.diff(left) == pytest.approx(2e-6, abs=1e-12)
+    assert sum(right) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_quick_form_and_one_size_are_small(made):
     rows, asked = made(quick=True)
-    assert len(asked) == (3 + 2 * 3) + 2 + 3
+    assert len(asked) == 3 + 2 + 3
     assert {size for _, size, _ in asked} == set(REFERENCE["convergence"]["quick_sizes"])
     assert rows
     asked.clear()

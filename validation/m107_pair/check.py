@@ -49,8 +49,8 @@ def symmetry_rows(
 ) -> list[Row]:
     """Profiles of the forms of one cell size against the first of them.
 
-    Of the bins of 10 degrees only the one farthest off has a row. `fans` are, by form, profiles of bursts that differ by
-    round-off alone; their scatter stands beside each row.
+    Of the bins of 10 degrees only the one farthest off has a row. `fans` are, by form, profiles of bursts that differ
+    by round-off alone; their scatter stands beside each row.
     """
     (first, base), *others = forms.items()
     rows = []
@@ -62,14 +62,12 @@ def symmetry_rows(
         for key in sectors:
             kind, place = key
             noise = [f"standard error {found[key].over(base[key]).error:.2%}"]
-            noise += [
-                f"scatter of {name} {scatter(fan, key):.2%}" for name, fan in fans.items() if name in (first, form)
-            ]
+            of_both = {name: fan for name, fan in fans.items() if name in (first, form)}
+            noise += [f"scatter of {name} {scatter(fan, key):.2%}" for name, fan in of_both.items()]
             farthest = ", the bin farthest off" if place in BINS else ""
-            rows.append(
-                compare(NAME, f"{size}, {form}: {kind} {place}{farthest} ({', '.join(noise)})", found[key].value, base[key].value,
-                        REFERENCE["symmetry"][kind], f"the {first}", UNITS.get(kind, "m/s"))
-            )  # fmt: skip
+            quantity = f"{size}, {form}: {kind} {place}{farthest} ({', '.join(noise)})"
+            values, allowed = (found[key].value, base[key].value), REFERENCE["symmetry"][kind]
+            rows.append(compare(NAME, quantity, *values, allowed, f"the {first}", UNITS.get(kind, "m/s")))
     return rows
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import copysign
 from typing import TYPE_CHECKING, Any
 
 from validation.ensembles import ring_ensemble_of_run
@@ -23,6 +24,7 @@ from validation.runs import STOPPED, StudyError, summary_of
 from validation.soundness import all_passed, sound
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from validation.ensembles import RingEnsemble
@@ -40,28 +42,28 @@ _SEEDS = {"quarter": 1, "single": 2, "mirrored": 3, "full": 4}
 
 @dataclass
 class _Pairs:
-    """Bursts and ensembles by form, cell size and gap, each made once; rows say which must be left out."""
+    """Bursts and ensembles by form, cell size and move, each made once; rows say which must be left out."""
 
     options: Options
     runs: Runs
     rows: list[Row] = field(default_factory=list)
-    folders: dict[tuple[str, str, float | None], Path | None] = field(default_factory=dict)
-    ensembles: dict[tuple[str, str, float | None], RingEnsemble | None] = field(default_factory=dict)
+    folders: dict[tuple[str, str, float], Path | None] = field(default_factory=dict)
+    ensembles: dict[tuple[str, str, float], RingEnsemble | None] = field(default_factory=dict)
 
-    def folder(self, form: str, size: str, gap: float | None = None) -> Path | None:
-        """Run directory of a form, the pair's gap (mm) given; None where the burst stopped or is not sound."""
-        key = form, size, gap
+    def folder(self, form: str, size: str, move: float = 0.0) -> Path | None:
+        """Run directory of a form, the gap wider by `move` (m); None where the burst stopped or is not sound."""
+        key = form, size, move
         if key not in self.folders:
             self.folders[key] = self._run(*key)
         return self.folders[key]
 
-    def _run(self, form: str, size: str, gap: float | None) -> Path | None:
+    def _run(self, form: str, size: str, move: float) -> Path | None:
         case, symmetry = REFERENCE["forms"][form]
         changes: dict[str, Any] = {"burst.symmetry": symmetry}
         name = form
-        if gap is not None:
-            changes["stack.gap"] = f"{gap!r} mm"
-            name = f"{form}_gap_{gap:g}"
+        if move:
+            changes["round.*.position.0"] = _farther(move)
+            name = f"{form}_{1e6 * move:+g}_um"
         try:
             folder = self.runs.run(f"{NAME}_{name}", case, size, changes, stage="burst")
         except StudyError as error:
@@ -73,12 +75,12 @@ class _Pairs:
         self.rows += [row for row in checks if row.passed is False]
         return folder if all_passed(checks) else None
 
-    def ensemble(self, form: str, size: str, gap: float | None = None) -> RingEnsemble | None:
+    def ensemble(self, form: str, size: str, move: float = 0.0) -> RingEnsemble | None:
         """Its realisations on the ring: more where forms are compared."""
-        key = form, size, gap
+        key = form, size, move
         if key not in self.ensembles:
             folder = self.folder(*key)
-            compared = gap is None and size in _sizes(self.options, "symmetry")
+            compared = not move and size in _sizes(self.options, "symmetry")
             self.ensembles[key] = folder and ring_ensemble_of_run(
                 folder,
                 1 if form == "single" else 2,
@@ -89,8 +91,8 @@ class _Pairs:
         return self.ensembles[key]
 
     def fan(self, form: str, size: str) -> list[dict[Key, Estimate]]:
-        """Profiles of a form with gaps that differ by micrometres, those left out that stopped."""
-        made = [self.ensemble(form, size, gap) for gap in (None, *REFERENCE["symmetry"]["gaps"])]
+        """Profiles of a form whose gaps differ by micrometres, those left out that stopped."""
+        made = [self.ensemble(form, size, move) for move in (0.0, *REFERENCE["symmetry"]["moves"])]
         return [profile(ensemble) for ensemble in made if ensemble]
 
     def burst(self, form: str, size: str) -> dict[str, Any]:
@@ -98,6 +100,16 @@ class _Pairs:
         folder = self.folder(form, size)
         found: dict[str, Any] = summary_of(folder)["burst"] if folder else {}
         return found
+
+
+def _farther(move: float) -> Callable[[str], str]:
+    """Move a round away from the plane x = 0 by half of what the gap grows (m)."""
+
+    def moved(old: str) -> str:
+        x = float(old.split(maxsplit=1)[0])
+        return f"{x + copysign(0.5 * move, x)!r} m"
+
+    return moved
 
 
 def _sizes(options: Options, part: str) -> list[str]:
@@ -117,7 +129,9 @@ def study(options: Options, runs: Runs) -> list[Row]:
         forms = {form: profile(ensemble) for form, ensemble in made.items() if ensemble}
         if "quarter" not in forms:
             continue
-        fans = {} if profiles else {form: pairs.fan(form, size) for form in REFERENCE["symmetry"]["fans"]}
+        fans = (
+            {} if profiles or options.quick else {form: pairs.fan(form, size) for form in REFERENCE["symmetry"]["fans"]}
+        )
         profiles[size], bursts[size] = forms, {form: pairs.burst(form, size) for form in forms}
         rows += cost_rows(size, bursts[size]) + symmetry_rows(size, forms, fans)
     quarters = {size: pairs.ensemble("quarter", size) for size in _sizes(options, "convergence")}
