@@ -164,7 +164,8 @@ def made(monkeypatch, tmp_path):
     few = ring(seed=3, fragments=2000, share=SHARE, realisations=3)
 
     class Runs:
-        def run(self, name, case, size, changes, *, stage):
+        def run(self, name, case, size, changes, *, stage, geometry):
+            changes = {**changes, "burst.geometry": geometry}
             asked.append((name, size, tomllib.loads(changed_case(ROOT / case, changes))))
             if (name, size) == ("m107_pair_full", "4 mm"):
                 raise StudyError("stopped", STOPPED)
@@ -188,6 +189,8 @@ def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
     assert any(row.quantity.startswith("2 mm against 4 mm: number within 10 deg") for row in rows)
     cases = {name: case for name, _, case in asked}
     forms = {"quarter": ("auto", 2), "mirrored": ("off", 1), "full": ("off", 2), "single": ("auto", 1)}
+    geometry = {name: case["burst"]["geometry"] for name, case in cases.items()}
+    assert [name for name, kind in geometry.items() if kind != "3d"] == ["m107_pair_single"]
     for form, (symmetry, rounds) in forms.items():
         case = cases[f"m107_pair_{form}"]
         assert (case["burst"]["symmetry"], len(case["round"])) == (symmetry, rounds)

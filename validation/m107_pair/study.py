@@ -58,14 +58,14 @@ class _Pairs:
         return self.folders[key]
 
     def _run(self, form: str, size: str, move: float) -> Path | None:
-        case, symmetry = REFERENCE["forms"][form]
+        case, symmetry, geometry = REFERENCE["forms"][form]
         changes: dict[str, Any] = {"burst.symmetry": symmetry}
         name = form
         if move:
             changes["round.*.position.0"] = _farther(move)
             name = f"{form}_{1e6 * move:+g}_um"
         try:
-            folder = self.runs.run(f"{NAME}_{name}", case, size, changes, stage="burst")
+            folder = self.runs.run(f"{NAME}_{name}", case, size, changes, stage="burst", geometry=geometry)
         except StudyError as error:
             if error.code != STOPPED:
                 raise
