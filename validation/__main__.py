@@ -16,6 +16,7 @@ from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
 from validation.m107_1944 import study as m107_1944
 from validation.m107_convergence import study as m107_convergence
+from validation.m107_pair import study as m107_pair
 from validation.mean_mass import study as mean_mass
 from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
@@ -50,6 +51,7 @@ CASES = {
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,
     "m107_convergence": m107_convergence.study,
+    "m107_pair": m107_pair.study,
     "sensitivities": sensitivities.study,
 }
 """The ladder, from theory to tests."""

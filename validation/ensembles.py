@@ -28,13 +28,16 @@ if TYPE_CHECKING:
 
     from transition import BreakUpSettings
 
-__all__ = ["BAND", "RADIUS", "RingEnsemble", "ring_ensemble", "ring_ensemble_of_run"]
+__all__ = ["BAND", "RADIUS", "RING_HITS", "RingEnsemble", "ring_ensemble", "ring_ensemble_of_run"]
 
 RADIUS = 7.62  # m, the paper's
 BAND = (0.1, 2.5)  # m, the height of real panels, about the middle of a shell whose base stands at 1 m
 FLOOR = -1000.0  # m; what fell so far without reaching the ring never will
 BATCH = 20_000  # fragments that fly together
 AT_ONCE = 16  # realisations held in memory
+
+RING_HITS = np.dtype([("realisation", "i4"), ("azimuth", "f8"), ("mass", "f8"), ("initial_speed", "f8")])
+"""One hit: degrees, kg, m/s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +52,15 @@ class RingEnsemble:
         Hits on the ring of unlimited height, and on the band.
     missed : mapping from "every_height" and "band" to (r,) int64
         Fragments that never hit them: counted by fragment, where the tables count by azimuth.
+    hits : (n,) structured array of dtype RING_HITS
+        The outward hits on the ring of unlimited height, one by one.
     """
 
     fragments: NDArray[np.int64]
     every_height: RingCounts
     band: RingCounts
     missed: dict[str, NDArray[np.int64]]
+    hits: NDArray[Any]
 
 
 def ring_ensemble(
@@ -99,6 +105,7 @@ def ring_ensemble(
     sizes: list[int] = []
     parts: dict[str, list[RingCounts]] = {"every_height": [], "band": []}
     missed: dict[str, list[NDArray[np.int64]]] = {"every_height": [], "band": []}
+    single_hits: list[NDArray[Any]] = []
     batch: list[flight.Fragments] = []
 
     def fly_batch() -> None:
@@ -109,6 +116,7 @@ def ring_ensemble(
                 warnings.simplefilter("ignore", flight.FlightWarning)
             hits = flight.fly(together, **arguments, ground=None, witnesses=[ring], domain=domain, threads=threads).hits
         owner = np.repeat(np.arange(len(batch)), numbers)
+        single_hits.append(_outward(hits, len(sizes) + owner[hits["fragment"]]))
         height = hits["position"][:, 2]
         for surface, met in (
             ("every_height", hits),
@@ -133,7 +141,18 @@ def ring_ensemble(
         RingCounts.join(parts["every_height"]),
         RingCounts.join(parts["band"]),
         {surface: np.concatenate(counts) for surface, counts in missed.items()},
+        np.concatenate(single_hits),
     )
+
+
+def _outward(hits: NDArray[Any], realisation: NDArray[np.int64]) -> NDArray[Any]:
+    """What is kept of single hits; `realisation` is that of each of them."""
+    outward = hits["direction"] > 0
+    kept = np.zeros(int(outward.sum()), dtype=RING_HITS)
+    kept["realisation"] = realisation[outward]
+    for name in ("azimuth", "mass", "initial_speed"):
+        kept[name] = hits[name][outward]
+    return kept
 
 
 def ring_ensemble_of_run(

@@ -8,7 +8,7 @@ import numpy as np
 
 from flight import HITS
 from flight.hazard.density.ring_counts import count_by_azimuth
-from validation.ensembles import RingEnsemble
+from validation.ensembles import RING_HITS, RingEnsemble
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,6 +47,8 @@ def ring(
     half = np.arange(rows.size) % 2 == 0
     every, band = count_by_azimuth(rows, owner, realisations), count_by_azimuth(rows[half], owner[half], realisations)
     off_band = fragments - np.bincount(owner[half], minlength=realisations)
-    return RingEnsemble(
-        np.full(realisations, fragments), every, band, {"every_height": np.full(realisations, missed), "band": off_band}
-    )
+    hits = np.zeros(rows.size, dtype=RING_HITS)
+    hits["realisation"], hits["mass"] = owner, 0.01
+    hits["azimuth"], hits["initial_speed"] = azimuth, rows["initial_speed"]
+    misses = {"every_height": np.full(realisations, missed), "band": off_band}
+    return RingEnsemble(np.full(realisations, fragments), every, band, misses, hits)

@@ -88,6 +88,8 @@ def test_every_realisation_is_flown_as_by_itself(runs):
         assert found.fragments[number] == len(fragments)
         numbers = np.bincount(hits["azimuth"].astype(int), minlength=360)
         assert np.array_equal(found.every_height.hits[number], numbers)
+        single = found.hits[found.hits["realisation"] == number]
+        assert np.sort(single["mass"]) == pytest.approx(np.sort(hits["mass"]), rel=1e-12)
         inside = (hits["position"][:, 2] >= 0.1) & (hits["position"][:, 2] <= 2.5)
         assert found.band.hits[number].sum() == inside.sum()
         assert found.every_height.largest_initial_speed[number].max() == hits["initial_speed"].max()

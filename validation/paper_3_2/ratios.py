@@ -26,6 +26,7 @@ __all__ = [
     "fastest_ratio",
     "half_width_of",
     "integral_above_one",
+    "mean_of",
     "number_by_half_width",
     "number_ratio",
     "peaks",
@@ -69,7 +70,8 @@ def _distance(counts: RingCounts, centres: Sequence[float]) -> NDArray[np.float6
     return np.asarray(away.min(axis=1))
 
 
-def _estimate(values: NDArray[np.float64]) -> Estimate:
+def mean_of(values: NDArray[np.float64]) -> Estimate:
+    """Mean of one value a realisation, with its standard error; NaN of fewer than two."""
     if values.size < 2:
         return Estimate(math.nan, math.nan)
     return Estimate(float(values.mean()), float(values.std(ddof=1) / math.sqrt(values.size)))
@@ -77,7 +79,7 @@ def _estimate(values: NDArray[np.float64]) -> Estimate:
 
 def number_ratio(pair: RingCounts, single: RingCounts, where: NDArray[np.bool_]) -> Estimate:
     """Mean hits a bin of the pair in the bins `where`, over the single round's mean over all bins."""
-    return _estimate(pair.hits[:, where].mean(axis=1)).over(_estimate(single.hits.mean(axis=1)))
+    return mean_of(pair.hits[:, where].mean(axis=1)).over(mean_of(single.hits.mean(axis=1)))
 
 
 def speed_ratio(
@@ -101,7 +103,7 @@ def speed_ratio(
         At launch, or at the ring.
     """
     everywhere = np.ones(single.hits.shape[1], dtype=bool)
-    return _estimate(_speeds(pair, where, which, at)).over(_estimate(_speeds(single, everywhere, which, at)))
+    return mean_of(_speeds(pair, where, which, at)).over(mean_of(_speeds(single, everywhere, which, at)))
 
 
 def _speeds(counts: RingCounts, where: NDArray[np.bool_], which: str, at: str) -> NDArray[np.float64]:
@@ -130,7 +132,7 @@ def fastest_ratio(pair: RingCounts, single: RingCounts, half_width: float) -> Es
     around = largest
     for shift in range(1, round(2.0 * half_width / single.width)):
         around = np.maximum(around, np.roll(largest, -shift, axis=1))
-    return _estimate(np.mean(both, axis=0)).over(_estimate(around.mean(axis=1)))
+    return mean_of(np.mean(both, axis=0)).over(mean_of(around.mean(axis=1)))
 
 
 def peaks(pair: RingCounts, single: RingCounts, width: float, within: float = 20.0) -> tuple[Estimate, Estimate]:
@@ -158,9 +160,9 @@ def peaks(pair: RingCounts, single: RingCounts, width: float, within: float = 20
     fullest = near[np.argmax(ours.hits[:, near].mean(axis=0))]
     fastest = near[np.argmax(ours.largest_initial_speed[:, near].mean(axis=0))]
     everywhere = np.ones(base.hits.shape[1], dtype=bool)
-    number = _estimate(ours.hits[:, fullest].astype(float)).over(_estimate(base.hits.mean(axis=1)))
-    of_single = _estimate(_speeds(base, everywhere, "largest", "initial_speed"))
-    return number, _estimate(ours.largest_initial_speed[:, fastest]).over(of_single)
+    number = mean_of(ours.hits[:, fullest].astype(float)).over(mean_of(base.hits.mean(axis=1)))
+    of_single = mean_of(_speeds(base, everywhere, "largest", "initial_speed"))
+    return number, mean_of(ours.largest_initial_speed[:, fastest]).over(of_single)
 
 
 def number_by_half_width(pair: RingCounts, single: RingCounts) -> tuple[NDArray[np.float64], list[Estimate]]:
