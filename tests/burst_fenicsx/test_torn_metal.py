@@ -297,6 +297,8 @@ def test_a_round_of_fine_cells_reaches_its_end(tmp_path):
     path.write_text(text.replace("[burst]\n", '[burst]\ngeometry = "3d"\n'), encoding="utf-8")
     case = load_case(path, cell_size="2.5 mm")
     settings = replace(burst_settings(case), end_time=100e-6)
-    result = Simulation(burst_rounds(case), settings, tmp_path, MPI.COMM_SELF, {}).run()
+    going = Simulation(burst_rounds(case), settings, tmp_path, MPI.COMM_SELF, {})
+    going.run()
+    result = going.finish()
     assert result.summary["lost_cells"] == 0
     assert result.summary["max_initial_speed"] < 1.2 * result.summary["speed_quantiles"]["99"]
