@@ -22,8 +22,8 @@ class TornFaces:
     """Adds to the surfaces of several rounds the faces that lie open once cells of their casings are torn metal.
 
     These are the sides of whole cells towards released ones that are on no surface yet, and, where a released cell lay
-    on the charge, the face between both: its nodes still carry the metal's mass, and the products press on it from
-    behind. Like the faces between layers, they are met by other rounds' nodes alone.
+    on the charge, the face between both, whose nodes still carry the metal's mass. Like the faces between layers, they
+    are met by other rounds' nodes alone.
 
     Parameters
     ----------
