@@ -182,23 +182,21 @@ class ContactForces:
 
     def drop_faces(self, released: np.ndarray) -> None:
         """Let nothing meet the faces of this rank's `released` cells (cells,) bool any more; collective."""
-        if self.interface is not None and self.torn.any():
-            self.interface.leave_torn(self.torn)
         numbers = self._fields.mesh.cell[np.flatnonzero(released)]
         found = not self.torn[numbers].all()
         if self.comm.size > 1:
             found = self.comm.allreduce(found, op=MPI.LOR)
-        if not found:
-            return
-        for part in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
-            self.torn[part] = True
-        self.restore_torn(self.torn)
+        if found:
+            for part in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
+                self.torn[part] = True
+            self.restore_torn(self.torn)
+        # Not when a burst is resumed: between two looks nodes may have come to lie on torn faces.
+        if self.interface is not None and self.torn.any():
+            self.interface.leave_torn(self.torn)
 
     def restore_torn(self, torn: np.ndarray) -> None:
         """Take over which cells of the whole mesh are torn metal."""
         self.torn[:] = torn
-        if self.interface is not None and self.torn.any():
-            self.interface.leave_torn(self.torn)
         if self.collisions is not None and self.torn.any():
             opened = self._torn_faces.opened(self.torn) if self._torn_faces is not None else None
             self.collisions.drop_faces(self.torn, opened)

@@ -34,8 +34,8 @@ def escape_speed(rounds: Sequence[Round]) -> float:
 def speeds_and_bound(fields: BurstFields, rounds: Sequence[Round], images: int) -> dict[str, Any]:
     """The fastest node of any casing beside `escape_speed`, and the casings' mass above it; collective.
 
-    Metal that rounds squeeze between them may be thrown as a jet; above the bound it is the computation's fault, and a
-    warning is logged. `images` is how many times the arrangement is the computed part.
+    Metal that rounds squeeze between them may be thrown as a jet; above the bound no products have pushed it there, and
+    a warning is logged. `images` is how many times the arrangement is the computed part.
     """
     mesh, bound = fields.mesh, escape_speed(rounds)
     of_casings = np.unique(mesh.dofmap[mesh.part != Part.CHARGE])
