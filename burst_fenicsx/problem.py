@@ -63,7 +63,11 @@ class JonesWilkinsLee:
 
 @dataclass(frozen=True)
 class Explosive:
-    """A high explosive. Units: kg/m3, m/s, J/kg, m/s."""
+    """A high explosive. Units: kg/m3, m/s, J/kg, m/s.
+
+    Shocks in the unreacted charge run at U = c0 + s u behind which matter moves at u: c0 is `sound_speed`, s
+    `hugoniot_slope`.
+    """
 
     name: str
     density: float
@@ -76,6 +80,20 @@ class Explosive:
     source: str = ""
     critical_energy: tuple[float, float] | None = None  # of initiation by shock: published range (J/m2)
     critical_energy_source: str = ""
+    hugoniot_slope: float = 1.9  # s, of published fits 1.4 to 2.2 (1 or more)
+
+    @property
+    def hugoniot_limit(self) -> float:
+        """Largest rho/rho0 - 1 up to which the unreacted charge follows its Hugoniot: 0.6 of 1/s in 1 - rho0/rho.
+
+        There it is at about twice rho0 c0^2, above the detonation's pressure; the pole at 1/s is never met.
+        """
+        return 0.6 / (self.hugoniot_slope - 0.6)
+
+    def shock_speed(self, pressure: float) -> float:
+        """Speed U (m/s) of a plane shock of that pressure (Pa) in the unreacted charge: P = rho0 U u, U = c0 + s u."""
+        steep = 4.0 * self.hugoniot_slope * pressure / self.density
+        return 0.5 * (self.sound_speed + (self.sound_speed**2 + steep) ** 0.5)
 
 
 @dataclass(frozen=True)

@@ -79,9 +79,12 @@ PARAMETERS = (
     "R1",
     "R2",
     "omega",
+    "hugoniot_slope",
+    "hugoniot_limit",
 )
 """Columns of the table of explosives (SI). `model` is 0 for an isentrope of Landau and Stanyukovich (P0, Pk, Vk), 1 for
-Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone."""
+Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone.
+`hugoniot_limit` is the largest rho/rho0 - 1 up to which the unreacted explosive follows its Hugoniot."""
 
 
 STRESS = FREE  # deviator of the unreacted charge, 6 rows, Pa
@@ -191,15 +194,26 @@ def _mix(
 ) -> None:
     """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unreacted part."""
     xi = scratch[BURN * LANES + lane]
-    unreacted_stiffness = material[1] / relative + 4.0 / 3.0 * material[2]
-    scratch[PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * _unreacted_pressure(relative, material)
+    pressure, slope = _unreacted(relative, material)
+    unreacted_stiffness = slope / relative + 4.0 / 3.0 * material[2]
+    scratch[PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * pressure
     scratch[STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
 
 
 @lane_function
-def _unreacted_pressure(relative: float, material: np.ndarray) -> float:
-    """Pressure (Pa) of the unreacted explosive at V/V0; pressed explosive parts in tension at about its strength."""
-    return max(material[1] * (1.0 / relative - 1.0), -material[3])
+def _unreacted(relative: float, material: np.ndarray) -> tuple[float, float]:
+    """Pressure of the unreacted explosive at V/V0 and its slope over rho/rho0 - 1 (Pa).
+
+    On the Hugoniot of shocks of speed U = c0 + s u, with mu = rho/rho0 - 1: P = K mu (1 + mu) / (1 - (s - 1) mu)^2,
+    beyond the limit, before its pole, on its tangent. Pressed explosive parts in tension at about its strength.
+    """
+    mu = 1.0 / relative - 1.0
+    on_curve = min(max(mu, 0.0), material[19])
+    inverse = 1.0 / (1.0 - (material[18] - 1.0) * on_curve)
+    squared = material[1] * (inverse * inverse)
+    slope = squared * inverse * (1.0 + (material[18] + 1.0) * on_curve)
+    pressure = squared * (on_curve * (1.0 + on_curve)) + slope * (mu - on_curve)
+    return max(pressure, -material[3]), slope
 
 
 @block_kernel
@@ -233,7 +247,7 @@ def press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
         change = v - scratch[_OLD_VOLUME * LANES + lane] * per_volume
         e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
         cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
-        others = scratch[_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * _unreacted_pressure(v, material)
+        others = scratch[_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * _unreacted(v, material)[0]
         rest = scratch[_CONTENT * LANES + lane] - 0.5 * others * change
         p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
         e = rest - 0.5 * xi * p * change

@@ -17,6 +17,7 @@ EXPLOSIVE_KEYS = (
     "detonation_velocity",
     "heat_of_detonation",
     "sound_speed",
+    "hugoniot_slope",
     "shear_modulus",
     "shear_strength",
     "gurney",
@@ -88,6 +89,7 @@ def load_explosive(name_or_path: str | Path) -> Explosive:
         source=table.text("source", ""),
         critical_energy=critical,
         critical_energy_source=table.text("critical_energy_source", ""),
+        hugoniot_slope=table.number("hugoniot_slope", Explosive.hugoniot_slope, at_least=1.0),
     )
 
 

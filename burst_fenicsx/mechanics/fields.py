@@ -438,8 +438,11 @@ def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[
     )
     if isinstance(model, JwlProducts):
         c = model.constants
-        return (*shared, 1.0, 0.0, 0.0, 1.0, c.A, c.B, c.R1, c.R2, c.omega)
-    return (*shared, 0.0, model.initial_pressure, model.knee_pressure, model.knee_volume, 0.0, 0.0, 1.0, 1.0, 0.0)
+        products = (1.0, 0.0, 0.0, 1.0, c.A, c.B, c.R1, c.R2, c.omega)
+    else:
+        isentrope = (model.initial_pressure, model.knee_pressure, model.knee_volume)
+        products = (0.0, *isentrope, 0.0, 0.0, 1.0, 1.0, 0.0)
+    return (*shared, *products, explosive.hugoniot_slope, explosive.hugoniot_limit)
 
 
 def _inverse(limit: float | None) -> float:

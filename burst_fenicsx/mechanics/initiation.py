@@ -4,7 +4,7 @@ An unreacted cell is ignited where its pressure has stayed at or above a thresho
 detonation runs through the charge at D, as from an ignition point (Eqs. 4-5). A cell that no front is about to reach
 ignites by itself, so that a wide shock makes several sources.
 
-The pressure is that of the state, K (rho/rho0 - 1) of the unreacted explosive. The artificial viscous pressure does not
+The pressure is that of the unreacted explosive on its Hugoniot. The artificial viscous pressure does not
 count: it exists only while a cell is being compressed, for as long as the cell is wide, and would tie the threshold to
 the cell size.
 """

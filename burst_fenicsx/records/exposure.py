@@ -3,7 +3,7 @@
 The criterion of critical energy (Walker and Wasley 1969, Explosivstoffe 17, 9): a plane shock of pressure p that lasts
 for the time tau brings p u tau = p^2 tau / (rho0 U) per area, and initiates where that exceeds a constant of the
 explosive. For a pulse of any shape the integral of p^2 / (rho0 U) over its time is taken, cell by cell. U follows from
-the state of the unreacted explosive, P = K (rho/rho0 - 1): U = c0 sqrt(1 + P/K).
+the Hugoniot of the unreacted explosive, U = c0 + s u, with p = rho0 U u.
 
 The criterion is one of plane, short shocks. Long, weak pressure brings any energy in the end and initiates nothing, so
 a pulse is the time for which a cell's pressure stays above a floor. Energies that are published for one explosive
@@ -87,11 +87,11 @@ class ShockExposures:
         floors = np.array([item.initiation.floor if item.initiation else np.inf for item in rounds])
         self._floors = floors
         self._floor = floors[self._round]
-        density = np.array([item.explosive.density for item in rounds])
-        sound = np.array([item.explosive.sound_speed for item in rounds])
-        self._density, self._sound = density, sound
-        self._impedance = (density * sound)[self._round]
-        self._modulus = (density * sound**2)[self._round]
+        self._explosives = [item.explosive for item in rounds]
+        impedance = np.array([item.density * item.sound_speed for item in self._explosives])
+        slope = np.array([item.hugoniot_slope * item.density for item in self._explosives])
+        self._impedance = impedance[self._round]
+        self._slope = slope[self._round]
         self.values: NDArray[np.float64] = np.zeros((len(self._cell), len(COLUMNS)))
 
     @property
@@ -105,7 +105,7 @@ class ShockExposures:
             charge = self._fields.charge
             _add_pulse(
                 time, step, self._cell, charge.pressure, charge.ignition_time, self._floor, self._impedance,
-                self._modulus, self.values,
+                self._slope, self.values,
             )  # fmt: skip
 
     def found(self) -> list[Exposure | None]:
@@ -135,8 +135,7 @@ class ShockExposures:
         row = dict(zip(COLUMNS, values, strict=True))
         held = row["impulse"] ** 2 / row["square"] if row["square"] > 0.0 else 0.0
         pressure = row["square"] / row["impulse"] if row["impulse"] > 0.0 else 0.0
-        modulus = self._density[index] * self._sound[index] ** 2
-        speed = self._sound[index] * np.sqrt(1.0 + pressure / modulus)
+        speed = self._explosives[index].shock_speed(pressure)
         x, y, z = (float(value) for value in centre)
         return Exposure(
             peak_pressure=peak,
@@ -208,12 +207,13 @@ def _add_pulse(
     ignition_time: np.ndarray,
     floor: np.ndarray,
     impedance: np.ndarray,
-    modulus: np.ndarray,
+    slope: np.ndarray,
     values: np.ndarray,
 ) -> None:
     """Add the step to the pulses of the watched cells, (watched,) and `values` as `COLUMNS`.
 
-    A cell that a front has reached is left out: its pressure is the products' then.
+    A cell that a front has reached is left out: its pressure is the products' then. `impedance` rho0 c0 (kg/(m2 s)) and
+    `slope` rho0 s (kg/m3) give the shock's rho0 U.
     """
     for k in range(cell.size):
         c = cell[k]
@@ -227,7 +227,7 @@ def _add_pulse(
             values[k, 6] = 0.0
             continue
         square = p * p * step
-        values[k, 4] += square / (impedance[k] * np.sqrt(1.0 + p / modulus[k]))
+        values[k, 4] += square / (0.5 * (impedance[k] + np.sqrt(impedance[k] * impedance[k] + 4.0 * slope[k] * p)))
         values[k, 5] += square
         values[k, 6] += p * step
         if values[k, 4] > values[k, 1]:

@@ -38,6 +38,7 @@ TNT = Explosive(
     detonation_velocity=6940.0,
     heat_of_detonation=4.52e6,
     sound_speed=2570.0,
+    hugoniot_slope=1.88,
     jwl=JonesWilkinsLee(A=371.2e9, B=3.231e9, R1=4.15, R2=0.95, omega=0.30, E0=7.0e9),
 )
 COMP_B = Explosive(
@@ -46,6 +47,7 @@ COMP_B = Explosive(
     detonation_velocity=7990.0,
     heat_of_detonation=5.02e6,
     sound_speed=2710.0,
+    hugoniot_slope=1.86,
     jwl=JonesWilkinsLee(A=524.23e9, B=7.678e9, R1=4.2, R2=1.10, omega=0.34, E0=8.5e9),
 )
 ELASTIC = CasingMaterial(

@@ -93,7 +93,7 @@ def test_products_press_by_the_jwl_equation(stretch):
 
 
 def test_an_unreacted_charge_parts_in_tension_at_its_strength():
-    """K (rho/rho0 - 1) down to the strength, not below it however far it is stretched."""
+    """rho0 c0^2 (rho/rho0 - 1) down to the strength, not below it however far it is stretched."""
     bulk, strength = TNT.density * TNT.sound_speed**2, TNT.shear_strength
     for stretch in (1.0 + 0.2 * strength / bulk, 1.02):
         solver = cube(Part.CHARGE)

@@ -49,9 +49,9 @@ class Impact:
 
 
 def impact() -> Impact:
-    """The buffer brings the charge half the flyer's speed; P = rho0 U u with U from P = K (rho/rho0 - 1).
+    """The buffer brings the charge half the flyer's speed; P = rho0 U u with U = c0 + s u.
 
-    In the charge U^2 - u U - c0^2 = 0, since rho/rho0 = U/(U - u). The deviator of the unreacted charge is neglected.
+    The deviator of the unreacted charge is neglected.
     """
     nu = ELASTIC.poisson_ratio
     modulus = ELASTIC.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -60,7 +60,7 @@ def impact() -> Impact:
     low, high = 0.0, SPEED
     for _ in range(60):
         u = 0.5 * (low + high)
-        shock = 0.5 * (u + np.sqrt(u * u + 4.0 * TNT.sound_speed**2))
+        shock = TNT.sound_speed + TNT.hugoniot_slope * u
         # Incident stress impedance * SPEED / 2 in steel that moves at SPEED / 2, relieved to the charge's.
         too_slow = TNT.density * shock * u < impedance * (SPEED - u)
         low, high = (u, high) if too_slow else (low, u)

@@ -139,6 +139,7 @@ KEYS: dict[str, Bounds] = {
     "round.explosive.detonation_velocity": Bounds(500.0, 1.2e4, "detonation fronts", (2000.0, 1e4)),
     "round.explosive.heat_of_detonation": Bounds(1e5, 3e7, "heats of explosives", (1e6, 1e7)),
     "round.explosive.sound_speed": Bounds(50.0, 1e4, "speeds of sound of explosives", (500.0, 5000.0)),
+    "round.explosive.hugoniot_slope": Bounds(1.0, 5.0, "published fits have 1.4 to 2.2", (1.2, 2.6)),
     "round.explosive.shear_modulus": Bounds(1e4, 1e12, "moduli of solids", (1e7, 2e10)),
     "round.explosive.shear_strength": Bounds(0.0, 1e11, "strengths of solids", (0.0, 1e9)),
     "round.explosive.jwl.A": Bounds(1e8, 1e13, "published A are 100 to 1200 GPa", (1e10, 3e12)),

@@ -56,7 +56,9 @@ class ExplosiveTable(Table):
     heat_of_detonation: EnergyPerMass
     """Heat Q of detonation; the Landau models need more than D^2 / 16."""
     sound_speed: Speed
-    """Bulk sound speed of the unreacted charge."""
+    """Bulk sound speed of the unreacted charge: c0 of its shocks, U = c0 + s u."""
+    hugoniot_slope: float = 1.9
+    """s of the same; published fits have 1.4 to 2.2."""
     shear_modulus: PositivePressure = 3.5e9
     """Of the unreacted charge."""
     shear_strength: Pressure = 5.0e7
