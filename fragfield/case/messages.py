@@ -142,7 +142,7 @@ def _keys_beside(location: Sequence[int | str], model: type[BaseModel]) -> list[
 
 def _belongs(key: str, model: type[BaseModel]) -> str:
     """Where a key stands that was put into the wrong table; empty for one that is known nowhere."""
-    places = [path for path in _paths(model) if path.rpartition(".")[2] == key]
+    places = list(dict.fromkeys(path for path in _paths(model) if path.rpartition(".")[2] == key))
     return f" (a key of this name belongs to {' or '.join(places)})" if places else ""
 
 

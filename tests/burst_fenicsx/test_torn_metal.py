@@ -290,6 +290,20 @@ def test_products_leave_the_faces_of_torn_cells_for_good(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_charge_that_its_neighbour_has_compressed_burns_to_its_end(tmp_path):
+    """Two M107 with 4 mm cells, one initiated 40 us later: an unreacted charge that was too soft lost cells at 91 us."""
+    text = Path("validation/stack_trends/case.toml").read_text(encoding="utf-8")
+    path = tmp_path / "case.toml"
+    path.write_text(text.replace('delays = ["0 us", "0 us"]', 'delays = ["0 us", "40 us"]'), encoding="utf-8")
+    case = load_case(path, cell_size="4 mm")
+    going = Simulation(burst_rounds(case), burst_settings(case), tmp_path, MPI.COMM_SELF, {})
+    going.run()
+    summary = going.finish().summary
+    assert summary["lost_cells"] == 0
+    assert summary["passed_through"]["largest_together"] < 0.005 * summary["casing_mass"]
+
+
+@pytest.mark.slow
 def test_a_round_of_fine_cells_reaches_its_end(tmp_path):
     """With 2.5 mm cells the rim of the charge's rear folded where products were kept on torn metal."""
     text = Path("cases/m107_comp_b.toml").read_text(encoding="utf-8")

@@ -269,6 +269,12 @@ def test_a_key_in_the_wrong_table_is_sent_to_its_own():
         "burst.initiation: unknown key (a key of this name belongs to round.initiation)", burst={"initiation": SHOCK}
     )
     _refused('planes: unknown key (did you mean "plane"?)', planes=[])
+    # Several kinds of a table have the key: each table is named once.
+    _refused(
+        "burst.kind: unknown key (a key of this name belongs to plane.kind or obstacle.kind or witness.kind or "
+        "exposed.kind)",
+        burst={"kind": "3d"},
+    )
 
 
 def test_planes_reach_the_burst():
