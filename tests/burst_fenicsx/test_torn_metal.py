@@ -291,7 +291,7 @@ def test_products_leave_the_faces_of_torn_cells_for_good(tmp_path):
 
 @pytest.mark.slow
 def test_a_charge_that_its_neighbour_has_compressed_burns_to_its_end(tmp_path):
-    """Two M107 with 4 mm cells, one initiated 40 us later: an unreacted charge that was too soft lost cells at 91 us."""
+    """Two M107 with 4 mm cells, one initiated 40 us later: too soft an unreacted charge lost cells at 91 us."""
     text = Path("validation/stack_trends/case.toml").read_text(encoding="utf-8")
     path = tmp_path / "case.toml"
     path.write_text(text.replace('delays = ["0 us", "0 us"]', 'delays = ["0 us", "40 us"]'), encoding="utf-8")
