@@ -61,5 +61,6 @@ def test_delays_are_mirrored_and_move_the_metal_to_the_later_round():
 def test_friction_hardly_counts_and_wider_gaps_take_longer():
     assert not missed(friction_rows({0.0: 6.3, 40.0: 6.4}, 6.48))
     assert missed(friction_rows({0.0: 5.0}, 6.48))
+    assert missed(friction_rows({0.0: None}, 6.48))
     assert end_of(REFERENCE["gap"]) == pytest.approx(REFERENCE["end"])
     assert end_of(0.2617, 1e-5) == pytest.approx(REFERENCE["end"] + 0.12 / REFERENCE["closing_speed"] + 1e-5)

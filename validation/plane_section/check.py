@@ -131,9 +131,16 @@ def delay_rows(found: Mapping[float, tuple[Focus, Focus]], together: Focus) -> l
     return rows
 
 
-def friction_rows(found: Mapping[float, float], usual: float) -> list[Row]:
-    """Mass ratio within 10 degrees by the friction angle of casings (degrees), beside the usual 20 degrees."""
-    return [
-        compare(NAME, f"friction {angle:g} deg: mass within 10 deg", ratio, usual, _ALLOWED["friction"], "20 deg")
-        for angle, ratio in sorted(found.items())
-    ]
+def friction_rows(found: Mapping[float, float | None], usual: float) -> list[Row]:
+    """Mass ratio within 10 degrees by the friction angle of casings (degrees), beside the usual 20 degrees.
+
+    None for a burst that stopped for its numbers.
+    """
+    rows = []
+    for angle, ratio in sorted(found.items()):
+        name = f"friction {angle:g} deg"
+        if ratio is None:
+            rows.append(within(NAME, f"{name}: burst reaches its end", 0.0, 1.0, 1.0, _SOURCE))
+        else:
+            rows.append(compare(NAME, f"{name}: mass within 10 deg", ratio, usual, _ALLOWED["friction"], "20 deg"))
+    return rows

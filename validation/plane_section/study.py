@@ -18,7 +18,7 @@ from validation.plane_section.check import (
     mirrored_rows,
     single_rows,
 )
-from validation.runs import ROOT, summary_of
+from validation.runs import ROOT, STOPPED, StudyError, summary_of
 from validation.soundness import all_passed, sound
 from validation.stack_trends.check import Focus, focus_of, varied
 
@@ -59,6 +59,15 @@ class _Sections:
         text = varied(text, count=count, gap=gap, delays=times, end=end_of(gap, max(times)))
         path.write_text(text, encoding="utf-8")
         return self.folder(name, str(path), size, **changes)
+
+    def ratio(self, name: str, size: str, **changes: Any) -> float | None:
+        """Mass ratio within 10 degrees of the pair with changes; None where its burst stopped for its numbers."""
+        try:
+            return _ratio(self.folder(name, REFERENCE["case"], size, **changes))
+        except StudyError as error:
+            if error.code != STOPPED:
+                raise
+            return None
 
     def focus(self, name: str, size: str, **changes: Any) -> Focus:
         """The focus of one of these."""
@@ -107,9 +116,7 @@ def study(options: Options, runs: Runs) -> list[Row]:
     rows += delay_rows(delays, together)
     key = "burst.contact.surface_friction_angle"
     frictions = {
-        angle: _ratio(
-            sections.folder(f"friction_{angle:g}", REFERENCE["case"], usual, **{key: f"{angle:g} deg"}, **off)
-        )
+        angle: sections.ratio(f"friction_{angle:g}", usual, **{key: f"{angle:g} deg"}, **off)
         for angle in REFERENCE[f"{quick}frictions"]
     }
     rows += friction_rows(frictions, _ratio(whole))
