@@ -13,7 +13,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.mechanics.solver import Hold
+from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.problem import BurstSettings, Leakage, Part, ShockInitiation, Viscosity
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, burst, run_until
 from tests.burst_fenicsx.rank_states import END_BY_SHOCK, GAP, OF_RANKS, differences, state, tubes
