@@ -157,7 +157,7 @@ def no_leakage(settings: BurstSettings, comm: MPI.Comm = MPI.COMM_SELF) -> Leaka
 
 
 def plain_inputs(distributed: DistributedMesh, mesh: CellMesh, leakage: LeakageParts) -> dict[str, Any]:
-    """What `make_fields` wants to know of rounds without fuze and axial parts."""
+    """What `make_fields` takes of rounds without fuze and axial parts."""
     return {
         "fuze_density": [3000.0] * len(mesh.lengths),
         "axial_part": np.zeros(distributed.cells, dtype=np.int32),

@@ -12,7 +12,7 @@ from tests.fragfield.short_run import SHORT, same_data
 
 @pytest.mark.dolfinx
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_path, ranks):
     folder = tmp_path / "run"
     folder.mkdir()

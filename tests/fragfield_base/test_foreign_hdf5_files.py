@@ -1,4 +1,4 @@
-"""HDF5 files from elsewhere: what leads elsewhere, claims too much or is no file is refused, and links are kept."""
+"""Foreign HDF5 files: what leads to another file, claims too much or is no file is refused, and links are kept."""
 
 from __future__ import annotations
 

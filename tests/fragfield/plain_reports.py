@@ -1,0 +1,27 @@
+"""Reports without what takes longest in them: pictures and figures."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import fragfield.report
+from fragfield.report import assemble
+from fragfield.report.figures import early
+
+if TYPE_CHECKING:
+    import pytest
+
+__all__ = ["draw_nothing", "leave_out_figures"]
+
+
+def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
+    """Have reports written without figures."""
+    patch.setattr(assemble._Illustrator, "draw", lambda *_: [])
+    patch.setattr(early, "EARLY", {})
+
+
+def draw_nothing(patch: pytest.MonkeyPatch) -> None:
+    """Have reports written without pictures and figures."""
+    leave_out_figures(patch)
+    patch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
