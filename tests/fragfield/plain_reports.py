@@ -12,7 +12,7 @@ from fragfield.report.figures import early
 if TYPE_CHECKING:
     import pytest
 
-__all__ = ["draw_nothing", "leave_out_figures"]
+__all__ = ["draw_nothing", "leave_out_figures", "leave_out_pictures"]
 
 
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
@@ -24,4 +24,9 @@ def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
 def draw_nothing(patch: pytest.MonkeyPatch) -> None:
     """Have reports written without pictures and figures."""
     leave_out_figures(patch)
+    leave_out_pictures(patch)
+
+
+def leave_out_pictures(patch: pytest.MonkeyPatch) -> None:
+    """Have reports written without pictures."""
     patch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))

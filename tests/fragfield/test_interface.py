@@ -14,6 +14,7 @@ from burst_fenicsx.errors import NumericalStop as BurstStop
 from flight.files.text_tables import read_columns
 from fragfield.errors import exit_code_of
 from fragfield.files.stamped import stamped_json
+from tests.fragfield.plain_reports import leave_out_pictures
 from tests.fragfield.short_run import invoke
 from tests.fragfield.small_tube import BURST, TUBE, tube_case
 
@@ -25,10 +26,12 @@ def tube():
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory, tube):
-    """A whole run from Python, with the progress it reported."""
+    """A whole run from Python, with the progress it reported; its report has figures and no pictures of the burst."""
     steps = []
     out = tmp_path_factory.mktemp("interface") / "run"
-    return fragfield.run(tube, out=out, progress=steps.append, threads=1), steps
+    with pytest.MonkeyPatch.context() as patch:
+        leave_out_pictures(patch)
+        return fragfield.run(tube, out=out, progress=steps.append, threads=1), steps
 
 
 def test_prints_are_short(tube, done):

@@ -18,9 +18,16 @@ def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_
     folder.mkdir()
     for name in ("case.toml", "summary.json", "burst_snapshot.h5"):
         shutil.copy(whole_run[0] / name, folder)
-    for command in ("break-up", "fly"):
-        done = mpirun(ranks, "-m", "fragfield", command, folder, "--json")
-        assert json.loads(done.stdout)["break_up"]["realisations"] == 32
+    script = tmp_path / "stages.py"  # both stages in one start of the ranks
+    script.write_text(
+        "import sys, fragfield\n"
+        "from mpi4py import MPI\n"
+        "for stage in ('break-up', 'fly'):\n"
+        f"    run = fragfield.run({str(folder)!r}, only=stage, progress=False)\n"
+        '    sys.stdout.write(f\'{run.summary["break_up"]["realisations"]}\\n\')\n'
+    )
+    done = mpirun(ranks, script)
+    assert done.stdout.split() == 2 * ranks * ["32"]
     for name in ("fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5", "ensemble.h5"):
         assert same_data(folder / name, whole_run[0] / name) > 5, name
     assert not done.stderr.count("Traceback")
