@@ -230,6 +230,7 @@ def test_a_numerical_stop_is_one_error(tmp_path, tube):
     assert "the energy ledger is open" in fragfield.open(tmp_path / "run").log
 
 
+@pytest.mark.slow  # as `test_realisations_shared_over_ranks_are_those_of_one`, from the burst on
 @pytest.mark.mpi
 @pytest.mark.dolfinx
 def test_a_script_under_mpirun(tmp_path, mpirun):

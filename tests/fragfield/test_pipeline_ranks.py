@@ -7,6 +7,7 @@ import shutil
 
 import pytest
 
+import fragfield
 from tests.fragfield.short_run import SHORT, same_data
 
 
@@ -24,10 +25,11 @@ def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_
         "from mpi4py import MPI\n"
         "for stage in ('break-up', 'fly'):\n"
         f"    run = fragfield.run({str(folder)!r}, only=stage, progress=False)\n"
-        '    sys.stdout.write(f\'{run.summary["break_up"]["realisations"]}\\n\')\n'
+        'sys.stdout.write(f\'{run.summary["break_up"]["realisations"]}/{len(run.landing)}\\n\')\n'
     )
     done = mpirun(ranks, script)
-    assert done.stdout.split() == 2 * ranks * ["32"]
+    landed = len(fragfield.open(whole_run[0]).landing)
+    assert done.stdout.split() == ranks * [f"32/{landed}"]  # every rank has the run, and the script goes on there
     for name in ("fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5", "ensemble.h5"):
         assert same_data(folder / name, whole_run[0] / name) > 5, name
     assert not done.stderr.count("Traceback")
