@@ -165,7 +165,7 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
         end = file.id.get_filesize()
     random = np.random.default_rng(18)
     refused = 0
-    for trial in range(300):
+    for trial in range(150):
         data = bytearray(whole)
         if trial % 3:
             data[random.integers(sealed)] ^= 1 << random.integers(8)
@@ -177,7 +177,7 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
         with pytest.raises(RefusedError, match=r"b.h5: (damaged|cut off|not a)"), reading(other, RefusedError):
             pass
         refused += 1
-    assert refused > 250
+    assert refused > 125
     for cut in (1, 16, 40, 60, 72):
         other.write_bytes(whole[:-cut])
         said = "b.h5: damaged"
