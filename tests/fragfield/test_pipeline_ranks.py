@@ -48,7 +48,8 @@ def test_a_fault_of_the_flight_on_two_ranks_is_reported_once(mpirun, tmp_path):
 @pytest.mark.dolfinx
 @pytest.mark.mpi
 def test_two_ranks_give_the_burst_of_one(mpirun, short_case, whole_run, tmp_path):
-    done = mpirun(2, "-m", "fragfield", "run", short_case, "--out", tmp_path / "run", "--json")
+    """The command, with a report without pictures, during which the second rank waits."""
+    done = mpirun(2, "-m", "tests.fragfield.plain_reports", "run", short_case, "--out", tmp_path / "run", "--json")
     summary = json.loads(done.stdout)  # one object: rank 0 alone prints
     assert summary["burst"]["ranks"] == 2
     alone = json.loads((whole_run[0] / "summary.json").read_text())["burst"]
