@@ -25,14 +25,18 @@ def let_threads_sleep() -> None:
     The library reads it when it is loaded, which `import dolfinx` does as well: what a caller has imported before
     keeps to what it found. Processes that this one starts inherit it.
     """
-    if not _NAMES & set(os.environ) and _threads_here() + _others_running() > _cores():
+    if not _NAMES & set(os.environ) and _cores_are_shared():
         os.environ["OMP_WAIT_POLICY"] = "passive"
 
 
-def _threads_here() -> int:
-    """Threads that this process and the other ranks on this machine will have."""
-    threads = _whole("NUMBA_NUM_THREADS") or _whole("OMP_NUM_THREADS") or _cores()
-    return threads * max(1, *(_whole(name) for name in _LOCAL_RANKS))
+def _cores_are_shared() -> bool:
+    """Whether the threads of this process, of the other ranks here and of other work are more than the cores."""
+    cores = _cores()
+    threads = _whole("NUMBA_NUM_THREADS") or _whole("OMP_NUM_THREADS") or cores
+    if cores < (os.cpu_count() or 1):  # bound to cores of its own, as ranks are
+        return threads > cores
+    ranks = max(1, *(_whole(name) for name in _LOCAL_RANKS))
+    return ranks * threads + max(_others_running() - (ranks - 1), 0) > cores
 
 
 def _cores() -> int:

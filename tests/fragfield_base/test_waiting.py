@@ -31,6 +31,7 @@ def idle(monkeypatch):
     for name in (*NAMES, "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OMPI_COMM_WORLD_LOCAL_SIZE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)))
+    monkeypatch.setattr(os, "cpu_count", lambda: 8)
     monkeypatch.setattr(waiting, "_others_running", lambda: 0)
     return monkeypatch
 
@@ -43,6 +44,8 @@ def idle(monkeypatch):
         ({"NUMBA_NUM_THREADS": "2"}, 6, None),
         ({"NUMBA_NUM_THREADS": "2"}, 7, "passive"),
         ({"OMP_NUM_THREADS": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"}, 0, None),
+        ({"OMP_NUM_THREADS": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"}, 3, None),  # the other ranks
+        ({"OMP_NUM_THREADS": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"}, 4, "passive"),
         ({"OMP_NUM_THREADS": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "5"}, 0, "passive"),
         ({"OMP_WAIT_POLICY": "active"}, 20, "active"),
         ({"GOMP_SPINCOUNT": "1000"}, 20, None),
@@ -52,6 +55,16 @@ def test_threads_sleep_where_there_are_more_than_free_cores(idle, variables, oth
     for name, value in variables.items():
         idle.setenv(name, value)
     idle.setattr(waiting, "_others_running", lambda: others)
+    waiting.let_threads_sleep()
+    assert os.environ.get("OMP_WAIT_POLICY") == policy
+
+
+@pytest.mark.parametrize(("threads", "policy"), [("2", None), ("3", "passive")])
+def test_ranks_that_are_bound_to_cores_have_those_alone(idle, threads, policy):
+    idle.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    idle.setattr(waiting, "_others_running", lambda: 20)
+    idle.setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4")
+    idle.setenv("NUMBA_NUM_THREADS", threads)
     waiting.let_threads_sleep()
     assert os.environ.get("OMP_WAIT_POLICY") == policy
 
