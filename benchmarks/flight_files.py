@@ -7,12 +7,13 @@ them. Beside it stands the table of landings written row by row by Python's "%.1
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from benchmarks.fresh import figures_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -24,11 +25,7 @@ __all__ = ["plainly", "written"]
 
 def written(number: int) -> dict[str, Any]:
     """Core-seconds of the flight and of the files, bytes on the disk, and the largest memory of the process."""
-    command = [sys.executable, "-m", "benchmarks.flight_files", str(number)]
-    root = Path(__file__).resolve().parent.parent
-    done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, text=True, check=True)
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    return figures_of("benchmarks.flight_files", number)
 
 
 def plainly(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmarks.fresh import figures_of
 from benchmarks.goal import near
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ _TOLERANCE = 0.1
 
 def grown(numbers: Sequence[int]) -> dict[str, Any]:
     """Exponent of the cores' time over the number of fragments, and the memory of one more."""
-    rows = [_fresh(number) for number in numbers]
+    rows = [figures_of("benchmarks.flight_growth", number) for number in numbers]
     count, seconds, peak = (
         np.array([float(row[key]) for row in rows]) for key in ("fragments", "core_seconds", "peak_bytes")
     )
@@ -33,14 +32,6 @@ def grown(numbers: Sequence[int]) -> dict[str, Any]:
         **near(exponent, _TOLERANCE, "exponent of the cores' time over the number of fragments"),
         "numbers": rows,
     }
-
-
-def _fresh(number: int) -> dict[str, Any]:
-    command = [sys.executable, "-m", "benchmarks.flight_growth", str(number)]
-    root = Path(__file__).resolve().parent.parent
-    done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, text=True, check=True)
-    figures: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return figures
 
 
 def _main(number: int) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["fresh_run", "peak_bytes"]
+__all__ = ["figures_of", "fresh_run", "peak_bytes"]
 
 _ROOT = Path(__file__).resolve().parent.parent
 
@@ -34,12 +34,24 @@ def fresh_run(cell_size: float, end_time: float, environment: Mapping[str, str] 
         was called, and `peak_bytes`, the most memory that was resident.
     """
     began = time.monotonic()  # one clock for all processes
-    command = [sys.executable, "-m", "benchmarks.fresh", repr(cell_size), repr(end_time)]
+    figures = figures_of("benchmarks.fresh", cell_size, end_time, environment=environment)
+    return {key: value - began if key.startswith("seconds_to") else value for key, value in figures.items()}
+
+
+def figures_of(module: str, *arguments: float, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """What a module prints as JSON in its last line when a new interpreter runs it with these arguments.
+
+    Parameters
+    ----------
+    module, arguments : of `python -m`.
+    environment : variables to add to this process's.
+    """
+    command = [sys.executable, "-m", module, *map(repr, arguments)]
     done = subprocess.run(
         command, cwd=_ROOT, env={**os.environ, **(environment or {})}, stdout=subprocess.PIPE, text=True, check=True
     )
     figures: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return {key: value - began if key.startswith("seconds_to") else value for key, value in figures.items()}
+    return figures
 
 
 def peak_bytes() -> int:

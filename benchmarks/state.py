@@ -143,7 +143,7 @@ def expanding(cell_size: float) -> Simulation:
     """
     run = new_run(cell_size)
     run.fields.charge.ignition_time[:] = -np.inf
-    run.solver.set_burning_times()
+    run.solver.burning.update()
     run.fields.nodes.velocity[:, :2] = _EXPANSION_RATE * run.fields.start[:, :2]
     for _ in range(_FEW_STEPS):
         one_step(run)

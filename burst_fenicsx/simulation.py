@@ -1,4 +1,4 @@
-"""A burst under way: mesh, distribution, steps, outputs, checkpoints, snapshot."""
+"""A burst under way: steps, the ledger, outputs, checkpoints and the snapshot."""
 
 from __future__ import annotations
 
@@ -6,49 +6,29 @@ import hashlib
 import logging
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.checks import check_planes, check_problem
-from burst_fenicsx.contact import ContactForces
+from burst_fenicsx.assembled import AssembledBurst
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.files.snapshot import write_snapshot
-from burst_fenicsx.mechanics.detonation import LeakageParts
-from burst_fenicsx.mechanics.exact_sums import exact_sums
-from burst_fenicsx.mechanics.fields import FUZE, BurstFields, make_fields
-from burst_fenicsx.mechanics.initiation import ShockInitiations
-from burst_fenicsx.mechanics.ledger import MIN_WORK, Ledger
-from burst_fenicsx.mechanics.solver import BurstSolver, Hold
-from burst_fenicsx.meshing import HexahedralMesh, MeshQuality, merge, mesh_round, quality
-from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.meshing.partition import partition
-from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import BurstSettings, Part, Round
+from burst_fenicsx.problem import BurstSettings, Round
 from burst_fenicsx.records.clocks import Clocks
-from burst_fenicsx.records.exposure import ShockExposures
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
-from burst_fenicsx.records.measures import Measures, RoundMeasures
-from burst_fenicsx.records.passage import Passage
+from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
 from burst_fenicsx.records.summary import burst_summary
-from burst_fenicsx.records.surfaces import radial_surfaces
-from burst_fenicsx.symmetry import smallest_part
-from burst_fenicsx.symmetry.completion import Completion
-from burst_fenicsx.symmetry.words import symmetry_words
 from fragfield_base.interruption import Interruption
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.files.snapshot import RoundRecord
-    from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import RigidPlane
-    from burst_fenicsx.records.surfaces import RadialSurfaces
-    from burst_fenicsx.symmetry.part import SymmetricPart
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
 
@@ -90,16 +70,15 @@ class BurstResult:
     history: dict[str, np.ndarray]
 
 
-class Simulation:
+class Simulation(AssembledBurst):
     """A burst under way; `simulate` drives it.
 
     Attributes
     ----------
-    geometry : "3d" or "axisymmetric", written into the snapshot.
     writes_series : whether burst.xdmf and what else is for visualisation alone are written.
+    radii : times (s) with the outer radii of casings and charges. acceleration_complete : when it was (s).
     """
 
-    geometry = "3d"
     writes_series = True
 
     def __init__(
@@ -111,43 +90,11 @@ class Simulation:
         provenance: dict[str, str],
         on_progress: Callable[[BurstProgress], None] | None = None,
     ) -> None:
-        check_problem(rounds, settings)
-        self.part = self._find_part(rounds, settings)
-        self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
-        self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
+        self.clocks = Clocks()
+        super().__init__(rounds, settings, comm)
         self.out_dir = out_dir
-        self.comm = comm
         self.provenance = provenance
         self.on_progress = on_progress
-        self.clocks = Clocks()
-        if comm.rank == 0 and self.geometry != "axisymmetric":
-            for line in symmetry_words(self.part.summary()):
-                _log.info("%s", line)
-        if len(rounds) > 1 and comm.rank == 0 and not settings.contact.surfaces:
-            _log.warning(
-                "%d rounds are computed as if each stood alone: contact of surfaces is switched off, and the distances "
-                "are not those of a stack",
-                len(rounds),
-                extra={"code": "rounds_alone"},
-            )
-
-        self.mesh, self.quality = self._make_mesh()
-        self.fuze_density = [_fuze_density(item) for item in self.rounds]
-        self.completion = Completion(self.part, self.mesh)
-        bins = int(np.clip(max(self.mesh.lengths) / (1.5 * settings.cell_size), 8, 60))
-        self.surfaces = self._make_surfaces(bins)
-        self._make_state()
-        self.exposures = ShockExposures(self.rounds, self.fields)
-        self.measures = Measures(
-            self.fields,
-            self.surfaces,
-            self.rounds,
-            self.mesh.lengths,
-            multiplicity=self.part.multiplicity,
-            images=self.part.images,
-            weight=self.mesh.node_weight,
-        )
-        self.passage = self._make_passage()
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._resumed_at: float | None = None
@@ -159,104 +106,6 @@ class Simulation:
     def checkpoint_path(self) -> Path:
         """Where the state is kept while the burst runs."""
         return self.out_dir / "checkpoint.h5"
-
-    def _find_part(self, rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
-        """What of the arrangement is computed."""
-        return smallest_part(rounds, settings)
-
-    def _make_mesh(self) -> tuple[HexahedralMesh, MeshQuality]:
-        """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
-        mesh = merge(
-            [
-                mesh_round(item, self.settings.cell_size, index, cuts)
-                for index, (item, cuts) in enumerate(zip(self.rounds, self.part.cuts, strict=True))
-            ]
-        )
-        found = quality(mesh)
-        return (split_charges(mesh) if self.settings.contact.charge_casing == "bonded" else mesh), found
-
-    def _make_surfaces(self, bins: int) -> RadialSurfaces:
-        """Where radii are measured, casings in so many `bins` each."""
-        return radial_surfaces(self.mesh, self.rounds, self.settings.leakage.parts, bins)
-
-    def _make_state(self) -> None:
-        """Distribute the mesh and make the fields, what acts on them and the solver."""
-        mesh, settings, comm = self.mesh, self.settings, self.comm
-        check_planes(self.rounds, settings, mesh)
-        alone = comm.size == 1 or comm.rank > 0
-        owner = None if alone else partition(mesh, self.rounds, comm.size)
-        distributed = distribute(comm, mesh if comm.rank == 0 else None, destination=owner)
-        self.leakage = self._make_leakage(distributed)
-        self.fields: BurstFields = make_fields(
-            distributed,
-            self.rounds,
-            settings,
-            fuze_density=self.fuze_density,
-            axial_part=self.surfaces.cell_part[distributed.cell],
-            leakage=self.leakage.factor,
-            lengths=mesh.lengths,
-        )
-        self.ledger = self._make_ledger()
-        self.contact = ContactForces(mesh, self.fields, settings)
-        self.initiation = ShockInitiations.of_rounds(self.rounds, self.fields)
-        self.solver = BurstSolver(
-            self.fields,
-            settings,
-            self.leakage,
-            self.ledger,
-            contact=self.contact,
-            initiation=self.initiation,
-            holds=self._holds(),
-        )
-
-    def _make_passage(self) -> Passage:
-        """What finds metal that has passed through planes or into other rounds."""
-        return Passage(
-            self.mesh,
-            self.fields,
-            self.rounds,
-            self.settings,
-            images=self.part.images,
-            multiplicity=self.part.multiplicity,
-            mirrors=len(self.part.planes()),
-            torn=self.contact.torn,
-        )
-
-    def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:
-        """Axial parts of the charges with this rank's own nodes."""
-        surfaces, own = self.surfaces, distributed.node[: distributed.owned_nodes]
-        return LeakageParts.of_charges(
-            self.settings.leakage,
-            distributed.comm,
-            surfaces.charge_part[own],
-            self.mesh.nodes[own],
-            surfaces.radius[own],
-            surfaces.outward[own],
-            surfaces.parts,
-            self.mesh.node_weight[own],
-        )
-
-    def _holds(self) -> tuple[Hold, ...]:
-        """Nodes in planes that cut rounds, which stay there."""
-        held = self.mesh.held
-        if held is None:
-            return ()
-        local = held[self.fields.mesh.node]
-        return tuple(Hold(np.flatnonzero(local >> bit & 1), normal) for bit, normal in enumerate(self.part.normals))
-
-    def _make_ledger(self) -> Ledger:
-        state = self.fields
-        own = state.mesh.part == Part.CHARGE
-        masses = exact_sums(self.comm, state.cell_mass[own, None], state.mesh.round[own], len(state.products))[:, 0]
-        energies = [products.energy / products.density for products in state.products]
-        chemical = masses * np.array(energies)
-        return Ledger(
-            self.settings.energy_tolerance,
-            MIN_WORK * float(chemical.sum()),
-            chemical,
-            self.comm,
-            balanced=self.part.held_directions,
-        )
 
     @property
     def key(self) -> str:
@@ -447,8 +296,3 @@ class Simulation:
     def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
         """The burst's part of summary.json."""
         return burst_summary(self, along, charge_masses)
-
-
-def _fuze_density(item: Round) -> float:
-    density = item.profile.fuze_density if item.profile is not None else 0.0
-    return density if density > 0.0 else FUZE.density

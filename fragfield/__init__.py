@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import fragfield_base  # noqa: F401 - it settles how threads wait, before a caller imports dolfinx
 from fragfield.version import __version__
 
 if TYPE_CHECKING:

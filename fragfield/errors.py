@@ -9,10 +9,9 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-from fragfield_base import errors
+from fragfield_base import errors, names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -119,8 +118,4 @@ def nearest(name: str, allowed: Iterable[str]) -> str:
 
 def nearest_name(name: str, allowed: Iterable[str]) -> str | None:
     """The allowed name that is nearest to another, upper or lower case; None when none is near."""
-    names = list(allowed)
-    close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=0.6)
-    # Of names that differ in case alone ("mm" and "Mm") the one of fewer capitals.
-    alike = sorted((one for one in names if one.casefold() in close), key=lambda one: sum(map(str.isupper, one)))
-    return alike[0] if alike else None
+    return names.nearest_name(name, allowed, likeness=0.6)

@@ -133,31 +133,34 @@ def test_other_releases_are_refused_with_conda_and_docker_as_cure(machine: Machi
     assert "dolfinx/dolfinx" in message
 
 
-def test_missing_packages_without_root_and_sudo(machine: Machine) -> None:
-    machine.tool("dpkg-query", 'case "$*" in *libegl1*) exit 1 ;; *) printf installed ;; esac')
-    machine.tool("id", "echo 1000")
+@pytest.mark.parametrize(
+    ("tools", "words"),
+    [
+        (
+            {"dpkg-query": 'case "$*" in *libegl1*) exit 1 ;; *) printf installed ;; esac', "id": "echo 1000"},
+            (
+                "not root, and there is no sudo",
+                "apt-get install --no-install-recommends libegl1 then call again",
+            ),
+        ),
+        (
+            {"dpkg-query": "exit 1", "id": "echo 1000", "sudo": "exit 1"},
+            ("sudo did not let you in", "sudo apt-get install --no-install-recommends python3-dolfinx-real"),
+        ),
+        (
+            {"dpkg-query": "exit 1", "df": "echo header; echo disk 1 1 512000 1 /"},
+            ("too little disk space", "500 MB are free"),
+        ),
+    ],
+    ids=["no root and no sudo", "sudo refuses", "too little disk space"],
+)
+def test_what_is_in_the_way_of_missing_packages_is_seen_before_apt(
+    machine: Machine, tools: dict[str, str], words: tuple[str, ...]
+) -> None:
+    for name, script in tools.items():
+        machine.tool(name, script)
     message = machine.refusal()
-    assert "not root, and there is no sudo" in message
-    assert "apt-get install --no-install-recommends libegl1 then call again" in message
-    assert not machine.apt_calls
-
-
-def test_missing_packages_where_sudo_refuses(machine: Machine) -> None:
-    machine.tool("dpkg-query", "exit 1")
-    machine.tool("id", "echo 1000")
-    machine.tool("sudo", "exit 1")
-    message = machine.refusal()
-    assert "sudo did not let you in" in message
-    assert "sudo apt-get install --no-install-recommends python3-dolfinx-real" in message
-    assert not machine.apt_calls
-
-
-def test_too_little_disk_space_is_seen_before_apt(machine: Machine) -> None:
-    machine.tool("dpkg-query", "exit 1")
-    machine.tool("df", "echo header; echo disk 1 1 512000 1 /")
-    message = machine.refusal()
-    assert "too little disk space" in message
-    assert "500 MB are free" in message
+    assert all(text in message for text in words), message
     assert not machine.apt_calls
 
 

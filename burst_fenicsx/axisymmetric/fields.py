@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
@@ -142,28 +142,15 @@ def make_ring_fields(
     rounds: Sequence[Round],
     settings: BurstSettings,
     *,
-    fuze_density: Sequence[float],
-    axial_part: np.ndarray,
-    leakage: np.ndarray,
-    lengths: Sequence[float],
     plane: bool = False,
+    **inputs: Any,
 ) -> RingFields:
     """Allocate the fields of one round on the origin with its axis along z, or of a plane section of several.
 
-    With `plane` the cells are those of a plane section, per length; the other parameters as for `make_fields`.
+    With `plane` the cells are those of a plane section, per length; the others and `inputs` are as for `make_fields`.
     """
     element = _PLANE if plane else _RING
-    plain = make_fields(
-        mesh,
-        rounds,
-        settings,
-        fuze_density=fuze_density,
-        axial_part=axial_part,
-        leakage=leakage,
-        lengths=lengths,
-        element=element,
-        chunk_size=max(mesh.cells, 1),
-    )
+    plain = make_fields(mesh, rounds, settings, element=element, chunk_size=max(mesh.cells, 1), **inputs)
     plain.grid = plain.grid._replace(rounding=0.0)  # one rank sums in one order: nothing is rounded
     position = plain.nodes.position
     share = element.shares(position, mesh.dofmap) * plain.cell_mass[:, None]

@@ -10,8 +10,8 @@ import numpy as np
 from burst_fenicsx.axisymmetric.rings import areas, ring_volumes
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.mesh import CellMesh
-from burst_fenicsx.meshing.quality import MeshQuality, quadrilateral_quality
-from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, layer_stations
+from burst_fenicsx.meshing.quality import MeshQuality, check_quality, quadrilateral_quality
+from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, check_cell_size, layer_stations
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -19,12 +19,10 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
 
-__all__ = ["LARGEST_MESH", "MIN_SCALED_JACOBIAN", "MeridianMesh", "mesh_meridian", "meridian_quality"]
+__all__ = ["LARGEST_MESH", "MeridianMesh", "mesh_meridian", "meridian_quality"]
 
-MIN_SCALED_JACOBIAN = 0.2
 LARGEST_MESH = 5_000_000  # quadrilaterals
 _FEWEST_CORE_CELLS = 2
-_LARGEST_MASS_ERROR = 0.02
 
 
 @dataclass(frozen=True)
@@ -100,18 +98,12 @@ def mesh_meridian(profile: Profile, cell_size: float) -> MeridianMesh:
         segments=(profile.segments,),
         lengths=(profile.length,),
     )
-    _check_shape(mesh, profile, cell_size)
+    check_quality(meridian_quality(mesh, profile), mesh.station, profile, cell_size)
     return mesh
 
 
 def _check_size(profile: Profile, cell_size: float) -> None:
-    if not cell_size > 0.0 or not np.isfinite(cell_size):
-        raise InputError(f"cell_size = {cell_size!r} m; a positive length is expected")
-    if cell_size > profile.max_radius:
-        raise InputError(
-            f"cell_size = {cell_size * 1e3:g} mm; at most the round's radius is allowed "
-            f"({profile.name}: {profile.max_radius * 1e3:g} mm)"
-        )
+    check_cell_size(profile, cell_size)
     expected = profile.length * profile.max_radius / cell_size**2
     if expected > LARGEST_MESH:
         smallest = np.sqrt(profile.length * profile.max_radius / LARGEST_MESH)
@@ -169,20 +161,3 @@ def meridian_quality(mesh: MeridianMesh, profile: Profile) -> MeshQuality:
         part: float(volumes[mesh.part == part].sum()) / volume - 1.0 for part, volume in wanted.items() if volume > 0.0
     }
     return quadrilateral_quality(corner, len(mesh.nodes), errors)
-
-
-def _check_shape(mesh: MeridianMesh, profile: Profile, cell_size: float) -> None:
-    found = meridian_quality(mesh, profile)
-    where = f"{profile.name} meshed with {cell_size * 1e3:g} mm"
-    if found.min_scaled_jacobian < MIN_SCALED_JACOBIAN:
-        raise InputError(
-            f"{where}: scaled Jacobian {found.min_scaled_jacobian:.3f} at station "
-            f"{mesh.station[found.worst_cell] * 1e3:.4g} mm; at least {MIN_SCALED_JACOBIAN:g} is needed: make the "
-            "contours there less steep, or the cells smaller"
-        )
-    for part, error in found.mass_errors.items():
-        if abs(error) > _LARGEST_MASS_ERROR:
-            raise InputError(
-                f"{where}: the mass of the {part.name.lower()} is off by {error:+.1%}; at most "
-                f"{_LARGEST_MASS_ERROR:.0%} is allowed: the contours need smaller cells"
-            )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
+    from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.meshing import MeshQuality
+    from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
     from burst_fenicsx.records.surfaces import RadialSurfaces
     from burst_fenicsx.simulation import BurstProgress, BurstResult
@@ -60,6 +62,8 @@ class AxisymmetricSimulation(Simulation):
 
     geometry = "axisymmetric"
     mesh: MeridianMesh  # type: ignore[assignment]
+    fields: RingFields
+    contact: MeridianContact
 
     def __init__(
         self,
@@ -86,23 +90,21 @@ class AxisymmetricSimulation(Simulation):
     def _make_surfaces(self, bins: int) -> RadialSurfaces:
         return meridian_surfaces(self.mesh, self.settings.leakage.parts, bins)
 
-    def _make_state(self) -> None:
-        mesh, settings = self.mesh, self.settings
-        distributed = on_dolfinx(mesh)
-        self.leakage = self._make_leakage(distributed)
-        self.fields = make_ring_fields(
-            distributed,
-            [replace(self.rounds[0], position=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))],
-            settings,
-            fuze_density=self.fuze_density,
-            axial_part=self.surfaces.cell_part[distributed.cell],
-            leakage=self.leakage.factor,
-            lengths=mesh.lengths,
-        )
-        self.ledger = self._make_ledger()
-        self.contact = MeridianContact(mesh, self.fields, settings)
-        self.initiation = None
-        self.solver = RingSolver(self.fields, settings, self.leakage, self.ledger, self.contact)
+    def _distribute(self) -> DistributedMesh:
+        return on_dolfinx(self.mesh)
+
+    def _make_fields(self, distributed: DistributedMesh, **inputs: Any) -> RingFields:
+        upright = replace(self.rounds[0], position=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
+        return make_ring_fields(distributed, [upright], self.settings, **inputs)
+
+    def _make_contact(self) -> MeridianContact:
+        return MeridianContact(self.mesh, self.fields, self.settings)
+
+    def _make_initiation(self) -> None:
+        """Nothing: one round alone."""
+
+    def _make_solver(self) -> RingSolver:
+        return RingSolver(self.fields, self.settings, self.leakage, self.ledger, self.contact)
 
     def _write_output(self) -> None:
         super()._write_output()

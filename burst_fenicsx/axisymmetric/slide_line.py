@@ -14,12 +14,8 @@ from burst_fenicsx.axisymmetric.surfaces import outer_edges
 from burst_fenicsx.contact.accounting import PlaneImpulse
 from burst_fenicsx.contact.forces import ContactForces, Penetrations, stable_budget
 from burst_fenicsx.contact.sliding import INTERFACE_STATE
-from burst_fenicsx.kernels.axisymmetric.slide_line import (
-    SPREAD,
-    LineContacts,
-    SlideLine,
-    spread_pressure,
-)
+from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
+from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.step import LineSettings
 from burst_fenicsx.kernels.charge import PARAMETERS
 from burst_fenicsx.problem import Part

@@ -50,7 +50,7 @@ class RingSolver(BurstSolver):
             begin, step, self.time_step, self.free_step, self.subcycling.highest, self.subcycling.moving, *self._arrays
         )
         # With damping all cells take the macro step: the nodes have moved once, under the old forces.
-        self._accumulate_work(0.5 * step)
+        self.loads.accumulate_work(self.ledger, 0.5 * step)
         self.time = begin + step
         if not whole:
             self._take_sums()
@@ -62,9 +62,7 @@ class RingSolver(BurstSolver):
         """Resultant at the new places of the nodes of cells of level `min_level` and higher, as in `BurstSolver`."""
         moving = int(self.subcycling.moving[min_level])
         add_ring_forces(step, self.free_step, self.time, min_level, moving, *self._arrays)
-        if self._damping_force is not None:
-            self._damping_force[:] = -self.settings.damping * self.fields.mass[:, None] * self.fields.nodes.velocity
-            self.fields.nodes.force[:] += self._damping_force
+        self.loads.add_forces(self.time)
         self._take_sums()
 
     def _take_sums(self) -> None:

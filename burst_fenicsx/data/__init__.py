@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from burst_fenicsx.errors import InputError
+from fragfield_base import names
 from fragfield_base.reading import read_text
 
 __all__ = ["DATA_DIRECTORY", "LENGTH_UNITS", "Table", "nearest_name", "read_toml"]
@@ -22,12 +22,10 @@ LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 
 def nearest_name(name: str, allowed: Iterable[str]) -> str:
     """Return a clause for a message: the nearest allowed name, if one is near, and all that are allowed."""
-    names = sorted(allowed)
-    close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=0.5)
-    # Of names that differ in case alone ("mm" and "Mm") the one of fewer capitals.
-    alike = sorted((one for one in names if one.casefold() in close), key=lambda one: sum(map(str.isupper, one)))
-    hint = f"did you mean '{alike[0]}'? " if alike else ""
-    return f"{hint}allowed: {', '.join(names)}"
+    known = sorted(allowed)
+    close = names.nearest_name(name, known)
+    hint = f"did you mean '{close}'? " if close is not None else ""
+    return f"{hint}allowed: {', '.join(known)}"
 
 
 def read_toml(path: Path) -> dict[str, Any]:

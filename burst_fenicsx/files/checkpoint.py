@@ -8,7 +8,7 @@ import numpy as np
 
 from burst_fenicsx.contact.restart import contact_arrays, own_sums, restore_contact, sums_of_ranks
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.mechanics.fields import hourglass_by_block, hourglass_by_slot
+from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.mechanics.ledger import Entry
 from fragfield_base.hdf5_files import creating, reading
 
@@ -50,7 +50,7 @@ def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
         "viscous_pressure": blocks.by_cell(grid.viscous),
         "stable_step": blocks.by_cell(grid.stable),
         "level": blocks.cell_levels,
-        "hourglass": blocks.by_cell(hourglass_by_slot(state.solid.hourglass)),
+        "hourglass": blocks.by_cell(_hourglass_by_slot(state.solid.hourglass)),
         **state.element_arrays(),
     }
 
@@ -174,7 +174,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     grid.volume[:] = blocks.by_slot(file["cells/volume"][()][mesh.cell])
     grid.viscous[:] = blocks.by_slot(file["cells/viscous_pressure"][()][mesh.cell])
     grid.stable[:] = blocks.by_slot(file["cells/stable_step"][()][mesh.cell])
-    state.solid.hourglass[:] = hourglass_by_block(blocks.by_slot(file["cells/hourglass"][()][mesh.cell]))
+    state.solid.hourglass[:] = _hourglass_by_block(blocks.by_slot(file["cells/hourglass"][()][mesh.cell]))
     state.restore_element_arrays({name: file[f"cells/{name}"][()][mesh.cell] for name in state.element_arrays()})
     if solver.contact is not None:
         solver.contact.set_level(solver.subcycling.contact_level)
@@ -183,7 +183,7 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
         restore_contact(solver.contact, kept)
     if solver.initiation is not None:
         solver.initiation.restore(file["initiation"])
-        solver.set_burning_times()
+        solver.burning.update()
     leakage: LeakageParts = solver.leakage
     leakage.factor[:] = file["leakage/factor"][()]
     leakage.rupture_time[:] = file["leakage/rupture_time"][()]
@@ -202,3 +202,13 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
     solver.ledger.entries = [
         Entry(**{name: float(values[row]) for name, values in columns.items()}) for row in range(rows_count)
     ]
+
+
+def _hourglass_by_slot(values: np.ndarray) -> np.ndarray:
+    """Stored hourglass forces (slots, 12) from those of the blocks, (blocks, 12 LANES)."""
+    return values.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
+
+
+def _hourglass_by_block(values: np.ndarray) -> np.ndarray:
+    """The way back from `_hourglass_by_slot`."""
+    return np.ascontiguousarray(values.reshape(-1, LANES, 12).transpose(0, 2, 1)).reshape(-1, 12 * LANES)

@@ -10,8 +10,6 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels import charge as charge_kernel
-from burst_fenicsx.kernels import solid as solid_kernel
 from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
 from burst_fenicsx.kernels.balance import solid_terms
 from burst_fenicsx.kernels.exact import quantise, rounding_constant
@@ -23,8 +21,9 @@ from burst_fenicsx.kernels.torn_metal import WHOLE
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
+from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
-from burst_fenicsx.problem import CasingMaterial, Part
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -33,22 +32,11 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["FUZE", "BurstFields", "Element", "hourglass_by_block", "hourglass_by_slot", "make_fields"]
+__all__ = ["BurstFields", "Element", "make_fields"]
 
 # Of the largest pressure times all volume: bounds how finely work is rounded. Four times that is several times what
 # the charges can give.
 _LARGEST_WORK = 0.125
-
-FUZE = CasingMaterial(
-    name="fuze",
-    density=3000.0,
-    elastic_modulus=70e9,
-    poisson_ratio=0.33,
-    shear_strength=150e6,
-    tensile_strength=300e6,
-    source="a light alloy standing in for the fuze; its density is set from the fuze's mass",
-)
-"""What fills the cavity in front of the charge: inert, weaker than the casing."""
 
 
 @dataclass(frozen=True)
@@ -197,16 +185,6 @@ class BurstFields:
         )
 
 
-def hourglass_by_slot(values: np.ndarray) -> np.ndarray:
-    """Stored hourglass forces (slots, 12) from those of the blocks, (blocks, 12 LANES)."""
-    return values.reshape(-1, 12, LANES).transpose(0, 2, 1).reshape(-1, 12)
-
-
-def hourglass_by_block(values: np.ndarray) -> np.ndarray:
-    """The way back from `hourglass_by_slot`."""
-    return np.ascontiguousarray(values.reshape(-1, LANES, 12).transpose(0, 2, 1)).reshape(-1, 12 * LANES)
-
-
 def make_fields(
     mesh: DistributedMesh,
     rounds: Sequence[Round],
@@ -259,10 +237,10 @@ def make_fields(
     position = domain.geometry.x
     volume = element.volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]
-    solid_table, charge_table, density = _material_tables(rounds, settings, products, fuze_density)
+    solid_table, charge_table, density = material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
     nodal_mass = _nodal_masses(mesh, fem.Function(vectors), cell_mass, element.shares(position, mesh.dofmap))
-    pressure = max(_largest_pressure(item) for item in rounds)
+    pressure = max(largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
     slot_volume = blocks.by_slot(volume)
@@ -348,17 +326,6 @@ def _nodal_masses(
     return mass[:, 0].copy()
 
 
-def _largest_pressure(item: Round) -> float:
-    """Bound on the stresses (Pa) that fix how finely forces are rounded.
-
-    Four times the Chapman-Jouguet pressure of gamma = 3, and a quarter of the casing's modulus of compression in one
-    direction, which two plates of steel reach that meet at about 4 km/s.
-    """
-    nu = item.casing.poisson_ratio
-    plane = item.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    return max(item.explosive.density * item.explosive.detonation_velocity**2, 0.25 * plane)
-
-
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
     """Largest of the values over all ranks."""
     return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
@@ -386,64 +353,3 @@ def _ignition(
         fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
         compression[own] = front_near(ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own])
     return ignition, burn, compression
-
-
-def _material_tables(
-    rounds: Sequence[Round], settings: BurstSettings, products: Sequence[Products], fuze_density: Sequence[float]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Parameters of the solid and the charge kernel and the densities, one row for each part of each round."""
-    rows = len(Part) * len(rounds)
-    solid = np.zeros((rows, len(solid_kernel.PARAMETERS)))
-    charge = np.zeros((rows, len(charge_kernel.PARAMETERS)))
-    density = np.zeros(rows)
-    viscosity, hourglass = settings.viscosity, settings.hourglass
-    for index, item in enumerate(rounds):
-        row = len(Part) * index
-        for part, material, rho in (
-            (Part.CASING, item.casing, item.casing.density),
-            (Part.FUZE, FUZE, fuze_density[index]),
-        ):
-            density[row + part] = rho
-            solid[row + part] = (
-                material.elastic_modulus,
-                material.poisson_ratio,
-                material.shear_strength,
-                material.tensile_strength,
-                _inverse(material.shear_softening_strain),
-                _inverse(material.tensile_softening_strain),
-                viscosity.linear,
-                viscosity.quadratic,
-                hourglass.casing_viscous,
-                hourglass.casing_stiffness,
-            )
-        charge[row + Part.CHARGE] = _charge_row(item, settings, products[index])
-        density[row + Part.CHARGE] = item.explosive.density
-    return solid, charge, density
-
-
-def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:
-    explosive = item.explosive
-    by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
-    unreacted = explosive.density * explosive.sound_speed**2
-    shared = (
-        explosive.density,
-        unreacted,
-        explosive.shear_modulus,
-        explosive.shear_strength,
-        settings.viscosity.linear,
-        settings.viscosity.quadratic,
-        settings.hourglass.charge_viscous,
-        explosive.detonation_velocity,
-        by_compression,
-    )
-    if isinstance(model, JwlProducts):
-        c = model.constants
-        products = (1.0, 0.0, 0.0, 1.0, c.A, c.B, c.R1, c.R2, c.omega)
-    else:
-        isentrope = (model.initial_pressure, model.knee_pressure, model.knee_volume)
-        products = (0.0, *isentrope, 0.0, 0.0, 1.0, 1.0, 0.0)
-    return (*shared, *products, explosive.hugoniot_slope, explosive.hugoniot_limit)
-
-
-def _inverse(limit: float | None) -> float:
-    return 0.0 if limit is None else 1.0 / limit

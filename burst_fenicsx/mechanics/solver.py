@@ -12,9 +12,9 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
-from burst_fenicsx.kernels.rows import hold_rows
 from burst_fenicsx.kernels.state import Totals
-from burst_fenicsx.mechanics.exact_sums import exact_sum
+from burst_fenicsx.mechanics.burning_times import BurningTimes
+from burst_fenicsx.mechanics.nodal_loads import NodalLoads
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.mechanics.torn_metal import TornMetal
 from burst_fenicsx.problem import Part
@@ -27,14 +27,13 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.initiation import ShockInitiations
     from burst_fenicsx.mechanics.ledger import Ledger
+    from burst_fenicsx.mechanics.nodal_loads import Hold
     from burst_fenicsx.problem import BurstSettings
 
-__all__ = ["BurstSolver", "Hold"]
+__all__ = ["BurstSolver"]
 
 # While a charge burns, a step lets no cell burn by more than this fraction, so that coarse cells are resolved too.
 _BURN_PER_STEP = 0.25
-# After the last cell has burnt out, the front is reflected from the casing for about this long (s).
-_REFLECTION = 10e-6
 # The step may shrink at once but grows by this factor at most, so that one cell's relief does not jolt the rest.
 _STEP_GROWTH = 1.05
 # Levels are chosen again after so many macro steps, or when cells have got so thin that the longest
@@ -51,23 +50,6 @@ _BEHIND_FRONT = 20.0
 _EARLIEST = 0.9
 # Contact's step, whose square its stiffness goes against, is this share of the first one, or that in which cells burn.
 _CONTACT_SHARE = 0.7
-
-
-class Hold:
-    """Nodes that may not move along a direction, such as those of a symmetry plane.
-
-    Parameters
-    ----------
-    nodes : (k,) local nodes. direction : (3,) unit vector.
-    """
-
-    def __init__(self, nodes: np.ndarray, direction: np.ndarray) -> None:
-        self.nodes = np.asarray(nodes, dtype=np.int64)
-        self.direction = np.asarray(direction, dtype=float)
-
-    def apply(self, force: np.ndarray) -> None:
-        """Take the forces (nodes, 3) along the direction away."""
-        hold_rows(force, self.nodes, self.direction)
 
 
 class BurstSolver:
@@ -88,6 +70,7 @@ class BurstSolver:
     ----------
     time, time_step, steps : simulated time (s), last step (s), steps done: the longest, at whose ends all cells meet.
     stable_step, free_step : stable limit of it now (s); the last one (s) before it was cut to meet an output.
+    burning : how long cells burn. loads : external forces and damping.
     subcycling : the cells' own steps. chosen_at, choose_again : times (s) when they were and are to be chosen.
     contact_step : bound on contact's step (s). cell_steps : steps that this rank's cells have made.
     """
@@ -111,7 +94,6 @@ class BurstSolver:
         self.contact = contact
         self.initiation = initiation
         self.holds = holds
-        self.external = external
         self.time = 0.0
         self.time_step = 0.0
         self.steps = 0
@@ -125,20 +107,17 @@ class BurstSolver:
         )
         # For every thread that there may be: how many step is settled again at every call.
         self._scratch = make_scratch(numba.config.NUMBA_NUM_THREADS)
-        self._external_force = np.zeros_like(fields.nodes.force) if external else None
-        self._damping_force = np.zeros_like(fields.nodes.force) if settings.damping > 0.0 else None
+        self.burning = BurningTimes(fields)
+        self.loads = NodalLoads(fields, settings.damping, external)
         self.stable_step = np.inf
         self.free_step = 0.0
         self.subcycling = Subcycling(fields, contact.touched if contact is not None and contact.exists else None)
         self.choose_again = 0.0
         self.chosen_at = 0.0
         self.cell_steps = 0
-        # Forces that act at the ends of the macro steps alone want all cells to take it.
-        self._whole_steps = external is not None or settings.damping > 0.0
-        self.set_burning_times()
         self.add_forces(0.0)
         self.contact_step = min(
-            _CONTACT_SHARE * settings.time_step.cfl * self.stable_step, _BURN_PER_STEP / self._fastest_burn
+            _CONTACT_SHARE * settings.time_step.cfl * self.stable_step, _BURN_PER_STEP / self.burning.fastest
         )
 
     @property
@@ -161,10 +140,10 @@ class BurstSolver:
         self.time_step = step
         self.steps += 1
         self.cell_steps += self.subcycling.cell_steps
-        self._accumulate_work(0.5 * step)
+        self.loads.accumulate_work(self.ledger, 0.5 * step)
         self.check_cells()
         if self.initiation is not None and self.initiation.update(self.time, step):
-            self.set_burning_times()
+            self.burning.update()
             self.choose_again = self.time
 
     def advance(self, step: float) -> None:
@@ -174,7 +153,7 @@ class BurstSolver:
         for part in range(parts):
             self.move_nodes(velocity_step, step, part, min_level)
             if part == 0:
-                self._accumulate_work(0.5 * step)
+                self.loads.accumulate_work(self.ledger, 0.5 * step)
             self.time = begin + step * ((part + 1) / parts)
             # Cells of the shortest steps end one with every part, those of twice the step with every second one, ...
             min_level = self.subcycling.highest - _halvings(part + 1)
@@ -195,8 +174,8 @@ class BurstSolver:
                 self.choose_levels()
                 wanted, chosen = self.settings.time_step.cfl * self.stable_step, self.subcycling.step
             wanted = min(wanted, chosen)
-        elif self.settings.time_step.fixed is None and self.time < self._burnt_out:
-            wanted = min(wanted, _BURN_PER_STEP / self._fastest_burn)
+        elif self.settings.time_step.fixed is None and self.time < self.burning.end:
+            wanted = min(wanted, _BURN_PER_STEP / self.burning.fastest)
         if self.free_step > 0.0:
             wanted = min(wanted, _STEP_GROWTH * self.free_step)
         self.free_step = wanted
@@ -214,30 +193,16 @@ class BurstSolver:
         if self.contact is not None:
             self.contact.drop_faces(self.fields.released)
 
-    def set_burning_times(self) -> None:
-        """Find the largest burn rate (1/s) and the time by which every initiated cell has burnt out (s); collective.
-
-        To be called again when ignition times have changed.
-        """
-        charge = self.fields.charge
-        initiated = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
-        rate = float(charge.burn_rate[initiated].max(initial=1e-300))
-        end = float((charge.ignition_time[initiated] + 1.0 / charge.burn_rate[initiated]).max(initial=0.0))
-        comm = self.fields.mesh.comm
-        several = comm.size > 1
-        self._fastest_burn = comm.allreduce(rate, op=MPI.MAX) if several else rate
-        self._burnt_out = comm.allreduce(end, op=MPI.MAX) if several else end
-
     @property
     def front_near(self) -> bool:
         """Whether a detonation front runs or is being reflected from the casing."""
-        return self.time < self._burnt_out + _REFLECTION
+        return self.burning.front_near(self.time)
 
     @property
     def subcycles(self) -> bool:
         """Whether time stepping is local; not with forces that are taken at the macro step's ends only."""
-        settings = self.settings
-        return settings.time_step.subcycling and settings.time_step.fixed is None and not self._whole_steps
+        choice = self.settings.time_step
+        return choice.subcycling and choice.fixed is None and not self.loads.any
 
     def choose_levels(self) -> None:
         """Choose the steps of the cells again.
@@ -345,40 +310,12 @@ class BurstSolver:
             self.contact.add_forces(share * self.free_step, share * step, front_near=self.front_near)
         if comm.size > 1:
             compat.send_to_ghosts(state.force)
-        if self._external_force is not None and self.external is not None:
-            # After the sum over ranks: every rank gives its local nodes their whole external force.
-            self._external_force[:] = 0.0
-            self.external(self.time, self._external_force)
-            state.nodes.force[:] += self._external_force
-        if self._damping_force is not None:
-            self._damping_force[:] = -self.settings.damping * state.mass[:, None] * state.nodes.velocity
-            state.nodes.force[:] += self._damping_force
+        self.loads.add_forces(self.time)  # after the sum over ranks
         for hold in self.holds:
             hold.apply(state.nodes.force)
         if min_level == 0:
             stable = float(self._totals.stable_step.min()) if self._totals.stable_step.size else np.inf
             self.stable_step = comm.allreduce(stable, op=MPI.MIN) if comm.size > 1 else stable
-
-    def _accumulate_work(self, half_step: float) -> None:
-        """Accumulate the work of external forces and damping over half a step (s), the first half by the old forces."""
-        self._add_external_work(half_step)
-        self._add_damping_heat(half_step)
-
-    def _add_external_work(self, half_step: float) -> None:
-        """Accumulate the work of the external forces over half a step (s), its first half with the old forces."""
-        if self._external_force is not None:
-            work = half_step * self._power(self._external_force)
-            self.ledger.external_work += work if self.fields.mesh.comm.rank == 0 else 0.0
-
-    def _add_damping_heat(self, half_step: float) -> None:
-        """Accumulate the heat of damping over half a step (s), its first half with the old forces; over all ranks."""
-        if self._damping_force is not None:
-            self.ledger.damping -= half_step * self._power(self._damping_force)
-
-    def _power(self, force: np.ndarray) -> float:
-        """Power (W) of nodal forces (nodes, 3) in N on all ranks; collective."""
-        owned = self.fields.mesh.owned_nodes
-        return exact_sum(self.fields.mesh.comm, (force[:owned] * self.fields.nodes.velocity[:owned]).ravel())
 
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number."""

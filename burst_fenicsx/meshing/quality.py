@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.mesh import part_volumes
 from burst_fenicsx.problem import Part
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MeshQuality",
+    "check_quality",
     "edge_lengths",
     "quadrilateral_edges",
     "quadrilateral_jacobians",
@@ -27,6 +29,9 @@ __all__ = [
     "quality",
     "scaled_jacobians",
 ]
+
+_MIN_SCALED_JACOBIAN = 0.2
+_LARGEST_MASS_ERROR = 0.02
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,28 @@ class MeshQuality:
     nodes: int
     worst_cell: int
     mass_errors: Mapping[Part, float] = field(default_factory=dict)
+
+
+def check_quality(found: MeshQuality, station: NDArray[np.float64], profile: Profile, cell_size: float) -> None:
+    """Refuse a mesh of a profile that is too oblique or misses its masses.
+
+    Parameters
+    ----------
+    found : figures of the mesh. station : of its cells, (cells,) m. profile, cell_size : what was meshed, and by what.
+    """
+    where = f"{profile.name} meshed with {cell_size * 1e3:g} mm"
+    if found.min_scaled_jacobian < _MIN_SCALED_JACOBIAN:
+        raise InputError(
+            f"{where}: scaled Jacobian {found.min_scaled_jacobian:.3f} at station "
+            f"{station[found.worst_cell] * 1e3:.4g} mm; at least {_MIN_SCALED_JACOBIAN:g} is needed: make the "
+            "contours there less steep, or the cells smaller"
+        )
+    for part, error in found.mass_errors.items():
+        if abs(error) > _LARGEST_MASS_ERROR:
+            raise InputError(
+                f"{where}: the mass of the {part.name.lower()} is off by {error:+.1%}; at most "
+                f"{_LARGEST_MASS_ERROR:.0%} is allowed: the contours need smaller cells"
+            )
 
 
 def scaled_jacobians(mesh: HexahedralMesh) -> NDArray[np.float64]:

@@ -68,6 +68,17 @@ def _is_sharp(contour: Contour, station: float, spacing: float) -> bool:
     return bool(abs(contour.radius(station) - chord) > 0.1 * spacing)
 
 
+def check_cell_size(profile: Profile, cell_size: float) -> None:
+    """Refuse a cell size (m) that is no positive length or is larger than the round."""
+    if not cell_size > 0.0 or not np.isfinite(cell_size):
+        raise InputError(f"cell_size = {cell_size!r} m; a positive length is expected")
+    if cell_size > profile.max_radius:
+        raise InputError(
+            f"cell_size = {cell_size * 1e3:g} mm; at most the round's radius is allowed "
+            f"({profile.name}: {profile.max_radius * 1e3:g} mm)"
+        )
+
+
 def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) -> GridCounts:
     """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
 
@@ -83,13 +94,7 @@ def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) 
     """
     volumes = profile.volumes()
     meshed = volumes.casing + volumes.charge + volumes.fuze
-    if not cell_size > 0.0 or not np.isfinite(cell_size):
-        raise InputError(f"cell_size = {cell_size!r} m; a positive length is expected")
-    if cell_size > profile.max_radius:
-        raise InputError(
-            f"cell_size = {cell_size * 1e3:g} mm; at most the round's radius is allowed "
-            f"({profile.name}: {profile.max_radius * 1e3:g} mm)"
-        )
+    check_cell_size(profile, cell_size)
     target = meshed / cell_size**3
     if target > LARGEST_ROUND:
         smallest = (meshed / LARGEST_ROUND) ** (1.0 / 3.0)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import folded
-from burst_fenicsx.kernels.search import Bodies, find_candidates
 from burst_fenicsx.problem import Part
 from burst_fenicsx.records.cavities import Cavities
 from burst_fenicsx.records.passage import Passage
@@ -72,17 +71,7 @@ class SectionPassage(Passage):
         rows = np.flatnonzero(reached & among & ~folded(position, mesh.dofmap) & ~self._fields.released)
         if not len(rows):
             return found
-        chosen = np.ascontiguousarray(boxes[rows])
-        of_cell, of_node = mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
-        bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), 2 * of_cell, 2 * of_node, of_cell, of_node)
-        first, candidate = find_candidates(
-            np.ascontiguousarray(places),
-            bodies,
-            np.arange(count, dtype=np.int32),
-            np.zeros((count, 3)),  # without normals, nothing is found in a node's own round
-            chosen,
-            float(np.median((chosen[:, 3:] - chosen[:, :3]).max(axis=1))),
-        )
+        first, candidate = self._cells_near(places, rounds, rows, boxes[rows], 1)
         node = np.repeat(np.arange(count), np.diff(first))
         cell = rows[candidate]
         holds = self._holds(places[node], cell)

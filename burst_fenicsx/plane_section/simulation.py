@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.files.snapshot import RoundRecord
     from burst_fenicsx.mechanics.ledger import Ledger
     from burst_fenicsx.meshing import MeshQuality
+    from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
     from burst_fenicsx.records.measures import RoundMeasures
     from burst_fenicsx.records.surfaces import RadialSurfaces
@@ -120,40 +121,35 @@ class SectionSimulation(Simulation):
     def _make_surfaces(self, bins: int) -> RadialSurfaces:  # noqa: ARG002 - a section has one for each round
         return section_radii(self.mesh, self.section)
 
-    def _make_state(self) -> None:
-        mesh, settings = self.mesh, self.settings
-        distributed = on_dolfinx(mesh)
-        self.leakage = self._make_leakage(distributed)
-        self.fields = make_ring_fields(
-            distributed,
-            self.rounds,
-            settings,
-            fuze_density=self.fuze_density,
-            axial_part=self.surfaces.cell_part[distributed.cell],
-            leakage=self.leakage.factor,
-            lengths=mesh.lengths,
-            plane=True,
-        )
-        self._ignite_together()
-        self.ledger = self._make_ledger()
-        self.contact = SectionContact(mesh, self.fields, settings, self.section_planes)
-        self.initiation = None
-        self.solver = SectionSolver(self.fields, settings, self.leakage, self.ledger, self.contact)
+    def _distribute(self) -> DistributedMesh:
+        return on_dolfinx(self.mesh)
+
+    def _make_fields(self, distributed: DistributedMesh, **inputs: Any) -> RingFields:
+        """The state; all of a round's section ignites when the front reaches its axis there."""
+        fields = make_ring_fields(distributed, self.rounds, self.settings, plane=True, **inputs)
+        charge, mesh = fields.charge, fields.mesh
+        for index, time in enumerate(self.section.ignition):
+            own = (mesh.round == index) & (mesh.part == Part.CHARGE)
+            charge.ignition_time[own] = time
+            charge.compression_from[own] = front_near(np.full(int(own.sum()), time), charge.burn_rate[own])
+        return fields
+
+    def _make_contact(self) -> SectionContact:
+        return SectionContact(self.mesh, self.fields, self.settings, self.section_planes)
+
+    def _make_initiation(self) -> None:
+        """Nothing: a shock does not initiate a section."""
+
+    def _make_solver(self) -> SectionSolver:
+        solver = SectionSolver(self.fields, self.settings, self.leakage, self.ledger, self.contact)
         # Before the first front nothing happens.
-        self.solver.time = float(self.section.ignition.min())
+        solver.time = float(self.section.ignition.min())
+        return solver
 
     def resume(self) -> None:
         """Go on from the checkpoint."""
         super().resume()
         self.solver.subcycling.steady_contact = self.contact.near
-
-    def _ignite_together(self) -> None:
-        """Set the times at which cells ignite: all of a round's section when the front reaches its axis there."""
-        charge, mesh = self.fields.charge, self.fields.mesh
-        for index, time in enumerate(self.section.ignition):
-            own = (mesh.round == index) & (mesh.part == Part.CHARGE)
-            charge.ignition_time[own] = time
-            charge.compression_from[own] = front_near(np.full(int(own.sum()), time), charge.burn_rate[own])
 
     def _make_ledger(self) -> Ledger:
         """The ledger; all charges burn in the first microsecond, before which next to no work is done."""

@@ -264,18 +264,7 @@ class Passage:
         rows = rows[~folded_cells(position, np.ascontiguousarray(mesh.dofmap[rows]))]
         if not len(rows):
             return np.full(count, -1)
-        chosen = np.ascontiguousarray(boxes[rows])
-        some = chosen[:: max(len(rows) // _BOXES, 1)]
-        of_cell, of_node = mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
-        bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), 2 * of_cell, 2 * of_node, of_cell, of_node)
-        first, candidate = find_candidates(
-            np.ascontiguousarray(places),
-            bodies,
-            np.arange(count, dtype=np.int32),
-            np.zeros((count, 3)),  # without normals, nothing is found in a node's own round
-            chosen,
-            float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))),
-        )
+        first, candidate = self._cells_near(places, rounds, rows, boxes[rows], max(len(rows) // _BOXES, 1))
         outward = self._outward | self._outward_sides(sides_beside(self._neighbours, self._torn))
         found = np.empty(count, dtype=np.int32)
         points_inside(
@@ -290,6 +279,29 @@ class Passage:
         )
         cell: np.ndarray = np.where(found >= 0, rows[found], -1)
         return cell
+
+    def _cells_near(
+        self, places: np.ndarray, rounds: np.ndarray, rows: np.ndarray, boxes: np.ndarray, stride: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Cells, of `rows`, of other rounds in whose boxes places (n, 3) of `rounds` (n,) lie.
+
+        Returns
+        -------
+        For every place the first of its own among what was found (n + 1,), and that as indices into `rows`. Every
+        `stride`-th of the boxes (rows, 6) gives the edge of the search's grid.
+        """
+        count, some = len(places), boxes[::stride]
+        of_cell, of_node = self._fields.mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
+        bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), 2 * of_cell, 2 * of_node, of_cell, of_node)
+        first, candidate = find_candidates(
+            np.ascontiguousarray(places),
+            bodies,
+            np.arange(count, dtype=np.int32),
+            np.zeros((count, 3)),  # without normals, nothing is found in a node's own round
+            np.ascontiguousarray(boxes),
+            float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))),
+        )
+        return first, candidate
 
     def check(self, time: float) -> None:
         """Look at `time` (s); collective.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     Arrays = dict[str, NDArray]
 
 __all__ = ["EXTENSIVE", "Completion", "turned_stress"]
+
+Placed = TypeVar("Placed", "Source", "Exposure")
 
 # Corners of a reflected hexahedron (VTK) or quadrilateral in the order in which it is not inverted, by their number.
 _REFLECTED = {8: (3, 2, 1, 0, 7, 6, 5, 4), 4: (3, 2, 1, 0)}
@@ -161,20 +163,19 @@ class Completion:
 
     def sources(self, sources: Sequence[Source | None]) -> list[Source | None]:
         """Where shocks initiated each round of the whole."""
-        part = self._part
-        found = [sources[source] for source in part.source.tolist()]
-        return [
-            None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
-            for one, mirrors in zip(found, part.mirrors.tolist(), strict=True)
-        ]
+        return self._of_images(sources)
 
     def exposures(self, exposures: Sequence[Exposure | None]) -> list[Exposure | None]:
         """What shocks did to each round of the whole."""
+        return self._of_images(exposures)
+
+    def _of_images(self, found: Sequence[Placed | None]) -> list[Placed | None]:
+        """What was found in the computed rounds, for each round of the whole, with its place there."""
         part = self._part
-        found = [exposures[source] for source in part.source.tolist()]
+        of_image = [found[source] for source in part.source.tolist()]
         return [
             None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
-            for one, mirrors in zip(found, part.mirrors.tolist(), strict=True)
+            for one, mirrors in zip(of_image, part.mirrors.tolist(), strict=True)
         ]
 
     def history(self, columns: Mapping[str, NDArray]) -> Arrays:

@@ -89,13 +89,7 @@ def load(q: Array, lane: int, ahead: Array, place: int) -> float:
 @inner_kernel()
 def move_lane(q: Array, source: int, target: int) -> None:
     """Copy what a lane carries from step to step."""
-    for j in range(6):
-        q[(STATE + j) * LANES + target] = q[(STATE + j) * LANES + source]
-    for j in range(3):
-        q[(SLOPE + j) * LANES + target] = q[(SLOPE + j) * LANES + source]
-    q[AREA * LANES + target] = q[AREA * LANES + source]
-    q[STEP * LANES + target] = q[STEP * LANES + source]
-    q[TIME * LANES + target] = q[TIME * LANES + source]
+    load(q, target, q, source)
 
 
 @inner_kernel()

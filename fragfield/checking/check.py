@@ -34,12 +34,7 @@ _VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initi
 
 
 def check_report(case: Case) -> dict[str, Any]:
-    """Resolved case, derived quantities and warnings.
-
-    Parameters
-    ----------
-    case : Case
-        Resolved, with a burst.
+    """What `fragfield check` reports of a resolved case with a burst.
 
     Returns
     -------

@@ -9,14 +9,13 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact import ContactForces
-from burst_fenicsx.mechanics.detonation import LeakageParts
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.meshing import HexahedralMesh, merge
 from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.problem import CasingMaterial, Hourglass, Round, Viscosity
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, grid
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, grid, no_leakage, plain_inputs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,19 +69,8 @@ def bodies(
     mesh = merge([replace(one, segments=((),)) for one in meshes])
     distributed = distribute(comm, mesh if comm.rank == 0 else None)
     rounds = [Round(name=f"body {number}", explosive=TNT, casing=casing) for number in range(len(meshes))]
-    nothing = np.zeros(0)
-    leakage = LeakageParts.of_charges(
-        settings.leakage, comm, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
-    )
-    fields = make_fields(
-        distributed,
-        rounds,
-        settings,
-        fuze_density=[3000.0] * len(rounds),
-        axial_part=np.zeros(distributed.cells, dtype=np.int32),
-        leakage=leakage.factor,
-        lengths=mesh.lengths,
-    )
+    leakage = no_leakage(settings, comm)
+    fields = make_fields(distributed, rounds, settings, **plain_inputs(distributed, mesh, leakage))
     ledger = Ledger(settings.energy_tolerance, 1.0, np.zeros(len(rounds)), comm)
     contact = ContactForces(mesh, fields, settings)
     solver = BurstSolver(fields, settings, leakage, ledger, contact=contact, **options)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.mechanics.detonation import LeakageParts
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.initiation import ShockInitiations
@@ -20,7 +21,6 @@ from burst_fenicsx.problem import (
     CasingMaterial,
     Explosive,
     Hourglass,
-    JonesWilkinsLee,
     Leakage,
     Part,
     Round,
@@ -32,35 +32,10 @@ from burst_fenicsx.problem import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-TNT = Explosive(
-    name="tnt",
-    density=1630.0,
-    detonation_velocity=6940.0,
-    heat_of_detonation=4.52e6,
-    sound_speed=2570.0,
-    hugoniot_slope=1.88,
-    jwl=JonesWilkinsLee(A=371.2e9, B=3.231e9, R1=4.15, R2=0.95, omega=0.30, E0=7.0e9),
-)
-COMP_B = Explosive(
-    name="comp_b",
-    density=1710.0,
-    detonation_velocity=7990.0,
-    heat_of_detonation=5.02e6,
-    sound_speed=2710.0,
-    hugoniot_slope=1.86,
-    jwl=JonesWilkinsLee(A=524.23e9, B=7.678e9, R1=4.2, R2=1.10, omega=0.34, E0=8.5e9),
-)
-ELASTIC = CasingMaterial(
-    name="elastic",
-    density=7850.0,
-    elastic_modulus=200e9,
-    poisson_ratio=0.3,
-    shear_strength=1e15,
-    tensile_strength=4e15,
-    shear_softening_strain=None,
-    tensile_softening_strain=None,
-    softening_length=None,
-)
+    from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.meshing.mesh import CellMesh
+
+TNT, COMP_B = (replace(load_explosive(name), critical_energy=None) for name in ("tnt", "comp_b"))
 STEEL = CasingMaterial(
     name="steel",
     density=7850.0,
@@ -70,6 +45,15 @@ STEEL = CasingMaterial(
     tensile_strength=800e6,
     softening_length=None,
 )
+ELASTIC = replace(
+    STEEL,
+    name="elastic",
+    elastic_modulus=200e9,
+    shear_strength=1e15,
+    tensile_strength=4e15,
+    shear_softening_strain=None,
+    tensile_softening_strain=None,
+)
 BARE = BurstSettings(
     cell_size=1e-2,
     viscosity=Viscosity(linear=0.0, quadratic=0.0),
@@ -77,6 +61,8 @@ BARE = BurstSettings(
     leakage=Leakage(enabled=False),
 )
 """No artificial viscosity, no hourglass control, no leakage: the pure scheme."""
+CONTROLLED = replace(BARE, hourglass=Hourglass(casing_viscous=0.05, casing_stiffness=0.05, charge_viscous=0.1))
+"""With hourglass control, to show that it leaves uniform strain and rotation alone."""
 
 
 def with_fixed_step(settings: BurstSettings, step: float, **changes: Any) -> BurstSettings:
@@ -125,6 +111,25 @@ def distorted_box(count: int, size: float, part: Part = Part.CASING, share: floa
     return replace(mesh, nodes=bent)
 
 
+def carried(solver: BurstSolver, place: Callable[[np.ndarray], np.ndarray], step: float) -> None:
+    """Prescribe the nodes' next places (function of the initial ones) and advance the cells by one step (s)."""
+    nodes = solver.fields.nodes
+    after = place(solver.fields.start)
+    nodes.velocity[:] = (after - nodes.position) / step
+    nodes.position[:] = after
+    solver.time += step
+    solver.add_forces(step)
+
+
+def turned_inside_out(solver: BurstSolver, cell: int, step: float = 1e-7) -> None:
+    """Mirror a cell's nodes in its centre within one step (s)."""
+    nodes, own = solver.fields.nodes, solver.fields.mesh.dofmap[cell]
+    centre = nodes.position[own].mean(axis=0)
+    nodes.velocity[own] = -2.0 * (nodes.position[own] - centre) / step
+    nodes.position[own] = 2.0 * centre - nodes.position[own]
+    solver.add_forces(step)
+
+
 def boundary_nodes(mesh: HexahedralMesh) -> np.ndarray:
     """Mask of the nodes on a regular box's surface."""
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
@@ -145,6 +150,22 @@ def ring_sector(
     return grid(counts, carry, part)
 
 
+def no_leakage(settings: BurstSettings, comm: MPI.Comm = MPI.COMM_SELF) -> LeakageParts:
+    """Venting of charges that have no parts."""
+    none, nowhere = np.zeros(0), np.zeros((0, 3))
+    return LeakageParts.of_charges(settings.leakage, comm, np.zeros(0, dtype=np.int32), nowhere, none, nowhere, 0)
+
+
+def plain_inputs(distributed: DistributedMesh, mesh: CellMesh, leakage: LeakageParts) -> dict[str, Any]:
+    """What `make_fields` takes of rounds without fuze and axial parts."""
+    return {
+        "fuze_density": [3000.0] * len(mesh.lengths),
+        "axial_part": np.zeros(distributed.cells, dtype=np.int32),
+        "leakage": leakage.factor,
+        "lengths": mesh.lengths,
+    }
+
+
 def burst(
     mesh: HexahedralMesh,
     settings: BurstSettings = BARE,
@@ -160,19 +181,8 @@ def burst(
     """Solver on one mesh of one round; `options` go to `BurstSolver`. Nodes and cells keep dolfinx's order."""
     distributed = distribute(comm, mesh if comm.rank == 0 else None)
     item = Round(name="box", explosive=explosive, casing=casing, ignition=ignition, initiation=initiation)
-    nothing = np.zeros(0)
-    leakage = LeakageParts.of_charges(
-        settings.leakage, comm, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
-    )
-    fields = make_fields(
-        distributed,
-        [item],
-        settings,
-        fuze_density=[3000.0],
-        axial_part=np.zeros(distributed.cells, dtype=np.int32),
-        leakage=leakage.factor,
-        lengths=mesh.lengths,
-    )
+    leakage = no_leakage(settings, comm)
+    fields = make_fields(distributed, [item], settings, **plain_inputs(distributed, mesh, leakage))
     chemical = 0.0
     if (mesh.part == Part.CHARGE).any():
         chemical = float(fields.cell_mass.sum()) / explosive.density * fields.products[0].energy

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx import simulation
+from burst_fenicsx import assembled
 from burst_fenicsx.problem import ContactSettings, Leakage, RigidPlane, ShockInitiation
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -117,7 +117,7 @@ def share_received(going: Simulation) -> float:
 
 def deal_at_random() -> None:
     """Deal the cells to the ranks at random instead of in runs."""
-    usual = simulation.distribute
+    usual = assembled.distribute
 
     def at_random(comm, mesh, *, destination):
         assert mesh is None or comm.size == 1 or len(destination) == len(mesh.cells)
@@ -126,7 +126,7 @@ def deal_at_random() -> None:
             owner = np.random.default_rng(2).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
         return usual(comm, mesh, destination=owner)
 
-    simulation.distribute = at_random
+    assembled.distribute = at_random
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.mechanics.detonation import LeakageParts, burn_rates, ignition_times, largest_faces, place_ignition
-from burst_fenicsx.mechanics.solver import Hold
+from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.problem import Hourglass, IgnitionPoint, Leakage, Part, Round, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, box, burst
 

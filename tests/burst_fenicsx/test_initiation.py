@@ -13,7 +13,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.mechanics.solver import Hold
+from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.problem import BurstSettings, Leakage, Part, ShockInitiation, Viscosity
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, burst, run_until
 from tests.burst_fenicsx.rank_states import END_BY_SHOCK, GAP, OF_RANKS, differences, state, tubes
@@ -285,7 +285,7 @@ def test_a_burst_that_waits_for_shock_goes_on_from_a_checkpoint(tmp_path, initia
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_ranks_initiate_the_neighbour_alike(tmp_path, mpirun, initiated_by_neighbour, ranks):
     path = tmp_path / "state.npz"
     mpirun(ranks, "-m", "tests.burst_fenicsx.rank_states", path, "random", *SHOCK)

@@ -17,7 +17,7 @@ from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import contact_surfaces
 from burst_fenicsx.kernels.common import _hourglass_square
 from burst_fenicsx.kernels.shapes import min_corner_volume
-from burst_fenicsx.mechanics.fields import _largest_pressure
+from burst_fenicsx.mechanics.material_tables import largest_pressure
 from burst_fenicsx.meshing import HexahedralMesh, merge
 from burst_fenicsx.problem import Part, RigidPlane, Round
 from burst_fenicsx.records.measures import Measures, RoundMeasures, speed_quantiles
@@ -39,7 +39,7 @@ def test_forces_are_rounded_for_the_largest_pressure_of_charge_and_casing(modulu
     shear = 0.5 * modulus / (1.0 + casing.poisson_ratio)
     sound = np.sqrt(2.0 * shear * (1.0 - casing.poisson_ratio) / (1.0 - 2.0 * casing.poisson_ratio) / casing.density)
     plates = casing.density * sound * 0.25 * sound
-    assert _largest_pressure(Round("round", TNT, casing)) == pytest.approx(max(4.0 * jouguet, plates), rel=1e-12)
+    assert largest_pressure(Round("round", TNT, casing)) == pytest.approx(max(4.0 * jouguet, plates), rel=1e-12)
 
 
 def hourglass_vectors(corner):

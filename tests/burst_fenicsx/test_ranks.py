@@ -116,7 +116,14 @@ def contents(path):
 
 @pytest.mark.parametrize(
     ("ranks", "partition"),
-    [(2, "sectors"), (2, "random"), (3, "sectors"), (3, "random"), (4, "sectors"), (4, "random")],
+    [
+        (2, "sectors"),
+        (3, "random"),
+        *(
+            pytest.param(ranks, partition, marks=pytest.mark.slow)  # the same for other numbers and partitions
+            for ranks, partition in ((2, "random"), (3, "sectors"), (4, "sectors"), (4, "random"))
+        ),
+    ],
 )
 def test_ranks_change_no_bit(tmp_path, mpirun, pair, ranks, partition):
     """Two tubes that meet, with contact, leakage and bonds: fields, histories, ledger, segments, summary."""

@@ -60,7 +60,14 @@ main()
 
 
 @pytest.mark.parametrize(
-    ("ranks", "where", "what"), [(2, 0, "lost"), (3, 2, "lost"), (2, 1, "fault"), (3, 0, "fault"), (4, 3, "fault")]
+    ("ranks", "where", "what"),
+    [
+        (2, 0, "lost"),
+        (3, 2, "lost"),
+        (2, 1, "fault"),
+        pytest.param(3, 0, "fault", marks=pytest.mark.slow),
+        pytest.param(4, 3, "fault", marks=pytest.mark.slow),
+    ],
 )
 def test_an_error_on_one_rank_ends_all_with_one_message(tmp_path, mpirun, ranks, where, what):
     """A cell turned inside out, and a fault in the middle of a step, while the others wait for that rank."""

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.mechanics.solver import Hold
+from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.problem import Hourglass, TimeStep, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, ring_sector, run_until, with_fixed_step
 

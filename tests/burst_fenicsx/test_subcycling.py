@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.mechanics.solver import Hold
+from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.problem import TimeStep
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, burst, grid, run_until
 

@@ -6,6 +6,9 @@ import numpy as np
 
 from flight import Fragments
 
+GRAVITY = 9.80665
+"""Written here on its own: the tests' closed forms do not take it from the program."""
+
 
 def cloud(number: int, seed: int = 0, height: float = 1.5) -> Fragments:
     """0.1 g to 0.5 kg, 300 to 2000 m/s, all directions."""

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,11 +20,7 @@ from flight import (
     fly,
 )
 from flight.scene.bounce import SURFACES
-
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
-
-GRAVITY = 9.80665
+from tests.flight.clouds import GRAVITY, cloud
 
 
 def incline(angle: float, reach: float = 2000.0, cells: int = 41) -> HeightMap:

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from flight import Adaptive, Cylinder, FixedStep, Fragments, InputError, Panel, Polygon, Status, fly
-
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
-
-GRAVITY = 9.80665
+from tests.flight.clouds import GRAVITY, cloud
 
 
 def times_on_plane(fragments: Fragments, point: np.ndarray, normal: np.ndarray) -> np.ndarray:

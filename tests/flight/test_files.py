@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import h5py
@@ -13,9 +12,7 @@ import pytest
 from flight import Cylinder, FlightResult, InputError, fly, to_pandas
 from flight.files.results import read_hits, read_landing
 from flight.files.text_tables import read_columns
-
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
+from tests.flight.clouds import cloud
 
 PROVENANCE = {"case": 'title = "a <b> & c"\n', "versions": json.dumps({"flight": "0.1.0"}), "seed": "3"}
 

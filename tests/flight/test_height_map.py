@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 
 from flight import Adaptive, FixedStep, FlightWarning, Fragments, HeightMap, InputError, Status, fly
+from tests.flight.clouds import GRAVITY, cloud
 
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
-
-GRAVITY = 9.80665
 ASCII = """ncols 4
 nrows 3
 xllcorner 1000

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,11 +25,7 @@ from flight import (
     Wind,
     fly,
 )
-
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
-
-GRAVITY = 9.80665
+from tests.flight.clouds import GRAVITY, cloud
 
 
 def test_vacuum_parabola() -> None:

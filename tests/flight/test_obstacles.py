@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,11 +24,7 @@ from flight import (
     fly,
 )
 from flight.files.results import read_landing, read_obstacle_hits
-
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
-
-GRAVITY = 9.80665
+from tests.flight.clouds import GRAVITY, cloud
 
 
 def vacuum_cloud(number: int, seed: int) -> Fragments:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from flight import Fragments, InputError, fly
 from flight.shape import BOX_5_2_1_STEEL, Box, Lognormal, Mean, box_shape_factor, shaped
-
-sys.path.insert(0, str(Path(__file__).parent))
-from clouds import cloud
+from tests.flight.clouds import cloud
 
 
 @pytest.mark.parametrize("ratios", [(5.0, 2.0, 1.0), (1.0, 1.0, 1.0), (10.0, 1.0, 0.2)])

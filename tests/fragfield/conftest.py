@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from functools import partial
 from pathlib import Path
 
 import pytest
 
-import fragfield.report
-from fragfield.report import assemble
-from fragfield.report.figures import early
+from tests.fragfield.plain_reports import draw_nothing, leave_out_figures
 from tests.fragfield.short_run import SHORT, command, environment
 
 
@@ -48,14 +45,13 @@ def whole_run(short_case, tmp_path_factory):
 @pytest.fixture
 def without_figures(monkeypatch):
     """The report without its figures; pictures of the burst are drawn."""
-    monkeypatch.setattr(assemble._Illustrator, "draw", lambda *_: [])
-    monkeypatch.setattr(early, "EARLY", {})
+    leave_out_figures(monkeypatch)
 
 
 @pytest.fixture
-def quick_report(monkeypatch, without_figures):
+def quick_report(monkeypatch):
     """The report without its pictures and figures, which take longer than all else here."""
-    monkeypatch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
+    draw_nothing(monkeypatch)
 
 
 @pytest.fixture

@@ -155,18 +155,3 @@ def test_two_ranks_give_the_snapshot_of_one(mpirun, tmp_path):
         for name in names:
             for column in one[name].dtype.names or [()]:
                 np.testing.assert_array_equal(two[name][column], one[name][column], err_msg=f"{name} {column}")
-
-
-@pytest.mark.dolfinx
-def test_a_run_in_the_meridian_goes_through_to_the_report(tmp_path, quick_report):
-    """Burst, break-up, flight, report, with the choice and its reason in summary and report."""
-    path, folder = tmp_path / "case.toml", tmp_path / "run"
-    path.write_text(RINGS)
-    done = invoke("run", path, "--out", folder, "--json")
-    assert done.exit_code in (0, 3), done.stderr  # 3: a distance that so short a burst does not determine
-    summary = json.loads((folder / "summary.json").read_text())
-    assert summary["burst"]["geometry"] == "axisymmetric"
-    assert summary["burst"]["geometry_reason"] == FREE
-    assert summary["break_up"]["fragments"] > 0
-    assert "axisymmetric" in (folder / "report.html").read_text()
-    assert (folder / "burst_revolved.xdmf").is_file()

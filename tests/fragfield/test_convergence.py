@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import signal
 import subprocess
@@ -23,7 +22,7 @@ from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
 from fragfield.terminal.progress import ProgressReporter
-from tests.fragfield.short_run import RINGS, ROOT, command, environment, invoke
+from tests.fragfield.short_run import ROOT, command, environment
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
@@ -211,26 +210,6 @@ def test_the_report_has_a_line_for_each_quantity():
         "1.5", "99", "3", "order observed",
     )  # fmt: skip
     assert "The largest speed is the mean of one cell" in words.text
-
-
-@pytest.mark.dolfinx
-def test_a_run_by_the_command_has_its_convergence(tmp_path, quick_report):
-    case, out = tmp_path / "case.toml", tmp_path / "run"
-    case.write_text(RINGS)
-    done = invoke("run", case, "--out", out, "--json")
-    assert done.exit_code in (0, 3), done.stderr  # 3: a distance that so short a burst does not determine
-    summary = json.loads((out / "summary.json").read_text())
-    found, burst = summary["convergence"], summary["burst"]
-    assert not (out / SCRATCH).exists()
-    at = found["sizes"].index(burst["cell_size"])
-    assert max(found["sizes"]) == pytest.approx(2.0 * burst["cell_size"])
-    assert found["cells"][at] == burst["cells"]
-    assert found["cells"] == sorted(found["cells"], reverse=True)
-    for name in ("mean_initial_speed", "max_initial_speed", "outer_diameter"):
-        assert found["quantities"][name]["values"][at] == burst[name]
-    assert found["quantities"]["speed_99"]["values"][at] == burst["speed_quantiles"]["99"]
-    assert burst["mean_initial_speed"] < burst["speed_quantiles"]["90"] < burst["speed_quantiles"]["99"]
-    assert burst["speed_quantiles"]["99"] <= burst["max_initial_speed"]
 
 
 @pytest.mark.slow

@@ -104,7 +104,9 @@ height = "9 m"
         ),
     ],
 )
-def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_output(case, rows, words, tmp_path):
+def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_output(
+    case, rows, words, tmp_path, quick_report
+):
     done, out = _fly(tmp_path, rows, case + SITE)
     assert done.exit_code == 3, done.stderr
     assert f"the hazard distance is not determined: {words}" in done.stderr or words in done.stderr

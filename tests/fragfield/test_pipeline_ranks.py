@@ -7,20 +7,29 @@ import shutil
 
 import pytest
 
+import fragfield
 from tests.fragfield.short_run import SHORT, same_data
 
 
 @pytest.mark.dolfinx
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_realisations_shared_over_ranks_are_those_of_one(mpirun, whole_run, tmp_path, ranks):
     folder = tmp_path / "run"
     folder.mkdir()
     for name in ("case.toml", "summary.json", "burst_snapshot.h5"):
         shutil.copy(whole_run[0] / name, folder)
-    for command in ("break-up", "fly"):
-        done = mpirun(ranks, "-m", "fragfield", command, folder, "--json")
-        assert json.loads(done.stdout)["break_up"]["realisations"] == 32
+    script = tmp_path / "stages.py"  # both stages in one start of the ranks
+    script.write_text(
+        "import sys, fragfield\n"
+        "from mpi4py import MPI\n"
+        "for stage in ('break-up', 'fly'):\n"
+        f"    run = fragfield.run({str(folder)!r}, only=stage, progress=False)\n"
+        'sys.stdout.write(f\'{run.summary["break_up"]["realisations"]}/{len(run.landing)}\\n\')\n'
+    )
+    done = mpirun(ranks, script)
+    landed = len(fragfield.open(whole_run[0]).landing)
+    assert done.stdout.split() == ranks * [f"32/{landed}"]  # every rank has the run, and the script goes on there
     for name in ("fragments.h5", "ensemble_fragments.h5", "landing.h5", "hits.h5", "ensemble.h5"):
         assert same_data(folder / name, whole_run[0] / name) > 5, name
     assert not done.stderr.count("Traceback")
@@ -39,7 +48,8 @@ def test_a_fault_of_the_flight_on_two_ranks_is_reported_once(mpirun, tmp_path):
 @pytest.mark.dolfinx
 @pytest.mark.mpi
 def test_two_ranks_give_the_burst_of_one(mpirun, short_case, whole_run, tmp_path):
-    done = mpirun(2, "-m", "fragfield", "run", short_case, "--out", tmp_path / "run", "--json")
+    """The command, with a report without pictures, during which the second rank waits."""
+    done = mpirun(2, "-m", "tests.fragfield.plain_reports", "run", short_case, "--out", tmp_path / "run", "--json")
     summary = json.loads(done.stdout)  # one object: rank 0 alone prints
     assert summary["burst"]["ranks"] == 2
     alone = json.loads((whole_run[0] / "summary.json").read_text())["burst"]

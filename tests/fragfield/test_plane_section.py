@@ -95,7 +95,7 @@ def test_check_reports_masses_per_metre_and_what_it_is(capsys):
 
 
 @pytest.mark.dolfinx
-def test_the_burst_runs_and_every_page_says_what_it_is(tmp_path):
+def test_the_burst_runs_and_every_page_says_what_it_is(tmp_path, quick_report):
     """Break-up, flight and the whole run say why they cannot follow; nothing is written by a refused run."""
     path, out = tmp_path / "pair.toml", tmp_path / "out"
     path.write_text(CASE)

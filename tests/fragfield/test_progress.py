@@ -27,16 +27,11 @@ def _as_terminal(monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
 
 
-def test_nothing_is_shown_where_stderr_is_no_terminal(capsys):
-    with ProgressReporter(enabled=True) as reporter:
-        reporter.stage("burst")
-        reporter.burst(BURST)
-    assert capsys.readouterr() == ("", "")
-
-
-def test_other_ranks_and_quiet_runs_show_nothing(monkeypatch, capsys):
-    _as_terminal(monkeypatch)
-    with ProgressReporter(enabled=False) as reporter:
+@pytest.mark.parametrize(("terminal", "enabled"), [(False, True), (True, False)])
+def test_no_terminal_other_ranks_and_quiet_runs_show_nothing(monkeypatch, capsys, terminal, enabled):
+    if terminal:
+        _as_terminal(monkeypatch)
+    with ProgressReporter(enabled=enabled) as reporter:
         reporter.stage("burst")
         reporter.burst(BURST)
     assert capsys.readouterr() == ("", "")

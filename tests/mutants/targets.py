@@ -80,6 +80,9 @@ AREAS = (
                 "mechanics/initiation",
                 "records/measures",
                 "mechanics/fields",
+                "mechanics/material_tables",
+                "mechanics/nodal_loads",
+                "mechanics/burning_times",
                 "records/exposure",
             )
         ),
@@ -90,7 +93,7 @@ AREAS = (
             ("*/detonation.py", [f"{_BURST}/test_detonation.py"]),
             ("*/initiation.py", [f"{_BURST}/test_initiation.py"]),
             ("*/ledger.py", [f"{_BURST}/test_simulation.py", *_CHARGE]),
-            ("*/mechanics/[sf]*.py", [*_PARTS, *_STEP, f"{_BURST}/test_solids.py"]),
+            ("*/mechanics/[bfmns]*.py", [*_PARTS, *_STEP, f"{_BURST}/test_solids.py"]),
         ),
         left_out=("*/__init__.py", "*/halo.py", "*/restart.py"),
     ),

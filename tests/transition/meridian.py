@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION, SEGMENTS
-from tests.transition.synthetic import STEEL, TNT
+from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION
+from tests.transition.synthetic import STEEL, TNT, CasedTube
 from transition.cells.meridian import ring_volumes
-from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,18 +22,10 @@ def radial(r: np.ndarray, z: np.ndarray) -> np.ndarray:
     return np.column_stack([np.full(r.shape, 1000.0), 200.0 * (z / 0.3 - 0.5)])
 
 
-@dataclass
-class Meridian:
-    """Meridian of a tube around a charge; with `inner` = 0 the casing is solid down to the axis."""
+@dataclass(kw_only=True)
+class Meridian(CasedTube):
+    """Meridian of the tube; with `inner` = 0 the casing is solid down to the axis."""
 
-    inner: float = 0.0595
-    outer: float = 0.0775
-    length: float = 0.3
-    radial_cells: int = 3
-    axial: int = 30
-    ends: tuple[float, ...] = (0.03, 0.15, 0.27)
-    kinds: tuple[str, ...] = ("nose", "wall", "wall", "base")
-    stretch: float = 1.9
     velocity: Callable[[np.ndarray, np.ndarray], np.ndarray] = radial
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -83,22 +74,5 @@ class Meridian:
                         "axis": np.asarray(self.axis, dtype=float),
                     }
                 )  # fmt: skip
-                self._segments(group, part, segment, station, mass, speed)
+                self.segments(group, True, part, segment, station, mass, speed)
         return path
-
-    def read(self, path: Path) -> Snapshot:
-        """Write, and read back."""
-        return Snapshot.read(self.write(path))
-
-    def _segments(self, group, part, segment, station, mass, speed) -> None:
-        table = np.empty(len(self.kinds), dtype=SEGMENTS)
-        edges = [0.0, *self.ends, self.length]
-        for index, kind in enumerate(self.kinds):
-            steel = (part == 0) & (segment == index)
-            charge = (part == 1) & (station >= edges[index]) & (station < edges[index + 1])
-            table[index] = (
-                f"{kind} {index}", kind, edges[index], edges[index + 1],
-                self.outer, self.outer - self.inner, self.inner,
-                mass[steel].sum(), mass[charge].sum(), mass[steel] @ speed[steel] / mass[steel].sum(), np.nan, np.nan,
-            )  # fmt: skip
-        group["segments"] = table

@@ -25,24 +25,60 @@ def radial(places: np.ndarray) -> np.ndarray:
     return np.column_stack([1000.0 * outwards, 200.0 * (places[:, 2] / 0.3 - 0.5)])
 
 
-@dataclass
-class Tube:
-    """A tube around a charge, axis along z, the nose end on top; the defaults are of a 155 mm round."""
+@dataclass(kw_only=True)
+class CasedTube:
+    """A tube around a charge, cut into segments; the defaults are of a 155 mm round."""
 
     inner: float = 0.0595
     outer: float = 0.0775
     length: float = 0.3
     radial_cells: int = 3
-    around: int = 48
     axial: int = 30
     ends: tuple[float, ...] = (0.03, 0.15, 0.27)
     kinds: tuple[str, ...] = ("nose", "wall", "wall", "base")
     stretch: float = 1.9
+    rupture: tuple[float, float] = (np.nan, np.nan)
+
+    def write(self, path: Path, **attributes: str) -> Path:
+        """Write the snapshot."""
+        raise NotImplementedError
+
+    def read(self, path: Path) -> Snapshot:
+        """Write, and read back."""
+        return Snapshot.read(self.write(path))
+
+    def segments(self, group, mine, part, segment, station, mass, speed) -> None:
+        """Write the table of a round's segments, whose cells are `mine`, into its group."""
+        table = np.empty(len(self.kinds), dtype=SEGMENTS)
+        edges = [0.0, *self.ends, self.length]
+        for index, kind in enumerate(self.kinds):
+            steel = mine & (part == 0) & (segment == index)
+            charge = mine & (part == 1) & (station >= edges[index]) & (station < edges[index + 1])
+            table[index] = (
+                f"{kind} {index}",
+                kind,
+                edges[index],
+                edges[index + 1],
+                self.outer,
+                self.outer - self.inner,
+                self.inner,
+                mass[steel].sum(),
+                mass[charge].sum(),
+                mass[steel] @ speed[steel] / mass[steel].sum(),
+                *self.rupture,
+            )
+        group["segments"] = table
+
+
+@dataclass(kw_only=True)
+class Tube(CasedTube):
+    """The tube as hexahedra, axis along z, the nose end on top."""
+
+    around: int = 48
     velocity: Callable[[np.ndarray], np.ndarray] = radial
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     places: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     explosive: str = "TNT"
-    rupture: tuple[float, float] = (np.nan, np.nan)
     reshape: Callable[[np.ndarray], np.ndarray] = lambda nodes: nodes
 
     def write(self, path: Path, **attributes: str) -> Path:
@@ -90,12 +126,8 @@ class Tube:
                         "axis": np.array([0.0, 0.0, 1.0]),
                     }
                 )
-                self._segments(group, owner == index, part, segment, station, mass, speed)
+                self.segments(group, owner == index, part, segment, station, mass, speed)
         return path
-
-    def read(self, path: Path) -> Snapshot:
-        """Write, and read back."""
-        return Snapshot.read(self.write(path))
 
     def _ring(self, inner: float, outer: float, layers: int) -> tuple[np.ndarray, np.ndarray]:
         radius = np.linspace(inner, outer, layers + 1)
@@ -110,27 +142,6 @@ class Tube:
         i, j, k = (x.ravel() for x in np.meshgrid(range(layers), range(self.around), range(self.axial), indexing="ij"))
         corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
         return nodes, np.column_stack([number(i + a, j + b, k + c) for a, b, c in corners])
-
-    def _segments(self, group, mine, part, segment, station, mass, speed) -> None:
-        table = np.empty(len(self.kinds), dtype=SEGMENTS)
-        edges = [0.0, *self.ends, self.length]
-        for index, kind in enumerate(self.kinds):
-            steel = mine & (part == 0) & (segment == index)
-            charge = mine & (part == 1) & (station >= edges[index]) & (station < edges[index + 1])
-            table[index] = (
-                f"{kind} {index}",
-                kind,
-                edges[index],
-                edges[index + 1],
-                self.outer,
-                self.outer - self.inner,
-                self.inner,
-                mass[steel].sum(),
-                mass[charge].sum(),
-                mass[steel] @ speed[steel] / mass[steel].sum(),
-                *self.rupture,
-            )
-        group["segments"] = table
 
 
 def volumes(corners: np.ndarray) -> np.ndarray:

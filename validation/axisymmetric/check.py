@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
+from validation.files import reference_beside, snapshot_of
 from validation.grid import grid_index
 from validation.rows import Row, compare, markdown_table, within
 from validation.runs import StudyError
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "beside", "convergence_table", "converging", "speeds_along"]
 
 NAME = "axisymmetric"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 _QUANTITIES = (
     ("mean speed", "mean_initial_speed", 1.0, "m/s"),
     ("largest speed", "max_initial_speed", 1.0, "m/s"),
@@ -120,11 +119,8 @@ def speeds_along(snapshot: Path, parts: int) -> NDArray[np.float64]:
     StudyError
         The file is no snapshot.
     """
-    try:
-        with h5py.File(snapshot, "r") as file:
-            table, length = file["rounds/0/along"][()], float(file["rounds/0"].attrs["length"])
-    except (OSError, KeyError) as error:
-        raise StudyError(f"{snapshot} is not a snapshot: {error}") from None
+    with snapshot_of(snapshot) as file:
+        table, length = file["rounds/0/along"][()], float(file["rounds/0"].attrs["length"])
     where = np.minimum((table["station"] / length * parts).astype(int), parts - 1)
     mass = np.bincount(where, table["casing_mass"], minlength=parts)
     return np.asarray(np.bincount(where, table["casing_mass"] * table["mean_speed"], minlength=parts) / mass)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
+from validation.files import reference_beside, snapshot_of
 from validation.rows import Row, compare, within
-from validation.runs import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "Metal", "check", "check_pair", "middle_of", "reference_shares"]
 
 NAME = "colliding_tubes"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +57,11 @@ def middle_of(snapshot: Path) -> list[Metal]:
         The file is no snapshot.
     """
     low, high = REFERENCE["stations"]
-    try:
-        with h5py.File(snapshot, "r") as file:
-            velocity, nodes = file["nodes/velocity"][()], file["cells/nodes"][()]
-            part, station = file["cells/part"][()], file["cells/station"][()]
-            mass, of_round = file["cells/mass"][()], file["cells/round"][()]
-            reference = file["nodes/reference"][()]
-    except (OSError, KeyError) as error:
-        raise StudyError(f"{snapshot}: no snapshot of a burst: {error}") from None
+    with snapshot_of(snapshot) as file:
+        velocity, nodes = file["nodes/velocity"][()], file["cells/nodes"][()]
+        part, station = file["cells/part"][()], file["cells/station"][()]
+        mass, of_round = file["cells/mass"][()], file["cells/round"][()]
+        reference = file["nodes/reference"][()]
     found = []
     for index in np.unique(of_round):
         own = np.flatnonzero((part == 0) & (of_round == index) & (station >= low) & (station <= high))

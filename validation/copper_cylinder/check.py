@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import tomllib
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from validation.files import reference_beside
 from validation.rows import Row, compare, within
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["MODELS", "NAME", "REFERENCE", "check"]
 
 NAME = "copper_cylinder"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 MODELS = ("landau", "landau_cj", "jwl")
 
 

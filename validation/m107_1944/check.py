@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from validation.files import reference_beside
 from validation.m107_1944.counts import FOOT, read_table
 from validation.rows import Row, compare
 
@@ -16,7 +16,7 @@ __all__ = ["NAME", "REFERENCE", "TABLE", "check"]
 
 NAME = "m107_1944"
 _FOLDER = Path(__file__).parent
-REFERENCE: dict[str, Any] = tomllib.loads((_FOLDER / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 TABLE = read_table(_FOLDER / "table56.csv")
 
 

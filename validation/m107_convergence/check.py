@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
+from validation.files import reference_beside, snapshot_of
 from validation.rows import Row, compare, within
-from validation.runs import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "WallProfile", "check_distances", "check_wall", "wall_profile"]
 
 NAME = "m107_convergence"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 _NEW_LAYER = 0.3  # of the cells' thickness: cells whose radii differ by more lie in different layers
 
 
@@ -59,13 +57,10 @@ def wall_profile(snapshot: Path) -> WallProfile:
         The file is no snapshot.
     """
     low, high = REFERENCE["wall"]["stations"]
-    try:
-        with h5py.File(snapshot, "r") as file:
-            start, velocity = file["nodes/reference"][()], file["nodes/velocity"][()]
-            cells, mass = file["cells/nodes"][()], file["cells/mass"][()]
-            part, station = file["cells/part"][()], file["cells/station"][()]
-    except (OSError, KeyError) as error:
-        raise StudyError(f"{snapshot}: no snapshot of a burst: {error}") from None
+    with snapshot_of(snapshot) as file:
+        start, velocity = file["nodes/reference"][()], file["nodes/velocity"][()]
+        cells, mass = file["cells/nodes"][()], file["cells/mass"][()]
+        part, station = file["cells/part"][()], file["cells/station"][()]
     own = np.flatnonzero((part == 0) & (station > low) & (station < high))
     corners = start[cells[own]]
     inside = float(np.hypot(corners[..., 0], corners[..., 1]).min())

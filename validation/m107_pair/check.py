@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from validation.files import reference_beside
 from validation.grid import GridIndex, grid_index
 from validation.m107_pair.sectors import BINS, UNITS, scatter
 from validation.paper_3_2.check import REFERENCE as PAPER
@@ -24,7 +23,7 @@ __all__ = [
 ]  # fmt: skip
 
 NAME = "m107_pair"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 BINS_OF_PAPER: list[float] = PAPER["bins"]
 """Widths of the bins (degrees) in which peaks are read; the paper states none."""
 _SOURCE = REFERENCE["source"]

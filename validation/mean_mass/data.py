@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 from transition.law.mean_mass_data import equivalent_cylinder
+from validation.files import reference_beside
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,7 +27,7 @@ __all__ = [
     "metal_shares",
 ]
 
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 _OUNCE, _POUND, _GRAIN, _FOOT = 28.349523125e-3, 0.45359237, 64.79891e-6, 0.3048
 _STEEL, _TNT, _TNT_DETONATION = 7850.0, 1580.0, 6880.0  # cast TNT as in TP-12, Table 1
 

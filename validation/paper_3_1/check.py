@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
+from validation.files import reference_beside
 from validation.grid import convergence
 from validation.rows import Row, compare, markdown_table, within
 
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 NAME = "paper_3_1"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 SIZES = ("8 mm", "6 mm", "4 mm", "3 mm")
 MERIDIAN_SIZES = ("6 mm", "3 mm", "1.5 mm")
 """Of the axisymmetric burst, which costs seconds: beside the three-dimensional one, and finer."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from validation.files import reference_beside
 from validation.paper_3_2.ratios import (
     FOCUS,
     Estimate,
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "PANEL", "REFERENCE", "Finding", "compare_with_mirrored", "compare_with_paper", "sound"]
 
 NAME = "paper_3_2"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 PANEL = 5.0
 """Width of the wider bins (degrees): the largest speed of a bin grows with the hits in it."""
 

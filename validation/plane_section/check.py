@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
+from validation.files import reference_beside, snapshot_of
 from validation.grid import grid_index
 from validation.rows import Row, compare, within
-from validation.runs import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,7 +23,7 @@ __all__ = [
 ]  # fmt: skip
 
 NAME = "plane_section"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 WIDTHS = ("5", "10", "20", "35")
 
 _ALLOWED, _SOURCE = REFERENCE["allowed"], REFERENCE["source"]
@@ -40,11 +38,8 @@ def end_of(gap: float, delay: float = 0.0) -> float:
 def cylinder_speed(snapshot: Path) -> float:
     """Mass-weighted casing speed (m/s) of a meridian between the cylinder's stations, from burst_snapshot.h5."""
     low, high = REFERENCE["cylinder"]
-    try:
-        with h5py.File(snapshot, "r") as file:
-            along = file["rounds/0/along"][()]
-    except (OSError, KeyError) as error:
-        raise StudyError(f"{snapshot}: no snapshot of a burst: {error}") from None
+    with snapshot_of(snapshot) as file:
+        along = file["rounds/0/along"][()]
     inside = (along["station"] >= low) & (along["station"] <= high)
     return float(np.average(along["mean_speed"][inside], weights=along["casing_mass"][inside]))
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from math import sqrt
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from burst_fenicsx.materials.library import load_casing, load_explosive
 from burst_fenicsx.materials.products import make_products
+from validation.files import reference_beside
 from validation.products.energies import energy_given, gurney_velocity, progressive_share
 from validation.rows import Row, compare
 
@@ -30,7 +29,7 @@ __all__ = [
 ]
 
 NAME = "products"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 MODELS: tuple[ProductModel, ...] = ("landau", "landau_cj", "jwl")
 EXPLOSIVES = ("tnt", "comp_b")
 

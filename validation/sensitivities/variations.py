@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from validation.files import reference_beside
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "Parameter", "Variation", "base", "parameters"]
 
 NAME = "sensitivities"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 
 _HOURGLASS = ("charge_viscous", "casing_viscous", "casing_stiffness")
 _SOFTENING = ("shear_softening_strain", "tensile_softening_strain")

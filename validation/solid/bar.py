@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.mechanics.solver import Hold
+from burst_fenicsx.mechanics.nodal_loads import Hold
 from validation.solid.bodies import SETTINGS, elastic, energy, grid, record, solver_on, wave_speed
 
 if TYPE_CHECKING:

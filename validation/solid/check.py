@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from validation.files import reference_beside
 from validation.rows import Row, compare, within
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "check_bar", "check_impact", "check_softening", "check_tube", "lame_hoop", "lame_moved"]
 
 NAME = "solid"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 _OWN = "own bound"
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
+from validation.files import reference_beside, snapshot_of
 from validation.rows import Row, within
 from validation.runs import StudyError
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "Focus", "count_rows", "delay_rows", "end_row", "focus_of", "gap_rows", "speed_row"]
 
 NAME = "stack_trends"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 
 _NARROW = 10.0  # degrees about the focus direction
 _WITHIN = 35.0
@@ -54,15 +53,12 @@ def focus_of(snapshot: Path) -> Focus:
     StudyError
         The file is no snapshot.
     """
-    try:
-        with h5py.File(snapshot, "r") as file:
-            casing = file["cells/part"][()] == 0
-            cells = file["cells/nodes"][()][casing]
-            velocity = file["nodes/velocity"][()][cells].mean(axis=1)
-            x = file["nodes/position"][()][cells, 0].mean(axis=1)
-            mass = file["cells/mass"][()][casing]
-    except (OSError, KeyError) as error:
-        raise StudyError(f"{snapshot}: no snapshot of a burst: {error}") from None
+    with snapshot_of(snapshot) as file:
+        casing = file["cells/part"][()] == 0
+        cells = file["cells/nodes"][()][casing]
+        velocity = file["nodes/velocity"][()][cells].mean(axis=1)
+        x = file["nodes/position"][()][cells, 0].mean(axis=1)
+        mass = file["cells/mass"][()][casing]
     off = np.degrees(np.arctan2(velocity[:, 0], np.abs(velocity[:, 1])))
     order = np.argsort(np.abs(off))
     together = np.cumsum(mass[order]) / mass.sum()

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
-
+from validation.files import reference_beside, snapshot_of
 from validation.rows import Row, compare, within
-from validation.runs import StudyError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["NAME", "REFERENCE", "Along", "along", "check", "gurney_speed", "gurney_velocity", "outer_radius"]
 
 NAME = "steel_tubes"
-REFERENCE: dict[str, Any] = tomllib.loads((Path(__file__).parent / "reference.toml").read_text(encoding="utf-8"))
+REFERENCE = reference_beside(__file__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +47,8 @@ class Along:
 
 def along(snapshot: Path) -> Along:
     """Read the speeds off burst_snapshot.h5; raises StudyError where it is none."""
-    try:
-        with h5py.File(snapshot, "r") as file:
-            rows, length = file["rounds/0/along"][()], float(file["rounds/0"].attrs["length"])
-    except (OSError, KeyError) as error:
-        raise StudyError(f"{snapshot}: no snapshot of a burst: {error}") from None
+    with snapshot_of(snapshot) as file:
+        rows, length = file["rounds/0/along"][()], float(file["rounds/0"].attrs["length"])
     filled = rows["casing_mass"] > 0.0
     return Along(rows["station"][filled] / length, rows["mean_speed"][filled], rows["casing_mass"][filled])
 

@@ -85,16 +85,25 @@ _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
 
 @lane_function
+def _area_and_jacobians(r: Four, z: Four) -> tuple[float, Four]:
+    """Area (m2) of a quadrilateral and the values of its Jacobian at the corners."""
+    r0, r1, r2, r3 = r
+    z0, z1, z2, z3 = z
+    corners = (
+        (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0),
+        (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1),
+        (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2),
+        (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3),
+    )
+    return 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0)), corners
+
+
+@lane_function
 def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
     """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) and smallest Jacobian of its quadrilateral."""
     r0, r1, r2, r3 = r
     z0, z1, z2, z3 = z
-    area = 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0))
-    # The Jacobian's values at the corners.
-    c0 = (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0)
-    c1 = (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1)
-    c2 = (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2)
-    c3 = (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3)
+    area, (c0, c1, c2, c3) = _area_and_jacobians(r, z)
     a0, a1 = area * _SIXTH + c0 * _TWELFTH, area * _SIXTH + c1 * _TWELFTH
     a2, a3 = area * _SIXTH + c2 * _TWELFTH, area * _SIXTH + c3 * _TWELFTH
     bz0 = _SIXTH * (r3 - r1) * (r3 + r0 + r1)
@@ -121,11 +130,7 @@ def plane_integrals(x: Four, y: Four) -> tuple[Four, Four, Four, float, float, f
     """As `ring_integrals` with the weight one, per length (m): A is zero and the volume is the area."""
     x0, x1, x2, x3 = x
     y0, y1, y2, y3 = y
-    area = 0.5 * ((x2 - x0) * (y3 - y1) - (x3 - x1) * (y2 - y0))
-    c0 = (x1 - x0) * (y3 - y0) - (x3 - x0) * (y1 - y0)
-    c1 = (x2 - x1) * (y0 - y1) - (x0 - x1) * (y2 - y1)
-    c2 = (x3 - x2) * (y1 - y2) - (x1 - x2) * (y3 - y2)
-    c3 = (x0 - x3) * (y2 - y3) - (x2 - x3) * (y0 - y3)
+    area, (c0, c1, c2, c3) = _area_and_jacobians(x, y)
     bx, by = 0.5 * (y1 - y3), 0.5 * (x3 - x1)
     cx, cy = 0.5 * (y2 - y0), 0.5 * (x0 - x2)
     return (bx, cx, -bx, -cx), (by, cy, -by, -cy), (0.0, 0.0, 0.0, 0.0), area, area, min(c0, c1, c2, c3)

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.cells import charge_ring_block, solid_ring_block
+from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import Rings
-from burst_fenicsx.kernels.axisymmetric.slide_line import LineContacts, SlideLine, add_line_forces
+from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.sliding import SlideLaw
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Discriminator
 
-__all__ = ["Table"]
+__all__ = ["Table", "by_kind"]
 
 
 class Table(BaseModel):
@@ -13,3 +13,13 @@ class Table(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True, validate_default=False
     )
+
+
+def by_kind(usual: str) -> Discriminator:
+    """How tables of several kinds in one list are distinguished: by `kind`, which the usual one may leave out."""
+
+    def tag_of(value: object) -> str:
+        kind = value.get("kind", usual) if isinstance(value, dict) else getattr(value, "kind", usual)
+        return f"<{kind}>"
+
+    return Discriminator(tag_of)

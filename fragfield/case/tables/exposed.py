@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
-from fragfield.case.tables.base import Table
+from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.units.compound import Vector
 from fragfield.case.units.kinds import Angle, ArealDensity, Energy, Length, Offset, PositiveLength
 from fragfield.case.units.quantities import Quantity, degrees
@@ -129,15 +129,10 @@ class ExposedBuildingTable(_ExposedTable):
     """Its roof, alike."""
 
 
-def _kind(value: object) -> str:
-    kind = value.get("kind", "person") if isinstance(value, dict) else getattr(value, "kind", "person")
-    return f"<{kind}>"
-
-
 ExposedTable = Annotated[
     Annotated[PersonTable, Tag("<person>")]
     | Annotated[RoadTable, Tag("<road>")]
     | Annotated[AreaTable, Tag("<area>")]
     | Annotated[ExposedBuildingTable, Tag("<building>")],
-    Discriminator(_kind),
+    by_kind("person"),
 ]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from flight.constants import STANDARD_GRAVITY
-from fragfield.case.tables.base import Table
+from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.tables.ground import GroundTable
 from fragfield.case.units.kinds import (
     Angle,
@@ -198,16 +198,11 @@ class PolygonTable(Table):
     """Its corners in order."""
 
 
-def _kind(value: object) -> str:
-    kind = value.get("kind", "cylinder") if isinstance(value, dict) else getattr(value, "kind", "cylinder")
-    return f"<{kind}>"
-
-
 WitnessTable = Annotated[
     Annotated[CylinderTable, Tag("<cylinder>")]
     | Annotated[PanelTable, Tag("<panel>")]
     | Annotated[PolygonTable, Tag("<polygon>")],
-    Discriminator(_kind),
+    by_kind("cylinder"),
 ]
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
-from fragfield.case.tables.base import Table
+from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.units.kinds import Angle, Length, Offset, PositiveLength
 from fragfield.case.units.quantities import Quantity
 
@@ -100,14 +100,9 @@ class BuildingTable(_StandingTable):
     """Direction of its length, from +x counter-clockwise; the front looks there."""
 
 
-def _kind(value: object) -> str:
-    kind = value.get("kind", "wall") if isinstance(value, dict) else getattr(value, "kind", "wall")
-    return f"<{kind}>"
-
-
 ObstacleTable = Annotated[
     Annotated[WallTable, Tag("<wall>")]
     | Annotated[BarricadeTable, Tag("<barricade>")]
     | Annotated[BuildingTable, Tag("<building>")],
-    Discriminator(_kind),
+    by_kind("wall"),
 ]

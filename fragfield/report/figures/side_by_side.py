@@ -87,22 +87,24 @@ class FigureQueue:
 
     def add(self, name: str, function: Drawing) -> None:
         """Have a figure drawn; one that was added before is not drawn again."""
-        if name in self._known:
-            return
-        self._known.add(name)
-        self._waiting.append((name, function))
-        self._more.release()
-        if self._helped:
-            self._start()
+        if self._is_new(name):
+            self._waiting.append((name, function))
+            self._more.release()
+            if self._helped:
+                self._start()
 
     def add_picture(self, name: str, folder: Path) -> None:
         """Have a picture of VTK drawn, and its interactive view written to a folder; once, like a figure."""
-        if name in self._known:
-            return
+        if self._is_new(name):
+            self._pictures.append((name, folder))
+            self._more.release()
+            self._start()
+
+    def _is_new(self, name: str) -> bool:
+        """Whether a name was not asked for before; it is known from now on."""
+        new = name not in self._known
         self._known.add(name)
-        self._pictures.append((name, folder))
-        self._more.release()
-        self._start()
+        return new
 
     def _start(self) -> None:
         if self._thread is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from fragfield_base.burst_snapshot import FUZE, GEOMETRIES, NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from contextlib import AbstractContextManager
 
     import h5py
@@ -203,23 +204,39 @@ def _note_provenance(run: RunFiles, attributes: Mapping[str, object]) -> None:
 
 
 def _read_snapshot(run: RunFiles) -> None:
-    path = run.folder / STAGE_FILES["burst"]
+    with _stage_file(run, "burst", "burst snapshot") as file:
+        if file is None:
+            return
+        run.burst_time = float(file.attrs["time"])
+        run.geometry = str(_plain(file.attrs.get("geometry", "3d")))
+        run.nodes, run.cells = _mesh(file, str(run.folder / STAGE_FILES["burst"]), GEOMETRIES.get(run.geometry, 4))
+        run.history = {name: data[()] for name, data in file.get("history", {}).items()}
+        for name in sorted(file["rounds"], key=int):
+            group = file["rounds"][name]
+            attributes = {key: _plain(value) for key, value in group.attrs.items()}
+            run.rounds.append(RoundTables(attributes, _strings(group["segments"][()]), group["along"][()]))
+        run.planes = [_plane(group) for group in file.get("planes", {}).values()]
+
+
+@contextmanager
+def _stage_file(run: RunFiles, stage: str, what: str) -> Iterator[h5py.File | None]:
+    """The file of a stage, open for reading, or None where there is none; notes its provenance.
+
+    Raises
+    ------
+    InputError
+        The block does not find all that it looks for in the file.
+    """
+    path = run.folder / STAGE_FILES[stage]
     if not path.is_file():
+        yield None
         return
     with _open(path) as file:
         try:
             _note_provenance(run, file.attrs)
-            run.burst_time = float(file.attrs["time"])
-            run.geometry = str(_plain(file.attrs.get("geometry", "3d")))
-            run.nodes, run.cells = _mesh(file, str(path), GEOMETRIES.get(run.geometry, 4))
-            run.history = {name: data[()] for name, data in file.get("history", {}).items()}
-            for name in sorted(file["rounds"], key=int):
-                group = file["rounds"][name]
-                attributes = {key: _plain(value) for key, value in group.attrs.items()}
-                run.rounds.append(RoundTables(attributes, _strings(group["segments"][()]), group["along"][()]))
-            run.planes = [_plane(group) for group in file.get("planes", {}).values()]
+            yield file
         except (KeyError, OSError) as error:
-            raise InputError(f"{path}: not a complete burst snapshot: {error}; run `fragfield burst` again") from error
+            raise InputError(f"{path}: not a complete {what}: {error}; run `fragfield {stage}` again") from error
 
 
 def _mesh(file: h5py.File, where: str, corners: int) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -260,24 +277,18 @@ def _plane(group: h5py.Group) -> SymmetryPlane:
 
 
 def _read_fragments(run: RunFiles) -> None:
-    path = run.folder / STAGE_FILES["break-up"]
-    if not path.is_file():
-        return
-    with _open(path) as file:
-        try:
-            _note_provenance(run, file.attrs)
-            number = len(numbers(file, "fragments/mass", InputError, str(path), shape=(None,), finite=True))
-            run.fragments = {
-                name: numbers(file, f"fragments/{name}", InputError, str(path), shape=(number, *more), finite=True)
-                for name, more in (
-                    ("mass", ()), ("position", (3,)), ("velocity", (3,)), ("shape_factor", ()), ("round", ()),
-                    ("segment", ()),
-                )
-            }  # fmt: skip
-        except (KeyError, OSError) as error:
-            raise InputError(
-                f"{path}: not a complete fragment file: {error}; run `fragfield break-up` again"
-            ) from error
+    with _stage_file(run, "break-up", "fragment file") as file:
+        if file is None:
+            return
+        where = str(run.folder / STAGE_FILES["break-up"])
+        number = len(numbers(file, "fragments/mass", InputError, where, shape=(None,), finite=True))
+        run.fragments = {
+            name: numbers(file, f"fragments/{name}", InputError, where, shape=(number, *more), finite=True)
+            for name, more in (
+                ("mass", ()), ("position", (3,)), ("velocity", (3,)), ("shape_factor", ()), ("round", ()),
+                ("segment", ()),
+            )
+        }  # fmt: skip
 
 
 def _read_landing(run: RunFiles) -> None:

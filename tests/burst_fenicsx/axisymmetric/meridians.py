@@ -12,15 +12,14 @@ from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
 from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.axisymmetric.solver import RingSolver
-from burst_fenicsx.mechanics.detonation import LeakageParts
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, Round
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, no_leakage, plain_inputs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["HeldSolver", "meridian", "named", "random_meridian", "rectangle", "ring_burst", "whole_steps"]
+__all__ = ["HeldSolver", "meridian", "named", "random_meridian", "rectangle", "ring_burst", "stressed", "whole_steps"]
 
 
 def meridian(
@@ -96,6 +95,26 @@ class HeldSolver(RingSolver):
             force[self.held[:, 1], 2] = 0.0
 
 
+def stressed(solver: RingSolver, part: Part) -> Any:
+    """Put constant stress into every cell, of products or at random, and add its forces; gives its function."""
+    state = solver.fields
+    stress = state.functions["stress"]
+    values = stress.x.array.reshape(-1, 6)
+    if part == Part.CHARGE:
+        state.charge.burn_fraction[:] = 1.0
+        state.nodes.position[:] *= [1.05, 1.0, 0.98]
+        solver.add_forces(0.0)
+        values[:] = 0.0
+        values[:, :3] = -state.charge.pressure[:, None]
+        assert state.charge.pressure.min() > 1e9
+    else:
+        random = np.random.default_rng(11).normal(size=values.shape) * 1e9
+        random[:, 3:5] = 0.0  # nothing shears towards a ring's circumference or along a section's rounds
+        values[:] = random
+        solver.add_forces(0.0)
+    return stress
+
+
 def whole_steps(settings: BurstSettings, **changes: Any) -> BurstSettings:
     """The settings with one step for all cells."""
     return replace(settings, time_step=replace(settings.time_step, subcycling=False), **changes)
@@ -113,19 +132,9 @@ def ring_burst(
     """Solver on the meridian of one round; nodes and cells keep dolfinx's order."""
     distributed = on_dolfinx(mesh)
     item = Round(name="ring", explosive=explosive, casing=casing, ignition=ignition)
-    nothing = np.zeros(0)
-    leakage = LeakageParts.of_charges(
-        settings.leakage, MPI.COMM_SELF, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
-    )
+    leakage = no_leakage(settings)
     fields = make_ring_fields(
-        distributed,
-        [item],
-        settings,
-        fuze_density=[3000.0],
-        axial_part=np.zeros(distributed.cells, dtype=np.int32),
-        leakage=leakage.factor,
-        lengths=mesh.lengths,
-        plane=mesh.plane,
+        distributed, [item], settings, **plain_inputs(distributed, mesh, leakage), plane=mesh.plane
     )
     charge = distributed.part == Part.CHARGE
     chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy

@@ -16,23 +16,11 @@ from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import nodal_volumes, ring_volumes
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import plane_integrals, ring_integrals
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.problem import Hourglass, Part
-from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, rectangle, ring_burst
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, matrices, rotation_matrix
+from burst_fenicsx.problem import Part
+from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, rectangle, ring_burst, stressed
+from tests.burst_fenicsx.boxes import CONTROLLED, ELASTIC, carried, matrices, rotation_matrix
 
 pytestmark = pytest.mark.dolfinx
-
-CONTROLLED = replace(BARE, hourglass=Hourglass(casing_viscous=0.05, casing_stiffness=0.05, charge_viscous=0.1))
-
-
-def moved(solver, place, step):
-    """Prescribe the nodes' next places, a function of the initial ones, and advance the cells by one step (s)."""
-    nodes = solver.fields.nodes
-    after = place(solver.fields.start)
-    nodes.velocity[:] = (after - nodes.position) / step
-    nodes.position[:] = after
-    solver.time += step
-    solver.add_forces(step)
 
 
 def hourglass_forces(solver):
@@ -133,21 +121,7 @@ def test_nodal_masses_at_the_axis_are_a_sixth_and_a_third():
 def test_forces_equal_ufls_on_the_ring(part, inner):
     """-2 pi int (s : grad v + s_tt v_r / r) r dA with constant stress in every cell, 2 x 2 Gauss, which is exact."""
     solver = ring_burst(random_meridian(4, 5e-3, inner, part))
-    state = solver.fields
-    stress = state.functions["stress"]
-    values = stress.x.array.reshape(-1, 6)
-    if part == Part.CHARGE:
-        state.charge.burn_fraction[:] = 1.0
-        state.nodes.position[:] *= [1.05, 1.0, 0.98]
-        solver.add_forces(0.0)
-        values[:] = 0.0
-        values[:, :3] = -state.charge.pressure[:, None]
-        assert state.charge.pressure.min() > 1e9
-    else:
-        random = np.random.default_rng(11).normal(size=values.shape) * 1e9
-        random[:, 3:5] = 0.0  # a ring has no shear towards its circumference
-        values[:] = random
-        solver.add_forces(0.0)
+    state, stress = solver.fields, stressed(solver, part)
     domain = state.mesh.domain
     space = compat.vector_space(domain)
     test, radius = ufl.TestFunction(space), ufl.SpatialCoordinate(domain)[0]
@@ -165,7 +139,7 @@ def test_patch_of_distorted_rings_takes_a_uniform_stretch_exactly():
     mesh = random_meridian(5, 5e-3)
     solver = ring_burst(mesh, CONTROLLED)
     stretch = np.array([1.03, 1.0, 0.98])
-    moved(solver, lambda start: start * stretch, step=1e-7)
+    carried(solver, lambda start: start * stretch, step=1e-7)
     e_r, e_z = 2.0 * 0.03 / 2.03, -2.0 * 0.02 / 1.98
     shear = 0.5 * ELASTIC.elastic_modulus / 1.3
     lame = 2.0 * shear * 0.3 / 0.4
@@ -183,10 +157,12 @@ def test_linear_fields_excite_no_hourglass():
     field = np.array([[0.03, 0.0, -0.02], [0.0, 0.0, 0.0], [0.04, 0.0, 0.01]])
     mesh = random_meridian(4, 5e-3, 0.03)
     solver = ring_burst(mesh, CONTROLLED)
-    moved(solver, lambda start: start @ (np.eye(3) + field).T + [0.001, 0.0, 0.002], step=1e-7)
+    carried(solver, lambda start: start @ (np.eye(3) + field).T + [0.001, 0.0, 0.002], step=1e-7)
     force = np.abs(solver.resultant).max()
     assert np.abs(hourglass_forces(solver)).max() < 1e-12 * force
-    moved(solver, lambda start: start + 1e-5 * np.random.default_rng(1).normal(size=start.shape) * [1, 0, 1], step=1e-7)
+    carried(
+        solver, lambda start: start + 1e-5 * np.random.default_rng(1).normal(size=start.shape) * [1, 0, 1], step=1e-7
+    )
     assert np.abs(hourglass_forces(solver)).max() > 1e-6 * force
 
 
@@ -208,7 +184,7 @@ def test_rotation_about_the_circumference_turns_the_stress():
     centre, steps = np.array([0.11, 0.0, 0.0]), 1000
     for k in range(1, steps + 1):
         turn = rotation_matrix((0.0, 1.0, 0.0), 0.5 * np.pi * k / steps)
-        moved(solver, lambda start, f=turn: (start - centre) @ f.T + centre, step=1e-3)
+        carried(solver, lambda start, f=turn: (start - centre) @ f.T + centre, step=1e-3)
     after = matrices(state.stress[: solver.fields.mesh.cells, 0])
     exact = turn @ before @ turn.T
     assert np.abs(after - exact).max() < 1e-10 * np.abs(exact).max()

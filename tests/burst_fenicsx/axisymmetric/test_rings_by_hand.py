@@ -15,8 +15,8 @@ from burst_fenicsx.problem import ContactSettings, Hourglass, Part, Viscosity
 from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, rectangle, ring_burst
 from tests.burst_fenicsx.axisymmetric.test_slide_line import bench
 from tests.burst_fenicsx.bodies import QUIET
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
-from tests.burst_fenicsx.test_elements import CONTROLLED, moved
+from tests.burst_fenicsx.boxes import BARE, CONTROLLED, ELASTIC, TNT
+from tests.burst_fenicsx.test_elements import moved
 
 pytestmark = pytest.mark.dolfinx
 

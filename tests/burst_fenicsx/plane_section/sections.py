@@ -9,7 +9,6 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
-from burst_fenicsx.mechanics.detonation import LeakageParts
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.meshing.mesh import merge
 from burst_fenicsx.plane_section.contact import SectionContact
@@ -17,7 +16,7 @@ from burst_fenicsx.plane_section.mesh import SectionMesh
 from burst_fenicsx.plane_section.solver import SectionSolver
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, RigidPlane, Round
 from tests.burst_fenicsx.axisymmetric.meridians import rectangle
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, no_leakage, plain_inputs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,20 +52,8 @@ def section_burst(
     settings = settings if cell_size is None else replace(settings, cell_size=cell_size)
     distributed = on_dolfinx(mesh)
     rounds = [Round(name=f"round {index}", explosive=explosive, casing=casing) for index in range(len(mesh.lengths))]
-    nothing = np.zeros(0)
-    leakage = LeakageParts.of_charges(
-        settings.leakage, MPI.COMM_SELF, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
-    )
-    state = make_ring_fields(
-        distributed,
-        rounds,
-        settings,
-        fuze_density=[3000.0] * len(rounds),
-        axial_part=np.zeros(distributed.cells, dtype=np.int32),
-        leakage=leakage.factor,
-        lengths=mesh.lengths,
-        plane=True,
-    )
+    leakage = no_leakage(settings)
+    state = make_ring_fields(distributed, rounds, settings, **plain_inputs(distributed, mesh, leakage), plane=True)
     charge = distributed.part == Part.CHARGE
     chemical = np.array(
         [

@@ -94,7 +94,7 @@ def test_a_single_round_moves_as_the_same_disc_does_in_its_meridian(tmp_path):
     )
     charge = disc.fields.mesh.part == Part.CHARGE
     disc.fields.charge.ignition_time[charge] = 0.0
-    disc.set_burning_times()
+    disc.burning.update()
     while disc.time < 40e-6:
         disc.step(40e-6)
     assert radial_speed(section.solver) == pytest.approx(radial_speed(disc), rel=0.005)

@@ -1,0 +1,84 @@
+"""What acts on nodes besides cells and contact: external forces and damping with their work, and held nodes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.rows import hold_rows
+from burst_fenicsx.mechanics.exact_sums import exact_sum
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from burst_fenicsx.mechanics.fields import BurstFields
+    from burst_fenicsx.mechanics.ledger import Ledger
+
+__all__ = ["Hold", "NodalLoads"]
+
+
+class Hold:
+    """Nodes that may not move along a direction, such as those of a symmetry plane.
+
+    Parameters
+    ----------
+    nodes : (k,) local nodes. direction : (3,) unit vector.
+    """
+
+    def __init__(self, nodes: np.ndarray, direction: np.ndarray) -> None:
+        self.nodes = np.asarray(nodes, dtype=np.int64)
+        self.direction = np.asarray(direction, dtype=float)
+
+    def apply(self, force: np.ndarray) -> None:
+        """Take the forces (nodes, 3) along the direction away."""
+        hold_rows(force, self.nodes, self.direction)
+
+
+class NodalLoads:
+    """External forces and damping, taken at the ends of the macro steps.
+
+    Parameters
+    ----------
+    fields : the state.
+    damping : rate (1/s) at which nodes lose their momentum; zero for none.
+    external : called with the time (s) and the forces (nodes, 3) in N, to which it adds external ones.
+    """
+
+    def __init__(
+        self, fields: BurstFields, damping: float, external: Callable[[float, np.ndarray], None] | None
+    ) -> None:
+        self._fields = fields
+        self._rate = damping
+        self._external = external
+        self._external_force = np.zeros_like(fields.nodes.force) if external else None
+        self._damping_force = np.zeros_like(fields.nodes.force) if damping > 0.0 else None
+
+    @property
+    def any(self) -> bool:
+        """Whether there are any: then all cells take the macro step."""
+        return self._external_force is not None or self._damping_force is not None
+
+    def add_forces(self, time: float) -> None:
+        """Add the forces (N) at a time (s) to those of this rank's nodes, shared ones as well."""
+        nodes = self._fields.nodes
+        if self._external_force is not None and self._external is not None:
+            self._external_force[:] = 0.0
+            self._external(time, self._external_force)
+            nodes.force[:] += self._external_force
+        if self._damping_force is not None:
+            self._damping_force[:] = -self._rate * self._fields.mass[:, None] * nodes.velocity
+            nodes.force[:] += self._damping_force
+
+    def accumulate_work(self, ledger: Ledger, half_step: float) -> None:
+        """Accumulate the work over half a step (s), the first half by the old forces; collective."""
+        if self._external_force is not None:
+            work = half_step * self._power(self._external_force)
+            ledger.external_work += work if self._fields.mesh.comm.rank == 0 else 0.0
+        if self._damping_force is not None:
+            ledger.damping -= half_step * self._power(self._damping_force)
+
+    def _power(self, force: np.ndarray) -> float:
+        """Power (W) of nodal forces (nodes, 3) in N on all ranks; collective."""
+        owned = self._fields.mesh.owned_nodes
+        return exact_sum(self._fields.mesh.comm, (force[:owned] * self._fields.nodes.velocity[:owned]).ravel())

@@ -1,0 +1,28 @@
+"""The nearest of the names that are allowed, for the messages about one that is not."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["names_allowed", "nearest_name"]
+
+
+def nearest_name(name: str, allowed: Iterable[str], *, likeness: float = 0.5) -> str | None:
+    """The allowed name that is nearest to another, upper or lower case; None when none is as like as `likeness`."""
+    names = list(allowed)
+    close = get_close_matches(name.casefold(), [one.casefold() for one in names], n=1, cutoff=likeness)
+    # Of names that differ in case alone ("mm" and "Mm") the one of fewer capitals.
+    alike = sorted((one for one in names if one.casefold() in close), key=lambda one: sum(map(str.isupper, one)))
+    return alike[0] if alike else None
+
+
+def names_allowed(name: object, valid: Iterable[str]) -> str:
+    """End of a message about an unknown name: the nearest valid one, and all that are allowed."""
+    names = list(valid)
+    close = nearest_name(str(name), names)
+    hint = f"; did you mean {close!r}?" if close is not None else ""
+    return f"{hint} (allowed: {', '.join(names)})"

@@ -1,0 +1,174 @@
+"""Real studies of uncertainty, as slow tests: their files, workers that are killed, and samples that share bursts."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from fragfield.files.stamped import read_stamped_json
+from tests.fragfield.short_run import SHORT, command, environment
+
+pytestmark = [pytest.mark.slow, pytest.mark.dolfinx]
+ROOT = Path(__file__).parents[2]
+_INPUTS = """
+[uncertainty]
+defaults = false
+realisations = 10
+bursts = 3
+[[uncertainty.input]]
+name = "front"
+keys = ["round.*.explosive.detonation_velocity"]
+distribution = "uniform"
+low = "6700 m/s"
+high = "7000 m/s"
+source = "a test"
+[[uncertainty.input]]
+name = "mean fragment mass"
+keys = ["break_up.prefactor"]
+applies = "factor"
+distribution = "lognormal"
+median = 1.0
+factor = 1.6
+source = "a test"
+"""
+
+
+def _real(case, out, *options):
+    return [*command("uncertainty", case, "--out", out, "--samples", "12", "--json", "--quiet"), *map(str, options)]
+
+
+@pytest.fixture(scope="module")
+def short_meridian(tmp_path_factory):
+    """A short tube in its meridian with few realisations: a second a sample."""
+    path = tmp_path_factory.mktemp("study") / "short.toml"
+    text = (ROOT / "cases" / "tube.toml").read_text()
+    text = text.replace('end_time = "120 us"', 'end_time = "60 us"').replace('cell_size = "6 mm"', 'cell_size = "9 mm"')
+    assert "60 us" in text
+    path.write_text(text + "\n[uncertainty]\nrealisations = 10\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def real_study(short_meridian, tmp_path_factory):
+    out = tmp_path_factory.mktemp("studies") / "one"
+    done = subprocess.run(
+        _real(short_meridian, out, "--workers", 1), capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return out, json.loads(done.stdout)
+
+
+def test_real_samples_and_their_files(real_study):
+    out, printed = real_study
+    assert printed["states"]["done"] == 12
+    assert not (out / ".samples").exists()
+    assert read_stamped_json(out / "nominal" / "uncertainty.json")["budget"] == printed["budget"]
+    page, report = ((out / name).read_text() for name in ("uncertainty.html", "nominal/report.html"))
+    for text in (page, report):
+        assert "Budget of the distance (m)" in text
+        assert "Effect of each input on the hazard distance" in text
+        assert "Published radii at which casings vent" in text
+    assert (out / "figures" / "uncertainty_tornado.png").is_file()
+    assert printed["distance"]["spread"]["high"] > printed["distance"]["spread"]["low"] > 0.0
+
+
+def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp_path):
+    """The same samples, to the last digit, as by one worker that is not killed."""
+    out = tmp_path / "killed"
+    process = subprocess.Popen(
+        _real(short_meridian, out, "--workers", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=environment(),
+    )  # fmt: skip
+    until = time.monotonic() + 600.0
+    journal = out / "samples.jsonl"
+    while not (journal.is_file() and journal.read_text().count("\n") >= 3):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    os.kill(_children(process.pid)[0], signal.SIGKILL)
+    output, errors = process.communicate(timeout=600)
+    assert process.returncode == 0, errors
+    assert (out / "samples.csv").read_bytes() == (real_study[0] / "samples.csv").read_bytes()
+    assert json.loads(output)["distance"] == real_study[1]["distance"]
+
+
+def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_path):
+    out = tmp_path / "cut"
+    process = subprocess.Popen(_real(short_meridian, out, "--workers", 2), env=environment())
+    journal, until = out / "samples.jsonl", time.monotonic() + 600.0
+    while not (journal.is_file() and journal.read_text().count("\n") >= 3):
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    children = _children(process.pid)
+    process.kill()
+    process.wait()
+    until = time.monotonic() + 60.0
+    while any(_alive(child) for child in children):  # they notice that their parent is gone
+        assert time.monotonic() < until
+        time.sleep(0.2)
+    kept = journal.read_text().count("\n")
+    done = subprocess.run(
+        _real(short_meridian, out, "--resume"), capture_output=True, text=True, env=environment(), check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["cost"]["samples_made_now"] <= 12 - 3
+    assert kept >= 3
+    assert (out / "samples.csv").read_bytes() == (real_study[0] / "samples.csv").read_bytes()
+
+
+def _children(parent: int) -> list[int]:
+    """Workers of a study: processes whose parent it is."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+                words = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            if int(fields[1]) == parent and b"worker" in words:
+                found.append(int(entry.name))
+    return found
+
+
+def _alive(number: int) -> bool:
+    try:
+        return (Path("/proc") / str(number) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_real_samples_that_share_bursts(tmp_path):
+    """A tube in three dimensions: the speed of the front in three bursts, the mean mass in every sample."""
+    case, out = tmp_path / "short.toml", tmp_path / "out"
+    case.write_text(SHORT + _INPUTS)
+    done = subprocess.run(
+        _real(case, out, "--workers", 1, "--set", "hazard.max_realisations=20"),
+        capture_output=True,
+        text=True,
+        env=environment(),
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["design"]["bursts"] == 3
+    assert sorted(path.name for path in (out / "bursts").glob("*/burst_snapshot.h5")) == ["burst_snapshot.h5"] * 3
+    rows = list(csv.DictReader((out / "samples.csv").open()))
+    assert len({row["front"] for row in rows}) == 3
+    assert len({row["mean fragment mass"] for row in rows}) == 12
+    by_front = {row["front"]: row["mean_initial_speed"] for row in rows}
+    speeds = [float(by_front[front]) for front in sorted(by_front, key=float)]
+    assert speeds == sorted(speeds)
+    assert speeds[0] < speeds[-1]
+    assert all(row["mean_initial_speed"] == by_front[row["front"]] for row in rows)
+    assert not found["budget"]["complete"]  # three dimensions have no grid convergence
+    counts = [int(row["fragments"]) for row in sorted(rows, key=lambda row: float(row["mean fragment mass"]))]
+    assert counts[0] > counts[-1]  # finer fragments are more of them

@@ -1,0 +1,157 @@
+"""Foreign HDF5 files: what leads to another file, claims too much or is no file is refused, and links are kept."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from fragfield_base.hdf5_files import JOURNAL, reading
+from fragfield_base.writing import DRAFT, append_text_file
+from tests.fragfield_base.hdf5_states import RefusedError, append, create, states
+
+
+def _soft(file):
+    file["loop"] = h5py.SoftLink("/loop2")
+    file["loop2"] = h5py.SoftLink("/loop")
+
+
+def _outside(file):
+    file["passwords"] = h5py.ExternalLink("/etc/passwd", "/")
+
+
+def _huge(file):
+    file.create_dataset("mass", shape=(10**12,), dtype="f8", chunks=(1000,))
+
+
+def _external(file):
+    file.create_dataset("mass", shape=(3,), dtype="u1", external=[("/etc/passwd", 0, h5py.h5f.UNLIMITED)])
+
+
+def _circle(file):
+    file.create_group("a/b")
+    file["a/b/c"] = file["a"]
+
+
+@pytest.mark.parametrize(
+    ("fill", "words"),
+    [
+        (_soft, "is a link to elsewhere"),
+        (_outside, "is a link to elsewhere"),
+        (_huge, "declares 8000000000000 bytes, which a file of .* cannot hold"),
+        (_external, "lies in another file"),
+    ],
+)
+def test_a_file_from_elsewhere_that_leads_elsewhere_is_refused(tmp_path, fill, words):
+    path = tmp_path / "theirs.h5"
+    with h5py.File(path, "w") as file:
+        fill(file)
+    with pytest.raises(RefusedError, match=rf"theirs.h5: .*{words}"), reading(path, RefusedError):
+        pass
+
+
+def test_a_file_from_elsewhere_that_is_sound_is_read_and_a_circle_of_groups_ends(tmp_path):
+    path = tmp_path / "theirs.h5"
+    with h5py.File(path, "w") as file:
+        file["mass"] = np.arange(4.0)
+        _circle(file)
+    with reading(path, RefusedError) as file:
+        assert file["mass"][3] == 3.0
+
+
+def test_what_h5py_stumbles_over_is_one_message(tmp_path):
+    path = tmp_path / "a.h5"
+    create(path)
+    for stumble in (
+        lambda file: file["none"],
+        lambda file: file["steps"][()],
+        lambda file: file["cells"][10**6],
+        lambda file: float(file.attrs["title"]),
+        lambda file: file["cells"].asstr()[()],
+    ):
+        with pytest.raises(RefusedError, match=r"a.h5: data cut off or damaged \(.+\); ask again"):  # noqa: SIM117
+            with reading(path, RefusedError, "ask again") as file:
+                stumble(file)
+
+
+def test_no_file_is_written_through_a_link(tmp_path):
+    target = tmp_path / "precious"
+    target.write_text("keep me")
+    for name in ("a.h5", f"a.h5{DRAFT}"):
+        link = tmp_path / name
+        link.symlink_to(target)
+        with pytest.raises(RefusedError, match=rf"{name}: is a symbolic link, and this program writes through none"):
+            create(tmp_path / "a.h5")
+        link.unlink()
+    create(tmp_path / "a.h5")
+    (tmp_path / "b.h5").symlink_to(tmp_path / "a.h5")
+    with pytest.raises(RefusedError, match=r"b.h5: is a symbolic link"):
+        append(tmp_path / "b.h5", 1)
+    assert target.read_text() == "keep me"
+
+
+def test_no_copy_by_hard_links_is_changed_in_place(tmp_path):
+    path, copy = tmp_path / "a.h5", tmp_path / "copy.h5"
+    create(path)
+    copy.hardlink_to(path)
+    before = copy.read_bytes()
+    with pytest.raises(
+        RefusedError, match=r"a.h5: has 2 names \(hard links\), and all of them would change; put a copy"
+    ):
+        append(path, 1)
+    with pytest.raises(RefusedError, match=r"a.h5: has 2 names"):
+        append_text_file(path, RefusedError, fresh=False)
+    create(path)  # a new file takes the name alone
+    assert copy.read_bytes() == before
+    append(path, 1)
+    assert states(path) == 2
+
+
+def test_a_pipe_and_a_folder_are_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.h5")
+    for name in ("pipe.h5", "."):
+        with pytest.raises(RefusedError, match="not a file"), reading(tmp_path / name, RefusedError):
+            pass
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "content"),
+    [
+        (b"redo", 1 << 43, b""),  # eight terabytes of nothing, and a seal of them
+        (b"undo", 1 << 43, b""),
+        (b"redo", 100, struct.pack("<QQ", 1 << 62, 4) + b"abcd"),
+        (b"redo", 100, struct.pack("<QQ", 1 << 63, 4) + b"abcd"),
+        (b"redo", 100, struct.pack("<QQ", 0, 1 << 40) + b"abcd"),
+        (b"redo", 100, b"abc"),
+        (b"else", 100, b""),
+        (None, 0, b""),
+    ],
+)
+def test_a_journal_that_is_none_of_ours_changes_nothing(tmp_path, kind, size, content):
+    """Its checksum is right: whoever makes a run directory can make that as well."""
+    path = tmp_path / "states.h5"
+    create(path)
+    before = path.read_bytes()
+    text = b"short" if kind is None else struct.pack("<4sQQ", kind, size, len(content)) + content
+    digest = hashlib.blake2b(text, digest_size=32).digest()
+    path.with_name(path.name + JOURNAL).write_bytes(b"fragfield journal 1" + digest + text)
+    with reading(path, RefusedError) as file:
+        assert len(file["cells"]) == 5000
+    assert path.read_bytes() == before
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["states.h5"]
+
+
+def test_a_journal_larger_than_its_file_is_not_read(tmp_path):
+    path = tmp_path / "states.h5"
+    create(path)
+    with path.with_name(path.name + JOURNAL).open("wb") as file:
+        file.truncate(1 << 40)
+    began = time.process_time()
+    with reading(path, RefusedError) as found:
+        assert "cells" in found
+    assert time.process_time() - began < 5.0
