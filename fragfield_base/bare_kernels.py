@@ -11,6 +11,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from fragfield_base.lean_libraries import for_callers, teach
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -41,12 +43,14 @@ def bare_for_callers(compiler: Any, dispatcher: Any, function: Callable[..., Any
     if compiler.config.DISABLE_JIT:  # nothing is compiled, for anyone
         return dispatcher
     _teach(type(dispatcher))
+    teach()
     bare = compiler.njit(**_BARE, **options)(function)
     template = bare.get_call_template
 
     def of_plain_numbers(args: Any, kws: Any) -> Any:  # noqa: ANN401 - numba's types
         plain = {name: _plain(compiler.types, given) for name, given in kws.items()}
-        return template(tuple(_plain(compiler.types, given) for given in args), plain)
+        with for_callers():
+            return template(tuple(_plain(compiler.types, given) for given in args), plain)
 
     bare.get_call_template = of_plain_numbers
     dispatcher.fragfield_bare = bare

@@ -12,7 +12,7 @@ import numpy as np
 from burst_fenicsx.kernels.charge import charge_block
 from burst_fenicsx.kernels.full_quadrature import solid_block_full
 from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
-from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
 from burst_fenicsx.kernels.solid import SCRATCH_ROWS
 from burst_fenicsx.kernels.solid_block import solid_block
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
@@ -158,6 +158,7 @@ def _run_chunk(
     work: np.ndarray,
 ) -> None:
     """Run the blocks of one chunk that take part, solid ones first."""
+    widest_vectors()  # also for the stack, which is this kernel's where others are compiled into it
     energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 5]
     limits = work[SCRATCH_ROWS * LANES + 5 : SCRATCH_ROWS * LANES + 8]
     energy[:] = 0.0

@@ -133,8 +133,8 @@ def charge_block(
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
-    min_burn = load_state(block, time, material[8], grid, state, scratch)
     move_cells(step, scratch)
+    min_burn = load_state(block, time, material[8], grid, state, scratch)
     if min_burn < 1.0:
         burn_by_compression(material, scratch)
     if material[9] == 0.0:
@@ -157,17 +157,15 @@ def load_state(
 ) -> float:
     """Gather the cell state into lanes and burn cells as far as time does.
 
-    Returns the smallest fraction burnt before.
+    Returns the smallest fraction burnt before. Where all is burnt, the row of burning by compression is not set.
     """
     slot = block * LANES
     min_burn = 1.0
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
-        old = state.burn_fraction[cell]
-        min_burn = min(min_burn, old)
-        by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
-        scratch[BURN * LANES + lane] = max(old, min(by_time, 1.0))
-        scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
+        burn = state.burn_fraction[cell]
+        min_burn = min(min_burn, burn)
+        scratch[BURN * LANES + lane] = burn
         scratch[_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
         scratch[_CONTENT * LANES + lane] = state.energy[cell]
         scratch[LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
@@ -175,6 +173,12 @@ def load_state(
         scratch[_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
         scratch[STRESS * LANES + k] = 0.0
+    if min_burn < 1.0:
+        for lane in range(LANES):
+            cell = np.uint64(grid.cells[block, lane])
+            by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
+            scratch[BURN * LANES + lane] = max(scratch[BURN * LANES + lane], min(by_time, 1.0))
+            scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
     return min_burn
 
 

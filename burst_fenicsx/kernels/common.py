@@ -9,15 +9,18 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.hexahedron import (
+    PER_CELL,
+    Gradient,
     Modes,
     cell_gradient,
     cell_modes,
+    cell_modes_earlier,
+    component_modes,
     gather,
     gather_means,
     load_gradient,
     squared_gradients,
     store_gradient,
-    velocity_gradient,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
@@ -32,9 +35,8 @@ from burst_fenicsx.kernels.tensors import (
     load_vector,
     outer,
     scaled,
-    store_matrix,
     store_vector,
-    subtract_applied,
+    subtract_from_product,
 )
 
 __all__ = [
@@ -67,7 +69,7 @@ __all__ = [
 
 POSITION, VELOCITY = 0, 24  # nodal values, m and m/s
 FORCE = 0  # nodal values, N; in the place of the positions
-GRADIENT = 48  # 18 rows, m2
+GRADIENT = 48  # of `cell_gradient`, 18 rows, m2
 HOURGLASS_MODES = 66  # hourglass modes 3, 5, 6, 7 of the positions, 12 rows, m
 RATE = 78  # velocity gradient, 9 rows, 1/s
 HOURGLASS = 87  # hourglass rates of the modes 3, 5, 6, 7, 12 rows, m/s
@@ -79,7 +81,7 @@ VISCOUS, STABLE = 105, 106  # artificial viscous pressure, Pa; stable step, s
 DAMPING = 107  # viscous hourglass coefficient, N s/m
 COEFFICIENT_LIMIT = 108  # upper limit of it for each of the modes 3, 5, 6, 7, 4 rows, N s/m
 POWER = 112  # of the hourglass forces, W
-FREE = 113  # first row for the material's own
+FREE = VELOCITY  # first of 24 rows for the material's own, free once the cells have moved: fewer rows stay in the cache
 
 MOST_DAMPED = 1.0
 """Share of an hourglass rate that viscosity may take away in one step; beyond it the rate would change its sign."""
@@ -107,16 +109,14 @@ def move_cells(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
-        # The transform is linear, so the places half a step ago need no gather of their own.
-        middle = earlier(place, velocity, -0.5 * step)
+        # Places first, then one component of the velocity after the other: all modes at once fill the registers twice.
+        middle = cell_modes_earlier(scratch, POSITION, VELOCITY, -0.5 * step, lane)
         gradient, volume = cell_gradient(middle)
-        rate = velocity_gradient(velocity, gradient, 1.0 / volume)
-        store_matrix(rate, scratch, RATE, lane)
-        store_vector(subtract_applied(velocity[2], rate, middle[2]), scratch, HOURGLASS, lane)
-        store_vector(subtract_applied(velocity[4], rate, middle[4]), scratch, HOURGLASS + 3, lane)
-        store_vector(subtract_applied(velocity[5], rate, middle[5]), scratch, HOURGLASS + 6, lane)
-        store_vector(subtract_applied(velocity[6], rate, middle[6]), scratch, HOURGLASS + 9, lane)
+        inverse = 1.0 / volume
+        _move_component(0, middle, gradient, inverse, scratch, lane)
+        _move_component(1, middle, gradient, inverse, scratch, lane)
+        _move_component(2, middle, gradient, inverse, scratch, lane)
+        place = cell_modes(scratch, POSITION, lane)
         gradient, volume = cell_gradient(place)
         store_gradient(gradient, scratch, GRADIENT, lane)
         store_vector(place[2], scratch, HOURGLASS_MODES, lane)
@@ -125,10 +125,31 @@ def move_cells(step: float, scratch: np.ndarray) -> None:
         store_vector(place[6], scratch, HOURGLASS_MODES + 9, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
-        scratch[VOLUME * LANES + lane] = volume
+        scratch[VOLUME * LANES + lane] = PER_CELL * volume
         scratch[FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
         square = 8.0 * inverse * inverse
         store_vector((square * xx, square * yy, square * zz), scratch, GRADIENT_SQUARES, lane)
+
+
+@lane_function
+def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, scratch: np.ndarray, lane: int) -> None:
+    """Row i of the mean velocity gradient L_ij = sum of v_ai b_aj / V, and that component of the hourglass rates.
+
+    `middle` are the modes of the positions half a step ago, `gradient` and `inverse` what `cell_gradient` makes of
+    them, the volume inverted.
+    """
+    v1, v2, v3, v4, v5, v6, v7 = component_modes(scratch, VELOCITY + i, lane)
+    row = scaled(v1, gradient[0])
+    row = add_scaled(row, v2, gradient[1])
+    row = add_scaled(row, v3, gradient[2])
+    row = add_scaled(row, v4, gradient[3])
+    row = add_scaled(row, v5, gradient[4])
+    row = scaled(inverse, add_scaled(row, v6, gradient[5]))
+    store_vector(row, scratch, RATE + 3 * i, lane)
+    scratch[(HOURGLASS + i) * LANES + lane] = v3 - dot(row, middle[2])
+    scratch[(HOURGLASS + 3 + i) * LANES + lane] = v5 - dot(row, middle[4])
+    scratch[(HOURGLASS + 6 + i) * LANES + lane] = v6 - dot(row, middle[5])
+    scratch[(HOURGLASS + 9 + i) * LANES + lane] = v7 - dot(row, middle[6])
 
 
 @lane_function
@@ -249,25 +270,25 @@ def force_modes(
     linear = add_outer(linear, h6, load_vector(scratch, HOURGLASS_MODES + 6, lane))
     linear = add_outer(linear, h7, load_vector(scratch, HOURGLASS_MODES + 9, lane))
     xx, yy, zz, xy, yz, zx = stress
-    pull = _opposed(linear, 1.0 / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
+    pull = _opposed(linear, PER_CELL / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
     p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)
     return (
         apply(pull, p),
         apply(pull, q),
-        add_scaled(apply(pull, s3), -1.0, h3),
+        subtract_from_product(pull, s3, h3),
         apply(pull, r),
-        add_scaled(apply(pull, s5), -1.0, h5),
-        add_scaled(apply(pull, s6), -1.0, h6),
+        subtract_from_product(pull, s5, h5),
+        subtract_from_product(pull, s6, h6),
         scaled(-1.0, h7),
     )
 
 
 @lane_function
 def _opposed(matrix: Matrix, factor: float, stress: Matrix) -> Matrix:
-    """Matrix k M - sigma."""
+    """Matrix k M - sigma, sigma for `cell_gradient`'s gradient."""
     x, y, z = stress
     return (
-        add_scaled(scaled(-1.0, x), factor, matrix[0]),
-        add_scaled(scaled(-1.0, y), factor, matrix[1]),
-        add_scaled(scaled(-1.0, z), factor, matrix[2]),
+        add_scaled(scaled(-PER_CELL, x), factor, matrix[0]),
+        add_scaled(scaled(-PER_CELL, y), factor, matrix[1]),
+        add_scaled(scaled(-PER_CELL, z), factor, matrix[2]),
     )

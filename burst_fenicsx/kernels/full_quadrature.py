@@ -20,6 +20,7 @@ from burst_fenicsx.kernels.common import (
 )
 from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.hexahedron import (
+    PER_CELL,
     Gradient,
     Modes,
     add_nodal_forces,
@@ -58,7 +59,7 @@ __all__ = ["solid_block_full"]
 _GAUSS = 1.0 / np.sqrt(3.0)
 
 _PLACE, _SPEED = 48, 69  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
-_GRADIENT = 90  # 18 rows, m2
+_GRADIENT = 90  # of `cell_gradient`, 18 rows, m2
 _SUM = 108  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
 _STRESS = 129  # at the point, 6 rows, Pa
 _SHEAR_STRAIN, _VOLUME_STRAIN, _SOFTENING = 135, 136, 137
@@ -122,7 +123,7 @@ def _store_modes(modes: Modes, scratch: np.ndarray, row: int, lane: int) -> None
 
 @lane_function
 def _flux(velocity: Modes, gradient: Gradient) -> float:
-    """Rate of the volume (m3/s)."""
+    """Rate of the volume (m3/s) that belongs to a gradient."""
     a, b, f, c, e, d, _ = velocity
     p, q, s3, r, s5, s6 = gradient
     return dot(a, p) + dot(b, q) + dot(f, s3) + dot(c, r) + dot(e, s5) + dot(d, s6)
@@ -143,9 +144,8 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
         gradient, volume = cell_gradient(place)
         store_gradient(gradient, scratch, _GRADIENT, lane)
         _, largest = squared_gradients(gradient)
-        scratch[_VOLUME * LANES + lane] = volume
         scratch[_FREQUENCY * LANES + lane] = np.sqrt(16.0 * largest) / volume
-        scratch[_SMALLEST * LANES + lane] = volume
+        scratch[_VOLUME * LANES + lane] = scratch[_SMALLEST * LANES + lane] = PER_CELL * volume
         scratch[_TENSION * LANES + lane] = 0.0
         scratch[_PLASTIC * LANES + lane] = 0.0
     for k in range(21 * LANES):
@@ -314,7 +314,7 @@ def _finish(block: int, share: float, rounding: float, material: np.ndarray, gri
         )
         scratch[_VISCOUS * LANES + lane] = viscous
         scratch[_STABLE * LANES + lane] = stable
-        pressure = viscous - scratch[_TENSION * LANES + lane] / volume
+        pressure = PER_CELL * (viscous - scratch[_TENSION * LANES + lane] / volume)
         p, q, s3, r, s5, s6 = load_gradient(scratch, _GRADIENT, lane)
         modes = (
             add_scaled(scaled(0.125, load_vector(scratch, _SUM, lane)), pressure, p),

@@ -6,7 +6,7 @@ eta by bit 1, zeta by bit 2 (the tensor-product order of dolfinx), and mode m li
 of the coordinates whose bits are set: 1 = xi, 2 = eta, 3 = xi eta, 4 = zeta, 5 = xi zeta,
 6 = eta zeta, 7 = xi eta zeta.
 
-In this form the mean gradient of Flanagan and Belytschko (1981) needs nine pairs of cross
+In this form the mean gradient of Flanagan and Belytschko (1981) needs six pairs of cross
 products, and the hourglass modes are simply modes 3, 5, 6 and 7. With x = sum of coefficients
 times modes, the derivative of the cell's volume by the place of node a is
 
@@ -24,14 +24,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
 from burst_fenicsx.kernels.tensors import (
     Matrix,
     Vector,
     add_cross,
     add_outer,
-    add_scaled,
     cross,
     dot,
     fma,
@@ -43,11 +41,14 @@ from burst_fenicsx.kernels.tensors import (
 from burst_fenicsx.kernels.transposition import WIDTH, add_triples, address, load_triples, places
 
 __all__ = [
+    "PER_CELL",
     "Gradient",
     "Modes",
     "add_nodal_forces",
     "cell_gradient",
     "cell_modes",
+    "cell_modes_earlier",
+    "component_modes",
     "gather",
     "gather_means",
     "gather_modes",
@@ -56,7 +57,6 @@ __all__ = [
     "squared_gradients",
     "store_gradient",
     "store_nodal_forces",
-    "velocity_gradient",
 ]
 
 Modes: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector]
@@ -66,8 +66,10 @@ Cells: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, 
 NODE_BYTES = np.uint64(24)
 """Of a nodal vector."""
 
+PER_CELL = 1.0 / 64.0
+"""A cell's volume and mean gradient over those of its modes by `cell_gradient`."""
+
 _THIRD = 1.0 / 3.0
-_SCALE = 1.0 / 64.0
 
 
 @lane_function
@@ -148,16 +150,10 @@ def gather_means(
 
 
 @lane_function
-def _walsh(scratch: np.ndarray, row: int, lane: int) -> tuple[float, float, float, float, float, float, float]:
-    """Modes 1 to 7 of one component, whose nodal values lie in every third row from `row` on."""
-    v0 = scratch[row * LANES + lane]
-    v1 = scratch[(row + 3) * LANES + lane]
-    v2 = scratch[(row + 6) * LANES + lane]
-    v3 = scratch[(row + 9) * LANES + lane]
-    v4 = scratch[(row + 12) * LANES + lane]
-    v5 = scratch[(row + 15) * LANES + lane]
-    v6 = scratch[(row + 18) * LANES + lane]
-    v7 = scratch[(row + 21) * LANES + lane]
+def _walsh(
+    v0: float, v1: float, v2: float, v3: float, v4: float, v5: float, v6: float, v7: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Modes 1 to 7 of nodal values."""
     s01, d01 = v0 + v1, v1 - v0
     s23, d23 = v2 + v3, v3 - v2
     s45, d45 = v4 + v5, v5 - v4
@@ -170,9 +166,59 @@ def _walsh(scratch: np.ndarray, row: int, lane: int) -> tuple[float, float, floa
 
 
 @lane_function
+def component_modes(scratch: np.ndarray, row: int, lane: int) -> tuple[float, float, float, float, float, float, float]:
+    """Modes 1 to 7 of one component, whose nodal values lie in every third row from `row` on."""
+    return _walsh(
+        scratch[row * LANES + lane],
+        scratch[(row + 3) * LANES + lane],
+        scratch[(row + 6) * LANES + lane],
+        scratch[(row + 9) * LANES + lane],
+        scratch[(row + 12) * LANES + lane],
+        scratch[(row + 15) * LANES + lane],
+        scratch[(row + 18) * LANES + lane],
+        scratch[(row + 21) * LANES + lane],
+    )
+
+
+@lane_function
 def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
     """Modes 1 to 7 of a nodal vector field that `gather` has put in the rows from `row` on."""
-    x, y, z = _walsh(scratch, row, lane), _walsh(scratch, row + 1, lane), _walsh(scratch, row + 2, lane)
+    x, y = component_modes(scratch, row, lane), component_modes(scratch, row + 1, lane)
+    return _vectors(x, y, component_modes(scratch, row + 2, lane))
+
+
+@lane_function
+def cell_modes_earlier(scratch: np.ndarray, row: int, rate_row: int, back: float, lane: int) -> Modes:
+    """As `cell_modes`, at the time `back` (s, negative) from now; `rate_row` is the first row of the field's rates."""
+    x = _component_earlier(scratch, row, rate_row, back, lane)
+    y = _component_earlier(scratch, row + 1, rate_row + 1, back, lane)
+    return _vectors(x, y, _component_earlier(scratch, row + 2, rate_row + 2, back, lane))
+
+
+@lane_function
+def _component_earlier(
+    scratch: np.ndarray, row: int, rate_row: int, back: float, lane: int
+) -> tuple[float, float, float, float, float, float, float]:
+    """Modes 1 to 7 of one component for `cell_modes_earlier`."""
+    return _walsh(
+        fma(back, scratch[rate_row * LANES + lane], scratch[row * LANES + lane]),
+        fma(back, scratch[(rate_row + 3) * LANES + lane], scratch[(row + 3) * LANES + lane]),
+        fma(back, scratch[(rate_row + 6) * LANES + lane], scratch[(row + 6) * LANES + lane]),
+        fma(back, scratch[(rate_row + 9) * LANES + lane], scratch[(row + 9) * LANES + lane]),
+        fma(back, scratch[(rate_row + 12) * LANES + lane], scratch[(row + 12) * LANES + lane]),
+        fma(back, scratch[(rate_row + 15) * LANES + lane], scratch[(row + 15) * LANES + lane]),
+        fma(back, scratch[(rate_row + 18) * LANES + lane], scratch[(row + 18) * LANES + lane]),
+        fma(back, scratch[(rate_row + 21) * LANES + lane], scratch[(row + 21) * LANES + lane]),
+    )
+
+
+@lane_function
+def _vectors(
+    x: tuple[float, float, float, float, float, float, float],
+    y: tuple[float, float, float, float, float, float, float],
+    z: tuple[float, float, float, float, float, float, float],
+) -> Modes:
+    """Modes of a vector field from those of its components."""
     return (
         (x[0], y[0], z[0]),
         (x[1], y[1], z[1]),
@@ -188,7 +234,8 @@ def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
 def cell_gradient(modes: Modes) -> tuple[Gradient, float]:
     """Derivative of the cell's volume by its nodes' places, in modal form (m2), and the volume (m3).
 
-    `modes` are those of the positions (m).
+    `modes` are those of the positions (m). Both results are 64 times as large, since modes are eight times the
+    coefficients: `PER_CELL` takes it back, where it does not cancel.
 
     Notes
     -----
@@ -196,47 +243,43 @@ def cell_gradient(modes: Modes) -> tuple[Gradient, float]:
     d, e, f of eta zeta, xi zeta, xi eta (and g of xi eta zeta):
     P = b x c + f x e / 3, Q = c x a + d x f / 3, R = a x b + e x d / 3,
     S3 = (b x d + e x a) / 3 and so on by cycling. f x g / 3 in P's eta part cancels g x f / 3 in Q's xi part;
-    so do the other two pairs, and g drops out.
+    so do the other two pairs, and g drops out. The volume is a . (b x c) and a third of a . (f x e), d . (f x b) and
+    d . (c x e): the first two make a . P, the others d . S6.
     """
     a, b, f, c, e, d, _ = modes
-    p = scaled(_SCALE, add_scaled(cross(b, c), _THIRD, cross(f, e)))
-    q = scaled(_SCALE, add_scaled(cross(c, a), _THIRD, cross(d, f)))
-    r = scaled(_SCALE, add_scaled(cross(a, b), _THIRD, cross(e, d)))
-    s3 = scaled(_THIRD * _SCALE, add_cross(cross(b, d), e, a))
-    s5 = scaled(_THIRD * _SCALE, add_cross(cross(d, c), a, f))
-    s6 = scaled(_THIRD * _SCALE, add_cross(cross(c, e), f, b))
-    # The volume is of third degree in the places: V = sum of x_a . b_a over three (Euler).
-    volume = _THIRD * (dot(a, p) + dot(b, q) + dot(f, s3) + dot(c, r) + dot(e, s5) + dot(d, s6))
+    d3, e3, f3 = scaled(_THIRD, d), scaled(_THIRD, e), scaled(_THIRD, f)
+    p = add_cross(cross(b, c), f3, e)
+    q = add_cross(cross(c, a), d3, f)
+    r = add_cross(cross(a, b), e3, d)
+    s3 = add_cross(cross(b, d3), e3, a)
+    s5 = add_cross(cross(d3, c), a, f3)
+    s6 = add_cross(cross(c, e3), f3, b)
+    volume = dot(a, p) + dot(d, s6)
     return (p, q, s3, r, s5, s6), volume
 
 
 @lane_function
-def _sum_of_products(first: Modes | Gradient, second: Gradient) -> Matrix:
-    """Sum over modes 1 to 6 of the products first_i second_j."""
-    total = outer(first[0], second[0])
-    total = add_outer(total, first[1], second[1])
-    total = add_outer(total, first[2], second[2])
-    total = add_outer(total, first[3], second[3])
-    total = add_outer(total, first[4], second[4])
-    return add_outer(total, first[5], second[5])
-
-
-@lane_function
-def velocity_gradient(velocity: Modes, gradient: Gradient, inverse_volume: float) -> Matrix:
-    """Mean velocity gradient L_ij = sum of v_ai b_aj / V (1/s)."""
-    x, y, z = _sum_of_products(velocity, gradient)
-    return scaled(inverse_volume, x), scaled(inverse_volume, y), scaled(inverse_volume, z)
+def _sum_of_squares(gradient: Gradient) -> Matrix:
+    """Sum over modes 1 to 6 of the products g_i g_j."""
+    total = outer(gradient[0], gradient[0])
+    total = add_outer(total, gradient[1], gradient[1])
+    total = add_outer(total, gradient[2], gradient[2])
+    total = add_outer(total, gradient[3], gradient[3])
+    total = add_outer(total, gradient[4], gradient[4])
+    return add_outer(total, gradient[5], gradient[5])
 
 
 @lane_function
 def squared_gradients(gradient: Gradient) -> tuple[Vector, float]:
     """An eighth of the sums of b_i^2 over the nodes (m4), and of a bound on the largest eigenvalue of b_a b_a^T.
 
+    `gradient` is the cell's; of `cell_gradient`'s, 64^2 times as much.
+
     The highest frequency of the one-point cell with lumped mass is omega^2 = 8 c^2 lambda / V^2 with lambda the
     largest eigenvalue of the sum of b_a b_a^T over the nodes (Flanagan and Belytschko 1981, Eq. 63). It is bounded
     from above by trace/3 + sqrt(2/3) |deviator|, which is exact for cubes and for flat cells.
     """
-    (xx, xy, zx), (_, yy, yz), (_, _, zz) = _sum_of_products(gradient, gradient)
+    (xx, xy, zx), (_, yy, yz), (_, _, zz) = _sum_of_squares(gradient)
     mean = (xx + yy + zz) * _THIRD
     diagonal = (xx - mean, yy - mean, zz - mean)
     side = (xy, yz, zx)
@@ -267,14 +310,15 @@ def _store_component(
     b1, b3 = f1 - a3, f1 + a3
     b4, b6 = a4 - a6, a4 + a6
     b5, b7 = a5 - a7, a5 + a7
-    scratch[row * LANES + lane] = quantise(share * (b0 - b4), rounding)
-    scratch[(row + 3) * LANES + lane] = quantise(share * (b1 - b5), rounding)
-    scratch[(row + 6) * LANES + lane] = quantise(share * (b2 - b6), rounding)
-    scratch[(row + 9) * LANES + lane] = quantise(share * (b3 - b7), rounding)
-    scratch[(row + 12) * LANES + lane] = quantise(share * (b0 + b4), rounding)
-    scratch[(row + 15) * LANES + lane] = quantise(share * (b1 + b5), rounding)
-    scratch[(row + 18) * LANES + lane] = quantise(share * (b2 + b6), rounding)
-    scratch[(row + 21) * LANES + lane] = quantise(share * (b3 + b7), rounding)
+    # The share is a power of two, so its product is exact and rounding by one fused sum the same as `quantise`.
+    scratch[row * LANES + lane] = fma(share, b0 - b4, rounding) - rounding
+    scratch[(row + 3) * LANES + lane] = fma(share, b1 - b5, rounding) - rounding
+    scratch[(row + 6) * LANES + lane] = fma(share, b2 - b6, rounding) - rounding
+    scratch[(row + 9) * LANES + lane] = fma(share, b3 - b7, rounding) - rounding
+    scratch[(row + 12) * LANES + lane] = fma(share, b0 + b4, rounding) - rounding
+    scratch[(row + 15) * LANES + lane] = fma(share, b1 + b5, rounding) - rounding
+    scratch[(row + 18) * LANES + lane] = fma(share, b2 + b6, rounding) - rounding
+    scratch[(row + 21) * LANES + lane] = fma(share, b3 + b7, rounding) - rounding
 
 
 @lane_function
@@ -341,13 +385,16 @@ def mean_gradient(modes: np.ndarray, gradient: np.ndarray, volume: np.ndarray) -
     for lane in range(LANES):
         a, b, f = load_vector(modes, 3, lane), load_vector(modes, 6, lane), load_vector(modes, 9, lane)
         c, e, d = load_vector(modes, 12, lane), load_vector(modes, 15, lane), load_vector(modes, 18, lane)
-        found, volume[lane] = cell_gradient((a, b, f, c, e, d, a))
-        store_gradient(found, gradient, 0, lane)
+        found, whole = cell_gradient((a, b, f, c, e, d, a))
+        volume[lane] = PER_CELL * whole
+        p, q, s3, r, s5, s6 = found
+        own = scaled(PER_CELL, p), scaled(PER_CELL, q), scaled(PER_CELL, s3)
+        store_gradient((*own, scaled(PER_CELL, r), scaled(PER_CELL, s5), scaled(PER_CELL, s6)), gradient, 0, lane)
 
 
 @lane_function
 def store_gradient(gradient: Gradient, scratch: np.ndarray, row: int, lane: int) -> None:
-    """Put a mean gradient in 18 rows from `row` on."""
+    """Put a gradient in 18 rows from `row` on."""
     p, q, s3, r, s5, s6 = gradient
     store_vector(p, scratch, row, lane)
     store_vector(q, scratch, row + 3, lane)
@@ -359,7 +406,7 @@ def store_gradient(gradient: Gradient, scratch: np.ndarray, row: int, lane: int)
 
 @lane_function
 def load_gradient(scratch: np.ndarray, row: int, lane: int) -> Gradient:
-    """Take a mean gradient from 18 rows from `row` on."""
+    """Take a gradient from 18 rows from `row` on."""
     return (
         load_vector(scratch, row, lane),
         load_vector(scratch, row + 3, lane),

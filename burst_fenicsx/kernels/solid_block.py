@@ -48,9 +48,9 @@ def solid_block(
     material = state.parameters[grid.material[block]]
     gather(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
+    move_cells(step, scratch)
     load_state(block, grid, state, scratch)
     fetch_next(block, grid, state)
-    move_cells(step, scratch)
     torn = hold_released(block, grid, state, material, scratch) > 0
     if try_elastic(step, material, scratch) > 0:
         return_plastic(material, scratch)

@@ -36,7 +36,7 @@ __all__ = [
     "store_matrix",
     "store_symmetric",
     "store_vector",
-    "subtract_applied",
+    "subtract_from_product",
     "symmetric_square",
 ]
 
@@ -112,9 +112,14 @@ def apply(matrix: Matrix, v: Vector) -> Vector:
 
 
 @lane_function
-def subtract_applied(u: Vector, matrix: Matrix, v: Vector) -> Vector:
-    """Difference u - M v."""
-    return u[0] - dot(matrix[0], v), u[1] - dot(matrix[1], v), u[2] - dot(matrix[2], v)
+def subtract_from_product(matrix: Matrix, v: Vector, u: Vector) -> Vector:
+    """Difference M v - u."""
+    x, y, z = matrix
+    return (
+        fma(x[0], v[0], fma(x[1], v[1], fma(x[2], v[2], -u[0]))),
+        fma(y[0], v[0], fma(y[1], v[1], fma(y[2], v[2], -u[1]))),
+        fma(z[0], v[0], fma(z[1], v[1], fma(z[2], v[2], -u[2]))),
+    )
 
 
 @lane_function

@@ -29,7 +29,6 @@ from burst_fenicsx.kernels.common import (
     MASS,
     POSITION,
     RATE,
-    VELOCITY,
     VOLUME,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
@@ -58,6 +57,7 @@ __all__ = [
 Four = tuple[float, float, float, float]
 
 # Rows of the scratch besides those of `kernels.common`. Nodal values: four rows of radial, then four of axial ones.
+_VELOCITY = POSITION + 8  # rows of its own: the material's are loaded before the cells move
 _BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
 INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
 INITIAL_VOLUME = GRADIENT + 16  # m3
@@ -192,11 +192,11 @@ def gather_nodes(
             scratch[(POSITION + n) * LANES + lane] = nodes.position[node, 0]
             scratch[(POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
             if nodes.finest[node] > level:
-                scratch[(VELOCITY + n) * LANES + lane] = nodes.mean[node, 0]
-                scratch[(VELOCITY + 4 + n) * LANES + lane] = nodes.mean[node, 2]
+                scratch[(_VELOCITY + n) * LANES + lane] = nodes.mean[node, 0]
+                scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.mean[node, 2]
             else:
-                scratch[(VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
-                scratch[(VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
+                scratch[(_VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
+                scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
     for k in range(ROWS_OF_CELLS * LANES):
         scratch[INVERSE_SHARE * LANES + k] = kept[k]
 
@@ -225,7 +225,7 @@ def move_quadrilaterals(step: float, plane: bool, scratch: np.ndarray) -> None:
 def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int) -> None:
     """One cell of `move_quadrilaterals`."""
     r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
-    vr, vz = _load(scratch, VELOCITY, lane), _load(scratch, VELOCITY + 4, lane)
+    vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
     h = 0.5 * step
     middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
     middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
