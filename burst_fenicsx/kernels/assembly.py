@@ -178,7 +178,7 @@ def _run_chunk(
         level = grid.level[block]
         share = 1.0 / (1 << level)
         work_before, heat_before = energy[3], energy[4]
-        charge_block(block, share * step, time, share, nodes, grid, charge, work, energy, limits)
+        charge_block(block, share * step, time, share, nodes, grid, charge, solid.released, work, energy, limits)
         owner = grid.material[block] // _PARTS
         totals.released[chunk, owner, 0] += energy[3] - work_before
         totals.released[chunk, owner, 1] += energy[4] - heat_before

@@ -41,11 +41,14 @@ from burst_fenicsx.kernels.tensors import (
     load_vector,
     scaled,
     store_symmetric,
+    store_vector,
     symmetric_square,
 )
+from burst_fenicsx.kernels.torn_metal import BEFORE, WHOLE, drop_forces
 
 __all__ = [
     "BURN",
+    "CRUSHED",
     "LEAKAGE",
     "PARAMETERS",
     "PRESSURE",
@@ -87,6 +90,11 @@ Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 f
 `hugoniot_limit` is the largest rho/rho0 - 1 up to which the unreacted explosive follows its Hugoniot."""
 
 
+CRUSHED = 0.3
+"""Volume of products over that of the charge below which nothing real presses them: at gamma 3, 16 times the pressure of Chapman and Jouguet."""
+
+_ZERO = (0.0, 0.0, 0.0)
+
 STRESS = FREE  # deviator of the unreacted charge, 6 rows, Pa
 _STORED = FREE + 6  # the same before the step
 _OLD_VOLUME = FREE + 12  # m3
@@ -119,13 +127,14 @@ def charge_block(
     nodes: Nodes,
     grid: Grid,
     state: ChargeState,
+    released: np.ndarray,
     scratch: np.ndarray,
     energy: np.ndarray,
     limits: np.ndarray,
 ) -> None:
     """Advance one block of charge cells by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure,
+    `released` is that of `SolidState`; `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure,
     entry 4 the part of it that the charge's own artificial viscosity turns to heat.
     """
     cells = grid.cells[block]
@@ -135,6 +144,7 @@ def charge_block(
     gather_velocities(block, nodes, grid, scratch[VELOCITY * LANES :])
     move_cells(step, scratch)
     min_burn = load_state(block, time, material[8], grid, state, scratch)
+    crushed = _hold_crushed(block, material[0], grid, released, scratch) > 0
     if min_burn < 1.0:
         burn_by_compression(material, scratch)
     if material[9] == 0.0:
@@ -146,7 +156,11 @@ def charge_block(
         hold_by_strength(block, step, material, grid, state, scratch, energy)
     next_dt = max(step, share * grid.longest)
     bound_hourglass(next_dt, _stiffen(next_dt, material, scratch) > 0, scratch)
+    if crushed:
+        _empty(block, released, scratch)
     _resist(share, nodes.rounding, scratch)
+    if crushed:
+        drop_forces(block, released, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     add_work(block, step, share, material, grid, state, scratch, energy, limits)
 
@@ -180,6 +194,38 @@ def load_state(
             scratch[BURN * LANES + lane] = max(scratch[BURN * LANES + lane], min(by_time, 1.0))
             scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
     return min_burn
+
+
+@block_kernel
+def _hold_crushed(block: int, density: float, grid: Grid, released: np.ndarray, scratch: np.ndarray) -> int:
+    """Release cells of products that have hardly any volume left, pinched off between nodes; hold those released.
+
+    As torn metal, they keep the volume that they had and take no part in the motion any more. `density` is the
+    charge's (kg/m3). Returns how many lanes are released.
+    """
+    slot, count = block * LANES, 0
+    for lane in range(LANES):
+        relative = scratch[VOLUME * LANES + lane] * density / scratch[MASS * LANES + lane]
+        if not relative > CRUSHED and scratch[BURN * LANES + lane] >= 1.0 and released[slot + lane] == WHOLE:
+            released[slot + lane] = BEFORE
+        if released[slot + lane] == WHOLE:
+            continue
+        count += 1
+        scratch[VOLUME * LANES + lane] = grid.volume[slot + lane]
+        for k in range(9):
+            scratch[(RATE + k) * LANES + lane] = 0.0
+        for k in range(4):
+            store_vector(_ZERO, scratch, HOURGLASS + 3 * k, lane)
+    return count
+
+
+@block_kernel
+def _empty(block: int, released: np.ndarray, scratch: np.ndarray) -> None:
+    """Take viscosity, hourglass control and their share of the stable step from released cells."""
+    for lane in range(LANES):
+        if released[block * LANES + lane] != WHOLE:
+            scratch[VISCOUS * LANES + lane] = scratch[DAMPING * LANES + lane] = 0.0
+            scratch[STABLE * LANES + lane] = np.inf
 
 
 @block_kernel

@@ -60,7 +60,7 @@ def solid_block(
         release_metal(block, state, material, scratch)
     resist(share, nodes.rounding, scratch)
     if torn:
-        drop_forces(block, state, scratch)
+        drop_forces(block, state.released, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     store_state(block, grid, state, scratch)
     add_work(block, step, share, grid, scratch, energy, limits)

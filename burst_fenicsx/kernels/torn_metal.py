@@ -27,7 +27,17 @@ from burst_fenicsx.kernels.shapes import min_corner_volume
 from burst_fenicsx.kernels.state import Grid, SolidState
 from burst_fenicsx.kernels.tensors import store_symmetric, store_vector
 
-__all__ = ["BLOWN_UP", "NOTHING_LEFT", "NOW", "WHOLE", "are_torn", "drop_forces", "hold_released", "release_metal"]
+__all__ = [
+    "BEFORE",
+    "BLOWN_UP",
+    "NOTHING_LEFT",
+    "NOW",
+    "WHOLE",
+    "are_torn",
+    "drop_forces",
+    "hold_released",
+    "release_metal",
+]
 
 BLOWN_UP = 2.0
 """Volume over the initial one above which metal without strength is torn, a ring if it is folded: mostly void."""
@@ -104,10 +114,10 @@ def release_metal(block: int, state: SolidState, material: np.ndarray, scratch: 
 
 
 @block_kernel
-def drop_forces(block: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Set the nodal forces of released cells to zero, which their shape may have made NaN."""
+def drop_forces(block: int, released: np.ndarray, scratch: np.ndarray) -> None:
+    """Set the nodal forces of released cells to zero, which their shape may have made NaN; `released` (slots,)."""
     for lane in range(LANES):
-        if state.released[block * LANES + lane] != WHOLE:
+        if released[block * LANES + lane] != WHOLE:
             scratch[POWER * LANES + lane] = 0.0
             for n in range(24):
                 scratch[(FORCE + n) * LANES + lane] = 0.0
