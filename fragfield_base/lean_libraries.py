@@ -56,7 +56,10 @@ def _keep_libraries(library: Any) -> None:  # noqa: ANN401 - numba's class
 
     def finalize(self: Any) -> None:  # noqa: ANN401
         module = self._final_module
-        if _depth and not any(f.name.startswith(_WRAPPER) and not f.is_declaration for f in module.functions):
+        # What comes from the cache has its machine code, and no functions in its module.
+        own = any(not f.is_declaration for f in module.functions)
+        wrapped = any(f.name.startswith(_WRAPPER) and not f.is_declaration for f in module.functions)
+        if _depth and own and not wrapped:
             self._finalize_dynamic_globals()
             self._verify_declare_only_symbols()
             self._finalized = True
