@@ -91,7 +91,8 @@ Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 f
 
 
 CRUSHED = 0.3
-"""Volume of products over that of the charge below which nothing real presses them: at gamma 3, 16 times the pressure of Chapman and Jouguet."""
+"""Volume of products over that of the charge below which nothing real presses them: with gamma 3 they have 16 times the
+pressure of Chapman and Jouguet there."""
 
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -134,8 +135,8 @@ def charge_block(
 ) -> None:
     """Advance one block of charge cells by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `released` is that of `SolidState`; `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the work of the charge's pressure,
-    entry 4 the part of it that the charge's own artificial viscosity turns to heat.
+    `released` is that of `SolidState`; `share`, `energy` and `limits` as for `solid_block`; entry 3 of `energy` is the
+    work of the charge's pressure, entry 4 the part of it that the charge's own artificial viscosity turns to heat.
     """
     cells = grid.cells[block]
     count = grid.filled[block]

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, boundary_nodes, box, burst, distorted_box
 from tests.burst_fenicsx.test_elements import QUADRATURES, moved
@@ -90,6 +91,33 @@ def test_products_press_by_the_jwl_equation(stretch):
     fresh.add_forces(0.0)
     mean = 0.5 * (start + fresh.fields.charge.pressure[0])
     assert fresh.fields.charge.energy[0] == pytest.approx(jwl.E0 - mean * (v - 1.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("stretch", "crushed"), [(0.68, False), (0.66, True)])
+def test_products_with_hardly_any_volume_left_are_released(stretch, crushed):
+    """Below 0.3 of the charge's volume a cell presses no more, even inside out; its neighbours' motion goes on."""
+    solver = burnt(replace(BARE, products="landau"), stretch)
+    assert solver.fields.released[0] == crushed
+    assert (np.abs(solver.resultant).max() == 0.0) == crushed
+    assert np.isinf(solver.stable_step) == crushed
+    solver.fields.nodes.position[:] *= -1.0
+    solver.add_forces(1e-9)
+    solver.check_cells()
+    assert solver.fields.released[0]
+    assert solver.ledger.sums[3] == 0.0
+
+
+def test_an_unreacted_charge_is_never_released():
+    """However far it is pressed: it is no gas between nodes. Inside out, it stops the run."""
+    solver = cube(Part.CHARGE)
+    solver.fields.nodes.position[:] *= 0.5
+    solver.add_forces(0.0)
+    assert not solver.fields.released[0]
+    assert solver.fields.charge.pressure[0] > 1e11
+    solver.fields.nodes.position[:] *= -1.0
+    solver.add_forces(1e-9)
+    with pytest.raises(NumericalStop, match="inside out"):
+        solver.check_cells()
 
 
 def test_an_unreacted_charge_parts_in_tension_at_its_strength():
