@@ -156,6 +156,7 @@ def test_what_is_unusual_is_said_by_check(tmp_path):
         ("title = ", 'title = "a\\u001b]0;x\\u0007"\n#', "title: found the control character U+001B; allowed: text"),
         ('name = "tube"', 'name = "a\\u202eb"', "round[1].name: found the control character U+202E; allowed: text"),
         ("seed = 1", '"se\\u009bed" = 1', "se\\x9bed: found the control character U+009B; allowed: text"),
+        ("seed = 1", '"se\\ned" = 1', "se\\ned: found the control character U+000A; allowed: text"),
         ("seed = 1", f"{'.'.join('a' * 5000)} = 1", "a: found tables nested deeper; allowed: 30 levels"),
     ],
 )
