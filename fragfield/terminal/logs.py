@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
+import threading
 import warnings
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, TextIO
@@ -22,6 +23,8 @@ __all__ = ["LOGGERS", "concerns_the_user", "logged", "to_stderr", "words_of"]
 LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 """Those of our packages, and that of Python's warnings."""
 _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
+_lock = threading.Lock()
+_before: dict[str, tuple[int, int, bool]] = {}  # of each logger in use: by how many, its level and propagation before
 
 
 class _Short(logging.Formatter):
@@ -46,19 +49,27 @@ def concerns_the_user(record: logging.LogRecord) -> bool:
 
 @contextmanager
 def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]:
+    """Give the loggers a handler; the last of several that overlap, as in threads, leaves them as they were."""
     loggers = [logging.getLogger(name) for name in names]
-    before = [(logger.level, logger.propagate) for logger in loggers]
-    for logger in loggers:
-        logger.addHandler(handler)
-        logger.propagate = False  # some libraries hang a handler of their own on the root logger
-        logger.setLevel(min(logger.level or logging.INFO, logging.INFO))
+    with _lock:
+        for logger in loggers:
+            users, level, propagate = _before.get(logger.name, (0, logger.level, logger.propagate))
+            _before[logger.name] = users + 1, level, propagate
+            logger.addHandler(handler)
+            logger.propagate = False  # some libraries hang a handler of their own on the root logger
+            logger.setLevel(min(logger.level or logging.INFO, logging.INFO))
     try:
         yield
     finally:
-        for logger, (level, propagate) in zip(loggers, before, strict=True):
-            logger.removeHandler(handler)
-            logger.setLevel(level)
-            logger.propagate = propagate
+        with _lock:
+            for logger in loggers:
+                users, level, propagate = _before.pop(logger.name)
+                logger.removeHandler(handler)
+                if users > 1:
+                    _before[logger.name] = users - 1, level, propagate
+                else:
+                    logger.setLevel(level)
+                    logger.propagate = propagate
         handler.close()
 
 

@@ -142,3 +142,18 @@ def test_quiet_shows_errors_only(capsys):
         logging.getLogger("fragfield").warning("doubtful")
         logging.getLogger("fragfield").error("wrong")
     assert capsys.readouterr().err == "error: wrong\n"
+
+
+def test_runs_that_overlap_leave_the_loggers_as_they_were(tmp_path):
+    """Two runs in threads end in any order; the first to end takes nothing from the other, the last restores all."""
+    logger = logging.getLogger("burst_fenicsx")
+    before = logger.level, logger.propagate
+    first, second = (logged(tmp_path / name, fresh=True) for name in ("first.log", "second.log"))
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    logger.info("said to the second")
+    second.__exit__(None, None, None)
+    assert (logger.level, logger.propagate) == before
+    assert "said to the second" in (tmp_path / "second.log").read_text()
+    assert "said to the second" not in (tmp_path / "first.log").read_text()
