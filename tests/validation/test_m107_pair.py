@@ -183,7 +183,7 @@ def made(monkeypatch, tmp_path):
 
 def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
     rows, asked = made()
-    assert len(asked) == len({(name, size) for name, size, _ in asked}) == (3 + 2 * 3) + 3 + 2 + 3
+    assert len(asked) == len({(name, size) for name, size, _ in asked}) == (3 + 2 * 3) + 3 + 3 + 4
     assert missed(rows) == ["4 mm, full: burst reaches its end", "3 mm, quarter: energy error at the outputs"]
     assert not any(row.quantity.startswith("4 mm, full: number") for row in rows)
     assert any(row.quantity.startswith("2 mm against 4 mm: number within 10 deg") for row in rows)
