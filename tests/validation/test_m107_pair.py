@@ -159,7 +159,7 @@ def test_tables_have_a_line_a_size_and_the_limits(pair):
 
 @pytest.fixture
 def made(monkeypatch, tmp_path):
-    """A study without bursts: the runs that were asked for; 4 mm in full stops, 3 mm has an open ledger."""
+    """A study without bursts: the runs that were asked for; 4 mm in full stops, 2 mm has an open ledger."""
     asked: list[tuple] = []
     few = ring(seed=3, fragments=2000, share=SHARE, realisations=3)
 
@@ -172,7 +172,7 @@ def made(monkeypatch, tmp_path):
             return tmp_path / f"{name}_{size}"
 
     def summary(folder):
-        error = 0.02 if folder.name == "m107_pair_quarter_3 mm" else 0.004
+        error = 0.02 if folder.name == "m107_pair_quarter_2 mm" else 0.004
         return {"burst": {"energy_error_at_outputs": error, "lost_cells": 0, "cell_size": 6e-3, "cells": 1,
                           "wall_seconds": 1.0}}  # fmt: skip
 
@@ -184,9 +184,9 @@ def made(monkeypatch, tmp_path):
 def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
     rows, asked = made()
     assert len(asked) == len({(name, size) for name, size, _ in asked}) == (3 + 2 * 3) + 3 + 3 + 4
-    assert missed(rows) == ["4 mm, full: burst reaches its end", "3 mm, quarter: energy error at the outputs"]
+    assert missed(rows) == ["4 mm, full: burst reaches its end", "2 mm, quarter: energy error at the outputs"]
     assert not any(row.quantity.startswith("4 mm, full: number") for row in rows)
-    assert any(row.quantity.startswith("2 mm against 4 mm: number within 10 deg") for row in rows)
+    assert any(row.quantity.startswith("1.5 mm against 3 mm: number within 10 deg") for row in rows)
     cases = {name: case for name, _, case in asked}
     forms = {"quarter": ("auto", 2), "mirrored": ("off", 1), "full": ("off", 2), "single": ("auto", 1)}
     geometry = {name: case["burst"]["geometry"] for name, case in cases.items()}
