@@ -142,9 +142,14 @@ class BurstFields:
 
     @property
     def released(self) -> np.ndarray:
-        """Whether each of this rank's cells is torn metal that has been released (cells,)."""
+        """Whether each of this rank's cells has been released, as torn metal or crushed products (cells,)."""
         found: np.ndarray = self.blocks.by_cell(self.solid.released) != WHOLE
         return found
+
+    @property
+    def torn(self) -> np.ndarray:
+        """Whether it is torn metal (cells,): through its place, other rounds' metal may come."""
+        return self.released & (self.mesh.part != Part.CHARGE)
 
     def element_arrays(self) -> dict[str, np.ndarray]:
         """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint."""

@@ -191,7 +191,7 @@ class BurstSolver:
         """Release cells of casings that are no continuum any more, and their faces from contact; collective."""
         self._torn_metal.release()
         if self.contact is not None:
-            self.contact.drop_faces(self.fields.released)
+            self.contact.drop_faces(self.fields.torn)
 
     @property
     def front_near(self) -> bool:
