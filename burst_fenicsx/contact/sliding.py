@@ -10,7 +10,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact.accounting import CONTACT_FORCES
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
-from burst_fenicsx.kernels.charge import PARAMETERS
+from burst_fenicsx.kernels.charge_pressure import PARAMETERS
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows
 from burst_fenicsx.kernels.sliding import (

@@ -1,14 +1,29 @@
-"""Kernel of the charge: burn fraction, products' pressure, unreacted explosive, hourglass control, nodal forces."""
+"""The step of a block of charge cells: burnt fraction, strength, hourglass control, nodal forces, crushed products."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from burst_fenicsx.kernels.charge_pressure import (
+    BURN,
+    BY_COMPRESSION,
+    CONTENT,
+    HELD,
+    LEAKAGE,
+    OLD_PRESSURE,
+    OLD_VOLUME,
+    PRESSURE,
+    STIFFNESS,
+    STORED,
+    STRESS,
+    burn_by_compression,
+    press_by_jwl,
+    press_by_landau,
+)
 from burst_fenicsx.kernels.common import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FORCE,
-    FREE,
     FREQUENCY,
     HOURGLASS,
     MASS,
@@ -30,8 +45,9 @@ from burst_fenicsx.kernels.common import (
     viscosity_and_step,
 )
 from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, store_nodal_forces
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.hexahedron import store_nodal_forces
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, widest_vectors
+from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
 from burst_fenicsx.kernels.solid import elastic_trial, spin
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes
 from burst_fenicsx.kernels.tensors import (
@@ -41,82 +57,15 @@ from burst_fenicsx.kernels.tensors import (
     load_vector,
     scaled,
     store_symmetric,
-    store_vector,
     symmetric_square,
 )
-from burst_fenicsx.kernels.torn_metal import BEFORE, WHOLE, drop_forces
+from burst_fenicsx.kernels.torn_metal import BEFORE, WHOLE, drop_forces, keep_still
 
-__all__ = [
-    "BURN",
-    "CRUSHED",
-    "LEAKAGE",
-    "PARAMETERS",
-    "PRESSURE",
-    "STIFFNESS",
-    "STRESS",
-    "add_work",
-    "burn_by_compression",
-    "charge_block",
-    "hold_by_strength",
-    "load_state",
-    "press_by_jwl",
-    "press_by_landau",
-]
-
-PARAMETERS = (
-    "density",
-    "unreacted_bulk_modulus",
-    "unreacted_shear_modulus",
-    "unreacted_strength",
-    "linear_viscosity",
-    "quadratic_viscosity",
-    "hourglass_viscous",
-    "detonation_velocity",
-    "burn_by_compression",
-    "model",
-    "P0",
-    "Pk",
-    "Vk",
-    "A",
-    "B",
-    "R1",
-    "R2",
-    "omega",
-    "hugoniot_slope",
-    "hugoniot_limit",
-)
-"""Columns of the table of explosives (SI). `model` is 0 for an isentrope of Landau and Stanyukovich (P0, Pk, Vk), 1 for
-Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone.
-`hugoniot_limit` is the largest rho/rho0 - 1 up to which the unreacted explosive follows its Hugoniot."""
-
+__all__ = ["CRUSHED", "add_work", "charge_block", "hold_by_strength", "load_state"]
 
 CRUSHED = 0.3
 """Volume of products over that of the charge below which nothing real presses them: with gamma 3 they have 16 times the
 pressure of Chapman and Jouguet there."""
-
-_ZERO = (0.0, 0.0, 0.0)
-
-STRESS = FREE  # deviator of the unreacted charge, 6 rows, Pa
-_STORED = FREE + 6  # the same before the step
-_OLD_VOLUME = FREE + 12  # m3
-_OLD_PRESSURE, PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
-BURN = FREE + 15  # burnt fraction
-_BY_COMPRESSION = FREE + 16  # burnt fraction over the compression
-_CONTENT = FREE + 17  # internal energy of the products, J/m3 of initial volume
-LEAKAGE = FREE + 18
-STIFFNESS = FREE + 19  # -V dP/dV, Pa
-_HELD = FREE + 20  # power of the deviator, W/m3
-
-
-@lane_function
-def _inverse_cube_root(x: float) -> np.float64:
-    """x^(-1/3) by Newton's iteration from a guess made on the exponent; vectorises where a power does not."""
-    bits = np.float64(x).view(np.int64)
-    third = (bits >> 2) + (bits >> 4) + (bits >> 6) + (bits >> 8) + (bits >> 10) + (bits >> 12) + (bits >> 14)
-    y = np.int64(6142909891733356544 - third).view(np.float64)
-    for _ in range(5):
-        y *= (4.0 - x * y * y * y) * (1.0 / 3.0)
-    return y
 
 
 @inlined_kernel
@@ -181,11 +130,11 @@ def load_state(
         burn = state.burn_fraction[cell]
         min_burn = min(min_burn, burn)
         scratch[BURN * LANES + lane] = burn
-        scratch[_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
-        scratch[_CONTENT * LANES + lane] = state.energy[cell]
+        scratch[OLD_PRESSURE * LANES + lane] = state.pressure[cell]
+        scratch[CONTENT * LANES + lane] = state.energy[cell]
         scratch[LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
         scratch[MASS * LANES + lane] = grid.mass[slot + lane]
-        scratch[_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
+        scratch[OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
         scratch[STRESS * LANES + k] = 0.0
     if min_burn < 1.0:
@@ -193,7 +142,7 @@ def load_state(
             cell = np.uint64(grid.cells[block, lane])
             by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
             scratch[BURN * LANES + lane] = max(scratch[BURN * LANES + lane], min(by_time, 1.0))
-            scratch[_BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
+            scratch[BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
     return min_burn
 
 
@@ -212,11 +161,7 @@ def _hold_crushed(block: int, density: float, grid: Grid, released: np.ndarray, 
         if released[slot + lane] == WHOLE:
             continue
         count += 1
-        scratch[VOLUME * LANES + lane] = grid.volume[slot + lane]
-        for k in range(9):
-            scratch[(RATE + k) * LANES + lane] = 0.0
-        for k in range(4):
-            store_vector(_ZERO, scratch, HOURGLASS + 3 * k, lane)
+        keep_still(slot + lane, lane, grid, scratch)
     return count
 
 
@@ -227,85 +172,6 @@ def _empty(block: int, released: np.ndarray, scratch: np.ndarray) -> None:
         if released[block * LANES + lane] != WHOLE:
             scratch[VISCOUS * LANES + lane] = scratch[DAMPING * LANES + lane] = 0.0
             scratch[STABLE * LANES + lane] = np.inf
-
-
-@block_kernel
-def burn_by_compression(material: np.ndarray, scratch: np.ndarray) -> None:
-    """Burn the cells as far as their compression burns them."""
-    widest_vectors()
-    for lane in range(LANES):
-        relative = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
-        compressed = scratch[_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
-        scratch[BURN * LANES + lane] = max(scratch[BURN * LANES + lane], min(compressed, 1.0))
-
-
-@lane_function
-def _mix(
-    relative: float, products: float, stiffness: float, material: np.ndarray, scratch: np.ndarray, lane: int
-) -> None:
-    """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unreacted part."""
-    xi = scratch[BURN * LANES + lane]
-    pressure, slope = _unreacted(relative, material)
-    unreacted_stiffness = slope / relative + 4.0 / 3.0 * material[2]
-    scratch[PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * pressure
-    scratch[STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
-
-
-@lane_function
-def _unreacted(relative: float, material: np.ndarray) -> tuple[float, float]:
-    """Pressure of the unreacted explosive at V/V0 and its slope over rho/rho0 - 1 (Pa).
-
-    On the Hugoniot of shocks of speed U = c0 + s u, with mu = rho/rho0 - 1: P = K mu (1 + mu) / (1 - (s - 1) mu)^2,
-    beyond the limit, before its pole, on its tangent. Pressed explosive parts in tension at about its strength.
-    """
-    mu = 1.0 / relative - 1.0
-    on_curve = min(max(mu, 0.0), material[19])
-    inverse = 1.0 / (1.0 - (material[18] - 1.0) * on_curve)
-    squared = material[1] * (inverse * inverse)
-    slope = squared * inverse * (1.0 + (material[18] + 1.0) * on_curve)
-    pressure = squared * (on_curve * (1.0 + on_curve)) + slope * (mu - on_curve)
-    return max(pressure, -material[3]), slope
-
-
-@block_kernel
-def press_by_landau(material: np.ndarray, scratch: np.ndarray) -> None:
-    """Pressure of the products on the isentrope of Landau and Stanyukovich, mixed with that of the unreacted part."""
-    widest_vectors()
-    p0, pk, inverse_knee = material[10], material[11], 1.0 / material[12]
-    for lane in range(LANES):
-        v = scratch[VOLUME * LANES + lane] * material[0] / scratch[MASS * LANES + lane]
-        root = _inverse_cube_root(v * inverse_knee)
-        squared = root * root
-        inverse = 1.0 / v
-        dense = v < material[12]
-        p = p0 * (inverse * inverse * inverse) if dense else pk * (squared * squared)
-        _mix(v, p, 3.0 * p if dense else 4.0 / 3.0 * p, material, scratch, lane)
-
-
-@block_kernel
-def press_by_jwl(material: np.ndarray, scratch: np.ndarray) -> None:
-    """Pressure of Jones, Wilkins and Lee with its own internal energy, mixed with that of the unreacted part.
-
-    dE = -P dV per initial volume, P the mean over the step of what the whole cell exerts (products and unreacted part);
-    P is linear in E, so the implicit step is solved directly.
-    """
-    widest_vectors()
-    a, b, r1, r2, omega = material[13], material[14], material[15], material[16], material[17]
-    for lane in range(LANES):
-        per_volume = material[0] / scratch[MASS * LANES + lane]
-        v = scratch[VOLUME * LANES + lane] * per_volume
-        xi = scratch[BURN * LANES + lane]
-        change = v - scratch[_OLD_VOLUME * LANES + lane] * per_volume
-        e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
-        cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
-        others = scratch[_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * _unreacted(v, material)[0]
-        rest = scratch[_CONTENT * LANES + lane] - 0.5 * others * change
-        p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
-        e = rest - 0.5 * xi * p * change
-        scratch[_CONTENT * LANES + lane] = e
-        slope = e1 * (r1 * v - omega - omega / (r1 * v)) + e2 * (r2 * v - omega - omega / (r2 * v))
-        # On the isentrope.
-        _mix(v, p, max(slope + omega * (e / v + p), p), material, scratch, lane)
 
 
 @block_kernel
@@ -326,12 +192,12 @@ def hold_by_strength(
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
-            scratch[(_STORED + k) * LANES + lane] = state.stress[cell, 0, k]
+            scratch[(STORED + k) * LANES + lane] = state.stress[cell, 0, k]
     for lane in range(LANES):
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = load_matrix(scratch, RATE, lane)
         mean = (xx + yy + zz) * (1.0 / 3.0)
         rate = ((xx - mean, xy, xz), (yx, yy - mean, yz), (zx, zy, zz - mean))
-        old = load_symmetric(scratch, _STORED, lane)
+        old = load_symmetric(scratch, STORED, lane)
         trial = elastic_trial(old, spin(rate, step), rate, step, 0.0, material[2])
         norm = np.sqrt(symmetric_square(trial))
         limit = (1.0 - scratch[BURN * LANES + lane]) * material[3]
@@ -339,7 +205,7 @@ def hold_by_strength(
         txx, tyy, tzz = scaled(factor, (trial[0], trial[1], trial[2]))
         txy, tyz, tzx = scaled(factor, (trial[3], trial[4], trial[5]))
         store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, STRESS, lane)
-        scratch[_HELD * LANES + lane] = 0.5 * (
+        scratch[HELD * LANES + lane] = 0.5 * (
             dot((txx + old[0], tyy + old[1], tzz + old[2]), (rate[0][0], rate[1][1], rate[2][2]))
             + dot((txy + old[3], tyz + old[4], tzx + old[5]), (xy + yx, yz + zy, zx + xz))
         )
@@ -348,7 +214,7 @@ def hold_by_strength(
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
             state.stress[cell, 0, k] = scratch[(STRESS + k) * LANES + lane]
-        work += quantise(scratch[_HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane], grid.rounding)
+        work += quantise(scratch[HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane], grid.rounding)
     energy[0] += work
 
 
@@ -416,11 +282,11 @@ def add_work(
         cell = np.uint64(grid.cells[block, lane])
         volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
         pressure, stable = scratch[PRESSURE * LANES + lane], scratch[STABLE * LANES + lane]
-        change = volume - scratch[_OLD_VOLUME * LANES + lane]
+        change = volume - scratch[OLD_VOLUME * LANES + lane]
         # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
         heating = -0.5 * (grid.viscous[slot + lane] + viscous) * change
         heat += quantise(heating, grid.rounding)
-        mean_pressure = 0.5 * (scratch[_OLD_PRESSURE * LANES + lane] + pressure)
+        mean_pressure = 0.5 * (scratch[OLD_PRESSURE * LANES + lane] + pressure)
         work += quantise(scratch[LEAKAGE * LANES + lane] * mean_pressure * change, grid.rounding)
         hourglass += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
         grid.viscous[slot + lane] = viscous
@@ -430,7 +296,7 @@ def add_work(
         state.pressure[cell] = pressure
         state.burn_fraction[cell] = scratch[BURN * LANES + lane]
         # The shock's heat enters the products' energy a step late, but whole.
-        state.energy[cell] = scratch[_CONTENT * LANES + lane] + heating * material[0] / scratch[MASS * LANES + lane]
+        state.energy[cell] = scratch[CONTENT * LANES + lane] + heating * material[0] / scratch[MASS * LANES + lane]
     energy[1] += heat
     energy[2] += hourglass
     energy[3] += work

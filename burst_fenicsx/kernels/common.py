@@ -16,13 +16,12 @@ from burst_fenicsx.kernels.hexahedron import (
     cell_modes,
     cell_modes_earlier,
     component_modes,
-    gather,
-    gather_means,
     load_gradient,
     squared_gradients,
     store_gradient,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.nodal_values import gather, gather_means
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.tensors import (
     Matrix,

@@ -23,16 +23,15 @@ from burst_fenicsx.kernels.hexahedron import (
     PER_CELL,
     Gradient,
     Modes,
-    add_nodal_forces,
     cell_gradient,
     cell_modes,
-    gather,
     load_gradient,
     squared_gradients,
     store_gradient,
     store_nodal_forces,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
 from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, return_if_plastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (

@@ -25,6 +25,7 @@ from typing import TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.nodal_values import gather
 from burst_fenicsx.kernels.tensors import (
     Matrix,
     Vector,
@@ -38,19 +39,15 @@ from burst_fenicsx.kernels.tensors import (
     scaled,
     store_vector,
 )
-from burst_fenicsx.kernels.transposition import WIDTH, add_triples, address, load_triples, places
 
 __all__ = [
     "PER_CELL",
     "Gradient",
     "Modes",
-    "add_nodal_forces",
     "cell_gradient",
     "cell_modes",
     "cell_modes_earlier",
     "component_modes",
-    "gather",
-    "gather_means",
     "gather_modes",
     "load_gradient",
     "mean_gradient",
@@ -61,92 +58,11 @@ __all__ = [
 
 Modes: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector]
 Gradient: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
-Cells: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64]
-
-NODE_BYTES = np.uint64(24)
-"""Of a nodal vector."""
 
 PER_CELL = 1.0 / 64.0
 """A cell's volume and mean gradient over those of its modes by `cell_gradient`."""
 
 _THIRD = 1.0 / 3.0
-
-
-@lane_function
-def cells_of_lanes(cells: np.ndarray, first: int) -> Cells:
-    """`WIDTH` cells of a block from lane `first` on; unsigned, so that no code counts negative ones from the end."""
-    return (
-        np.uint64(cells[first]),
-        np.uint64(cells[first + 1]),
-        np.uint64(cells[first + 2]),
-        np.uint64(cells[first + 3]),
-        np.uint64(cells[first + 4]),
-        np.uint64(cells[first + 5]),
-        np.uint64(cells[first + 6]),
-        np.uint64(cells[first + 7]),
-    )
-
-
-@lane_function
-def nodes_of_cells(cells: Cells, dofmap: np.ndarray, n: int) -> Cells:
-    """Node n of each of the cells."""
-    return (
-        np.uint64(dofmap[cells[0], n]),
-        np.uint64(dofmap[cells[1], n]),
-        np.uint64(dofmap[cells[2], n]),
-        np.uint64(dofmap[cells[3], n]),
-        np.uint64(dofmap[cells[4], n]),
-        np.uint64(dofmap[cells[5], n]),
-        np.uint64(dofmap[cells[6], n]),
-        np.uint64(dofmap[cells[7], n]),
-    )
-
-
-@block_kernel
-def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.ndarray) -> None:
-    """Copy a nodal vector field of a block's cells to 24 rows, 3 n + i for node n.
-
-    Parameters
-    ----------
-    cells : (LANES,) int32, the block's cells (padded with its last one).
-    dofmap : (cells, 8) int32, nodes in tensor-product order.
-    field : (nodes, 3).
-    rows : (24 LANES or more,), overwritten.
-    """
-    start = address(field)
-    for first in range(0, LANES, WIDTH):
-        own = cells_of_lanes(cells, first)
-        for n in range(8):
-            load_triples(places(start, NODE_BYTES, nodes_of_cells(own, dofmap, n)), rows, 3 * n * LANES + first)
-
-
-@block_kernel
-def gather_means(
-    cells: np.ndarray,
-    dofmap: np.ndarray,
-    level: int,
-    finest: np.ndarray,
-    field: np.ndarray,
-    means: np.ndarray,
-    rows: np.ndarray,
-) -> None:
-    """As `gather` for cells of a level, but take nodes whose level in `finest` (nodes,) is higher from `means`."""
-    start, other = address(field), address(means)
-    for first in range(0, LANES, WIDTH):
-        own = cells_of_lanes(cells, first)
-        for n in range(8):
-            a, b, c, d, e, f, g, h = nodes_of_cells(own, dofmap, n)
-            chosen = (
-                (other if finest[a] > level else start) + NODE_BYTES * a,
-                (other if finest[b] > level else start) + NODE_BYTES * b,
-                (other if finest[c] > level else start) + NODE_BYTES * c,
-                (other if finest[d] > level else start) + NODE_BYTES * d,
-                (other if finest[e] > level else start) + NODE_BYTES * e,
-                (other if finest[f] > level else start) + NODE_BYTES * f,
-                (other if finest[g] > level else start) + NODE_BYTES * g,
-                (other if finest[h] > level else start) + NODE_BYTES * h,
-            )
-            load_triples(chosen, rows, 3 * n * LANES + first)
 
 
 @lane_function
@@ -331,27 +247,6 @@ def store_nodal_forces(modes: Modes, share: float, rounding: float, scratch: np.
     _store_component(f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0], share, rounding, scratch, row, lane)
     _store_component(f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1], share, rounding, scratch, row + 1, lane)
     _store_component(f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2], share, rounding, scratch, row + 2, lane)
-
-
-@block_kernel
-def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, rows: np.ndarray, force: np.ndarray) -> None:
-    """Add the rounded nodal forces in 24 rows to the nodes of the first `count` cells.
-
-    The sums do not depend on the order of the cells (see `exact`).
-    """
-    if count == LANES:
-        start = address(force)
-        for first in range(0, LANES, WIDTH):
-            own = cells_of_lanes(cells, first)
-            for n in range(8):
-                add_triples(rows, 3 * n * LANES + first, places(start, NODE_BYTES, nodes_of_cells(own, dofmap, n)))
-        return
-    for lane in range(count):
-        cell = np.uint64(cells[lane])
-        for n in range(8):
-            node = np.uint64(dofmap[cell, n])
-            for i in range(3):
-                force[node, i] += rows[(3 * n + i) * LANES + lane]
 
 
 @block_kernel

@@ -25,8 +25,9 @@ from burst_fenicsx.kernels.common import (
     viscosity_and_step,
 )
 from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.hexahedron import cells_of_lanes, store_nodal_forces
+from burst_fenicsx.kernels.hexahedron import store_nodal_forces
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.nodal_values import cells_of_lanes
 from burst_fenicsx.kernels.state import Grid, SolidState
 from burst_fenicsx.kernels.tensors import (
     Matrix,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, bound_hourglass, gather_velocities, move_cells
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather
 from burst_fenicsx.kernels.lanes import LANES, inlined_kernel
+from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
 from burst_fenicsx.kernels.solid import (
     add_work,
     fetch_next,

@@ -76,7 +76,7 @@ class SolidState(NamedTuple):
 class ChargeState(NamedTuple):
     """The explosive and its products."""
 
-    parameters: np.ndarray  # (materials, columns of charge.PARAMETERS)
+    parameters: np.ndarray  # (materials, columns of charge_pressure.PARAMETERS)
     stress: np.ndarray  # (cells, points, 6) Pa; deviator of the unreacted charge
     pressure: np.ndarray  # (cells,) Pa
     burn_fraction: np.ndarray  # (cells,)

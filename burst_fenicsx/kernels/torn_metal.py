@@ -36,6 +36,7 @@ __all__ = [
     "are_torn",
     "drop_forces",
     "hold_released",
+    "keep_still",
     "release_metal",
 ]
 
@@ -86,12 +87,18 @@ def hold_released(block: int, grid: Grid, state: SolidState, material: np.ndarra
                 gone = True
         if gone:
             count += 1
-            scratch[VOLUME * LANES + lane] = grid.volume[slot + lane]
-            for k in range(9):
-                scratch[(RATE + k) * LANES + lane] = 0.0
-            for k in range(4):
-                store_vector(_ZERO, scratch, HOURGLASS + 3 * k, lane)
+            keep_still(slot + lane, lane, grid, scratch)
     return count
+
+
+@block_kernel
+def keep_still(slot: int, lane: int, grid: Grid, scratch: np.ndarray) -> None:
+    """Leave a released cell the volume that it had and give it no motion."""
+    scratch[VOLUME * LANES + lane] = grid.volume[slot]
+    for k in range(9):
+        scratch[(RATE + k) * LANES + lane] = 0.0
+    for k in range(4):
+        store_vector(_ZERO, scratch, HOURGLASS + 3 * k, lane)
 
 
 @block_kernel

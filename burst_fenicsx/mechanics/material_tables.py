@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels import charge as charge_kernel
+from burst_fenicsx.kernels import charge_pressure
 from burst_fenicsx.kernels import solid as solid_kernel
 from burst_fenicsx.materials.products import JwlProducts
 from burst_fenicsx.problem import CasingMaterial, Part
@@ -54,7 +54,7 @@ def material_tables(
     """Parameters of the solid and the charge kernel and the densities, one row for each part of each round."""
     rows = len(Part) * len(rounds)
     solid = np.zeros((rows, len(solid_kernel.PARAMETERS)))
-    charge = np.zeros((rows, len(charge_kernel.PARAMETERS)))
+    charge = np.zeros((rows, len(charge_pressure.PARAMETERS)))
     density = np.zeros(rows)
     viscosity, hourglass = settings.viscosity, settings.hourglass
     for index, item in enumerate(rounds):

@@ -7,8 +7,8 @@ import pytest
 from numba.core.errors import TypingError
 
 from burst_fenicsx.kernels import transposition, transposition_plain, transposition_vectors
-from burst_fenicsx.kernels.hexahedron import add_nodal_forces, gather, gather_means
 from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather, gather_means
 from burst_fenicsx.kernels.transposition import WIDTH, address, places
 
 

@@ -46,7 +46,7 @@ AREAS = (
         "kernels of the burst",
         ("burst_fenicsx/kernels/*.py", "burst_fenicsx/materials/[tp]*.py"),
         (
-            ("*/charge.py", _CHARGE),
+            ("*/charge*.py", _CHARGE),
             ("*/materials/products.py", _CHARGE),
             ("*/kernels/[bcprs]*.py", _TOUCH),
             ("*/kernels/[fi]*.py", [*_TOUCH, *_CELLS]),
@@ -62,6 +62,7 @@ AREAS = (
         ("burst_fenicsx/kernels/axisymmetric/*.py", "burst_fenicsx/axisymmetric/*.py"),
         (
             ("*/applicability.py", ["tests/fragfield/test_burst_geometry.py"]),
+            ("*/slide_line.py", [f"{_RINGS}/test_ring_contacts_by_hand.py"]),
             ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
             ("*/kernels/*", [f"{_BURST}/plane_section/test_plane_{name}.py" for name in ("cells", "contact")]),
         ),

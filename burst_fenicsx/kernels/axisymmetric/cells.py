@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels import charge as charge_parts
+from burst_fenicsx.kernels import charge_pressure
 from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     AREA,
@@ -183,11 +184,11 @@ def charge_ring_block(
     if released:
         hold_released(block, grid, scratch, rings)
     if min_burn < 1.0:
-        charge_parts.burn_by_compression(material, scratch)
+        charge_pressure.burn_by_compression(material, scratch)
     if material[9] == _LANDAU:
-        charge_parts.press_by_landau(material, scratch)
+        charge_pressure.press_by_landau(material, scratch)
     else:
-        charge_parts.press_by_jwl(material, scratch)
+        charge_pressure.press_by_jwl(material, scratch)
     # The step in which a cell burns out still takes its deviator to zero.
     if min_burn < 1.0:
         charge_parts.hold_by_strength(block, step, material, grid, state, scratch, energy)
@@ -211,8 +212,8 @@ def _stiffen_charge(next_dt: float, material: np.ndarray, scratch: np.ndarray) -
     for lane in range(LANES):
         frequency, mass = scratch[FREQUENCY * LANES + lane], scratch[MASS * LANES + lane]
         density = mass / scratch[VOLUME * LANES + lane]
-        sound = np.sqrt(scratch[charge_parts.STIFFNESS * LANES + lane] / density)
-        fastest = max(sound, front_speed) if scratch[charge_parts.BURN * LANES + lane] < 1.0 else sound
+        sound = np.sqrt(scratch[charge_pressure.STIFFNESS * LANES + lane] / density)
+        fastest = max(sound, front_speed) if scratch[charge_pressure.BURN * LANES + lane] < 1.0 else sound
         viscous, stable = viscosity_and_step(
             trace_of_rate(scratch, lane), 1.0 / frequency, density, sound, fastest, material[4], material[5]
         )
@@ -228,8 +229,8 @@ def _resist_charge(share: float, scratch: np.ndarray) -> None:
     for lane in range(LANES):
         rate, damping = load_vector(scratch, HOURGLASS, lane), scratch[DAMPING * LANES + lane]
         scratch[POWER * LANES + lane] = damping * dot(rate, rate)
-        pressure = scratch[charge_parts.LEAKAGE * LANES + lane] * scratch[charge_parts.PRESSURE * LANES + lane]
+        pressure = scratch[charge_pressure.LEAKAGE * LANES + lane] * scratch[charge_pressure.PRESSURE * LANES + lane]
         pressure += scratch[VISCOUS * LANES + lane]
-        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, charge_parts.STRESS, lane)
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, charge_pressure.STRESS, lane)
         stress = (xx - pressure, yy - pressure, zz - pressure, xy, yz, zx)
         store_forces(stress, scaled(damping, rate), share, scratch, lane)

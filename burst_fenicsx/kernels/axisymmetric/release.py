@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels import charge as charge_parts
+from burst_fenicsx.kernels import charge_pressure
 from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     INITIAL_VOLUME,
@@ -74,7 +74,7 @@ def mark_crushed_products(scratch: np.ndarray) -> int:
     count = 0
     for lane in range(LANES):
         relative = scratch[VOLUME * LANES + lane] / scratch[INITIAL_VOLUME * LANES + lane]
-        burnt = scratch[charge_parts.BURN * LANES + lane] >= 1.0
+        burnt = scratch[charge_pressure.BURN * LANES + lane] >= 1.0
         if burnt and not relative > _CRUSHED and scratch[RELEASED * LANES + lane] == 0.0:
             scratch[RELEASED * LANES + lane] = _NOW
         count += 1 if scratch[RELEASED * LANES + lane] > 0.0 else 0
@@ -114,8 +114,8 @@ def empty_charge(scratch: np.ndarray) -> None:
     """Take pressure, viscosity and resistance from released cells of the charge."""
     for lane in range(LANES):
         if scratch[RELEASED * LANES + lane] > 0.0:
-            scratch[charge_parts.PRESSURE * LANES + lane] = 0.0
-            store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, charge_parts.STRESS, lane)
+            scratch[charge_pressure.PRESSURE * LANES + lane] = 0.0
+            store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, charge_pressure.STRESS, lane)
             _let_rest(scratch, lane)
 
 
