@@ -148,6 +148,8 @@ class Simulation(AssembledBurst):
                     self._record()
                     history = solver.time + _HISTORY_INTERVAL
                     finished = finished or self._acceleration_is_complete()
+                if finished:
+                    self.solver.release_folded_metal()
                 if solver.time >= output * (1.0 - 1e-12) or finished:
                     self._write_output()
                     output += settings.output_interval

@@ -43,6 +43,13 @@ class RingSolver(BurstSolver):
     def release_torn_metal(self) -> None:
         """Nothing: rings are judged in every step of their own."""
 
+    def release_folded_metal(self) -> None:
+        """Release, at the end of the burst, rings of casing and fuze without strength that are folded."""
+        state = self.fields
+        torn = state.folded() & state.without_strength()
+        state.restore_element_arrays({"released": state.released | torn})
+        state.solid.stress[np.flatnonzero(torn)] = 0.0
+
     def advance(self, step: float) -> None:
         """All parts of a macro step (s)."""
         begin = self.time

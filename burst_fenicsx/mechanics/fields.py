@@ -122,6 +122,14 @@ class BurstFields:
         found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap)
         return found & ~self.released
 
+    def without_strength(self) -> np.ndarray:
+        """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
+        mesh, solid = self.mesh, self.solid
+        inverse_limit = solid.parameters[len(Part) * mesh.round + mesh.part, 4]
+        scale = self.blocks.by_cell(solid.softening_scale)
+        softened: np.ndarray = solid.shear_strain[: mesh.cells, 0] * inverse_limit * scale
+        return softened >= 1.0
+
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings, (4,); collective."""
         mesh, terms = self.mesh, np.empty((self.mesh.cells, 4))

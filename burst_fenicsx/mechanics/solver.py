@@ -193,6 +193,10 @@ class BurstSolver:
         if self.contact is not None:
             self.contact.drop_faces(self.fields.torn)
 
+    def release_folded_metal(self) -> None:
+        """Release, at the end of the burst, cells without strength that are folded, compressed or not."""
+        self._torn_metal.release_at_end()
+
     @property
     def front_near(self) -> bool:
         """Whether a detonation front runs or is being reflected from the casing."""

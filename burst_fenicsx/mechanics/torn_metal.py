@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.assembly import cell_volumes
-from burst_fenicsx.kernels.torn_metal import NOW, WHOLE, are_torn
-from burst_fenicsx.problem import Part
+from burst_fenicsx.kernels.torn_metal import BEFORE, NOW, are_torn
 
 if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
@@ -33,13 +32,24 @@ class TornMetal:
         """Mark the cells without strength that have the shape of torn metal; with 2x2x2 points none is released."""
         if not self._one_point:
             return
-        state, solid, mesh = self._fields, self._fields.solid, self._fields.mesh
-        inverse_limit = solid.parameters[len(Part) * mesh.round + mesh.part, 4]
-        softened = solid.shear_strain[: mesh.cells, 0] * inverse_limit * state.blocks.by_cell(solid.softening_scale)
-        flags = state.blocks.by_cell(solid.released)
-        cells = np.flatnonzero((softened >= 1.0) & (flags == WHOLE))
+        state, mesh = self._fields, self._fields.mesh
+        cells = np.flatnonzero(state.without_strength() & ~state.released)
         torn = np.zeros(len(cells), dtype=bool)
         relative = state.blocks.by_cell(state.grid.volume)[cells] / self._initial_volumes[cells]
         are_torn(cells, state.nodes.position, mesh.dofmap, relative, torn)
-        flags[cells[torn]] = NOW
-        solid.released[:] = state.blocks.by_slot(flags)
+        self._mark(cells[torn], NOW)
+
+    def release_at_end(self) -> None:
+        """Release what is folded though it is compressed: after the last step it has no neighbours to hold apart."""
+        if not self._one_point:
+            return
+        state = self._fields
+        cells = np.flatnonzero(state.folded() & state.without_strength())
+        self._mark(cells, BEFORE)
+        state.solid.stress[cells] = 0.0
+
+    def _mark(self, cells: np.ndarray, flag: int) -> None:
+        state = self._fields
+        flags = state.blocks.by_cell(state.solid.released)
+        flags[cells] = flag
+        state.solid.released[:] = state.blocks.by_slot(flags)

@@ -70,11 +70,8 @@ def casing_flight(fields: RingFields, index: int) -> Flight:
 
 def _torn(fields: RingFields) -> NDArray[np.bool_]:
     """Whether cells are torn metal (cells,): released, folded, or without strength and twice as large as at first."""
-    parameters = fields.solid.parameters[len(Part) * fields.mesh.round + fields.mesh.part]
-    scale = fields.blocks.by_cell(fields.solid.softening_scale)
-    spent = fields.solid.shear_strain[: fields.mesh.cells, 0] * parameters[:, 4] * scale >= 1.0
     stretched = fields.volumes() > BLOWN_UP * areas(fields.start, fields.mesh.dofmap)
-    torn: NDArray[np.bool_] = fields.released | fields.folded() | (spent & stretched)
+    torn: NDArray[np.bool_] = fields.released | fields.folded() | (fields.without_strength() & stretched)
     return torn
 
 

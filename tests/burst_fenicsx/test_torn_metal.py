@@ -118,6 +118,19 @@ def test_shape_and_strength_decide(growth, strain, across, released):
     assert solver.fields.released.sum() == released
 
 
+@pytest.mark.parametrize(("strain", "across", "released"), [(1.0, True, True), (0.2, True, False), (1.0, False, False)])
+def test_at_the_end_a_folded_cell_without_strength_is_released_though_it_is_compressed(strain, across, released):
+    solver, cell = drawn(0.9, strain, across=across)
+    state = solver.fields
+    position, mass = state.nodes.position.copy(), state.cell_mass.copy()
+    solver.release_folded_metal()
+    assert np.flatnonzero(state.released).tolist() == [cell] * released
+    assert (state.solid.stress[cell] == 0.0).all() == released
+    assert bool(state.folded()[cell]) is (across and not released)
+    np.testing.assert_array_equal(state.nodes.position, position)
+    np.testing.assert_array_equal(state.cell_mass, mass)
+
+
 @pytest.mark.parametrize("strain", [0.0, 1.0])
 def test_a_cell_that_its_nodes_carry_through_itself_is_released_or_stops_the_run(strain):
     """With strength it is a lost cell; without, it is judged at once and reaches no state."""

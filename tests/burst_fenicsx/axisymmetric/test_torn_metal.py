@@ -72,6 +72,18 @@ def test_metal_that_has_strength_or_was_not_blown_up_is_not_released():
         assert bool(solver.fields.folded()[cell]) is not released
 
 
+@pytest.mark.parametrize(("strain", "released"), [(1.0, True), (0.2, False)])
+def test_at_the_end_folded_metal_without_strength_is_released_at_any_size(strain, released):
+    solver, cell = torn(1.2, strain, step=True)
+    state = solver.fields
+    solver.release_folded_metal()
+    assert np.flatnonzero(state.released).tolist() == [cell] * released
+    assert bool(state.folded()[cell]) is not released
+    assert (state.solid.stress[cell] == 0.0).all() == released
+    solver.add_forces(0.0)
+    assert np.flatnonzero(state.released).tolist() == [cell] * released
+
+
 def test_a_cell_with_strength_that_turns_inside_out_still_stops_the_run():
     solver, cell = torn(1.0, 0.0)
     state = solver.fields
