@@ -9,7 +9,8 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.accounting import CONTACT_FORCES, NodeContact
 from burst_fenicsx.contact.halo import Halo
-from burst_fenicsx.contact.near_faces import NearFaces, box_around, meet
+from burst_fenicsx.contact.near_faces import NearFaces
+from burst_fenicsx.kernels.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
 from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
@@ -78,6 +79,7 @@ class CollidingSurfaces(NodeContact):
         self._interior = {index: interior[of_round == index] for index in np.unique(of_round).tolist()}
         self._on_surface = 0  # so many of the searching nodes, the first, lie on a surface
         self._bodies = _bodies_of(surfaces)
+        self._rounds = int(self._bodies.node_round.max(initial=-1)) + 1
         self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not torn metal
         self.near_faces = NearFaces(self._comm, surfaces, fields.mesh)
         self._halo = Halo(self._comm, self._owners(count))
@@ -207,7 +209,11 @@ class CollidingSurfaces(NodeContact):
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1))) if len(boxes) else self._reach
-        reached = np.flatnonzero(self._faces_within_reach(faces, boxes, position[active], active))
+        # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.
+        bodies, on_any = self._bodies, surfaces.on_surface
+        whose = bodies.node_round[active]
+        reached = meet_others(faces, boxes, bodies.face_round, on_any, position[active], whose, self._rounds)
+        reached = np.flatnonzero(reached & self._whole[faces])
         boxes, reached = boxes[reached], faces[reached]
         first, candidate = find_candidates(position, bodies.only(reached), active, normals, boxes, cell)
         candidate = reached[candidate]
@@ -246,22 +252,6 @@ class CollidingSurfaces(NodeContact):
         face_boxes(position, surfaces.faces[faces], self._reach + _MARGIN * surfaces.edge[faces], boxes)
         return boxes
 
-    def _faces_within_reach(
-        self, faces: np.ndarray, boxes: np.ndarray, places: np.ndarray, nodes: np.ndarray
-    ) -> np.ndarray:
-        """Whether faces (k,), by their boxes (k, 6), may be met by the searching nodes (n,) at `places` (n, 3) m.
-
-        Those of surfaces by all, those within casings by nodes of other rounds.
-        """
-        rounds = self._bodies.face_round[faces]
-        wanted = self._whole[faces] & meet(boxes, box_around(places, places))
-        inner = faces >= self.surfaces.on_surface
-        for index in np.unique(rounds[inner]):
-            others = places[self._bodies.node_round[nodes] != index]
-            of_round = np.flatnonzero(inner & (rounds == index))
-            wanted[of_round] &= meet(boxes[of_round], box_around(others, others))
-        return wanted
-
     def _interior_within_reach(
         self, faces: np.ndarray, boxes: np.ndarray, position: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -272,22 +262,15 @@ class CollidingSurfaces(NodeContact):
         nothing = np.zeros(0, dtype=np.int32)
         if not self.surfaces.interior.any():
             return nothing, nothing
-        rounds = self._bodies.face_round[faces]
-        low, high = np.full((2, int(self._bodies.face_round.max()) + 1, 3), [[[np.inf]], [[-np.inf]]])
-        outer = faces < self.surfaces.on_surface
-        for index in np.unique(rounds[outer]):
-            around = box_around(*np.split(boxes[outer & (rounds == index)], 2, axis=1))
-            low[index], high[index] = around[:3], around[3:]
+        around = np.empty((self._rounds, 6))
+        around_rounds(faces, boxes, self._bodies.face_round, self.surfaces.on_surface, around)
         if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
-            self._comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
+            around[:, 3:] *= -1.0
+            self._comm.Allreduce(MPI.IN_PLACE, around, op=MPI.MIN)
+            around[:, 3:] *= -1.0
         within, beyond = [nothing], [nothing]
         for index, nodes in self._interior.items():
-            places = position[nodes]
-            near = np.zeros(len(nodes), dtype=bool)
-            for other in range(len(low)):
-                if other != index:
-                    near |= ((places >= low[other]) & (places <= high[other])).all(axis=1)
+            near = are_inside(position, nodes, around, index)
             within.append(nodes[near])
             beyond.append(nodes[~near])
         return np.concatenate(within), np.concatenate(beyond)
@@ -295,11 +278,9 @@ class CollidingSurfaces(NodeContact):
     def _forget(self, nodes: np.ndarray) -> None:
         state = self.state
         state.touching[nodes] = 0
-        state.slip[nodes] = 0.0
-        state.penetration[nodes] = 0.0
-        state.unloaded[nodes] = 0.0
-        state.active_penetration[nodes] = 0.0
-        state.stiffness[nodes] = 0.0
+        clear_rows(state.slip, nodes)
+        for values in (state.penetration, state.unloaded, state.active_penetration, state.stiffness):
+            clear_rows(values.reshape(-1, 1), nodes)
 
     def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N; collective.

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.kernels.rows import add_to_rows
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -65,7 +67,7 @@ class Halo:
         Terms are added in the order of the ranks; where that must not matter, sums have to be exact.
         """
         if self._needed_from or self._asked_by:
-            np.add.at(sums, self.asked, self._sent(sums[self.needed], self._needed_from, self._asked_by))
+            add_to_rows(self._sent(sums[self.needed], self._needed_from, self._asked_by), self.asked, sums)
 
     def _sent(
         self, values: np.ndarray, to: Sequence[tuple[int, slice]], origin: Sequence[tuple[int, slice]]

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.kernels.boxes import box_around, meet
+
 if TYPE_CHECKING:
     from mpi4py import MPI
 
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.meshing.distributed import DistributedMesh
 
-__all__ = ["NearFaces", "box_around", "meet"]
+__all__ = ["NearFaces"]
 
 
 class NearFaces:
@@ -65,14 +67,3 @@ class NearFaces:
             self.received += len(places)
         found = np.concatenate([chosen for chosen, _ in pieces]) if pieces else np.zeros(0, dtype=np.int32)
         return np.sort(found)
-
-
-def box_around(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Box (6,) around boxes with the corners `low` and `high` (n, 3); around none, one that meets nothing."""
-    return np.concatenate([low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)])
-
-
-def meet(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Whether boxes (n, 6), low then high corner, meet a box (6,)."""
-    meets: np.ndarray = (boxes[:, :3] <= box[3:]).all(axis=1) & (boxes[:, 3:] >= box[:3]).all(axis=1)
-    return meets

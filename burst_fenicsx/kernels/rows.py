@@ -11,6 +11,7 @@ from burst_fenicsx.kernels.transposition import address, prefetch
 
 __all__ = [
     "add_rows",
+    "add_to_rows",
     "clear_rows",
     "copy_rows",
     "hold_rows",
@@ -44,6 +45,14 @@ def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndar
         prefetch(target_start + later)
         for i in range(3):
             target[rows[k], i] += share * source[rows[k], i]
+
+
+@kernel
+def add_to_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
+    """Add `source` (k, m) to the given rows of `target` (n, m) in turn; rows may be named several times."""
+    for k in range(rows.size):
+        for i in range(source.shape[1]):
+            target[rows[k], i] += source[k, i]
 
 
 @parallel_kernel
