@@ -51,6 +51,7 @@ from burst_fenicsx.kernels.tensors import (
     store_symmetric,
     store_vector,
 )
+from burst_fenicsx.kernels.torn_metal import BEFORE, NOW, WHOLE
 from burst_fenicsx.materials.tresca import softened_strength
 
 __all__ = ["solid_block_full"]
@@ -71,6 +72,8 @@ _TENSION = 151  # sum over the points of the mean stress times the volume, J
 _PLASTIC = 152  # plastic work of the step, J
 _SMALLEST = 153  # eight times the smallest volume of a point, m3
 _VISCOUS, _STABLE = 154, 155  # Pa, s
+_STRENGTH = 157  # largest shear strength of a point, Pa
+_ELASTIC = 158  # eight times the elastic energy by volume before the step, J/m3
 
 
 @inlined_kernel
@@ -97,12 +100,14 @@ def solid_block_full(
         xi = _GAUSS if point & 4 else -_GAUSS
         eta = _GAUSS if point & 2 else -_GAUSS
         zeta = _GAUSS if point & 1 else -_GAUSS
-        _load_point(cells, point, state, scratch)
+        _load_point(cells, point, material, state, scratch)
         if _try_elastic(xi, eta, zeta, step, material, scratch) > 0:
             _return_plastic(material, scratch)
         _add_point(xi, eta, zeta, scratch)
-        _store_point(cells, count, point, state, scratch)
+        _store_point(block, count, point, grid, state, scratch)
     _finish(block, share, nodes.rounding, material, grid, scratch)
+    if _mark_torn_metal(block, material, state, scratch) > 0:
+        _release_metal(block, grid, state, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     _accumulate(block, share, grid, scratch, energy, limits)
 
@@ -147,6 +152,7 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
         scratch[_VOLUME * LANES + lane] = scratch[_SMALLEST * LANES + lane] = PER_CELL * volume
         scratch[_TENSION * LANES + lane] = 0.0
         scratch[_PLASTIC * LANES + lane] = 0.0
+        scratch[_STRENGTH * LANES + lane] = scratch[_ELASTIC * LANES + lane] = 0.0
     for k in range(21 * LANES):
         scratch[_SUM * LANES + k] = 0.0
     for lane in range(LANES):
@@ -154,21 +160,29 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
 
 
 @block_kernel
-def _load_point(cells: np.ndarray, point: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Gather the cell state of a point into lanes."""
+def _load_point(cells: np.ndarray, point: int, material: np.ndarray, state: SolidState, scratch: np.ndarray) -> None:
+    """Gather the cell state of a point into lanes, with the strength that it has."""
     for lane in range(LANES):
         cell = np.uint64(cells[lane])
         for k in range(6):
             scratch[(_STRESS + k) * LANES + lane] = state.stress[cell, point, k]
         scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
         scratch[_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
+        tau, _ = _strengths(material, scratch, lane)
+        scratch[_STRENGTH * LANES + lane] = max(scratch[_STRENGTH * LANES + lane], tau)
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
+        square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
+        twice = ((1.0 + material[1]) * square - material[1] * (xx + yy + zz) ** 2) / material[0]
+        scratch[_ELASTIC * LANES + lane] += 0.5 * twice
 
 
 @block_kernel
-def _store_point(cells: np.ndarray, count: int, point: int, state: SolidState, scratch: np.ndarray) -> None:
-    """Write the cell state of a point back."""
+def _store_point(block: int, count: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+    """Write the cell state of a point back, but of cells that have been released: their shape may have made it NaN."""
     for lane in range(count):
-        cell = np.uint64(cells[lane])
+        if state.released[block * LANES + lane] != WHOLE:
+            continue
+        cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
             state.stress[cell, point, k] = scratch[(_STRESS + k) * LANES + lane]
         state.shear_strain[cell, point] = scratch[_SHEAR_STRAIN * LANES + lane]
@@ -325,6 +339,43 @@ def _finish(block: int, share: float, rounding: float, material: np.ndarray, gri
             scaled(0.125, load_vector(scratch, _SUM + 18, lane)),
         )
         store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)
+
+
+@block_kernel
+def _mark_torn_metal(block: int, material: np.ndarray, state: SolidState, scratch: np.ndarray) -> int:
+    """Release cells without strength at any point of which a point has no volume left.
+
+    Returns how many cells of the block are released, now or before.
+    """
+    slot, count = block * LANES, 0
+    for lane in range(LANES):
+        spent = material[4] > 0.0 and scratch[_STRENGTH * LANES + lane] == 0.0
+        if spent and state.released[slot + lane] == WHOLE and not scratch[_SMALLEST * LANES + lane] > 0.0:
+            state.released[slot + lane] = NOW
+        count += 0 if state.released[slot + lane] == WHOLE else 1
+    return count
+
+
+@block_kernel
+def _release_metal(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+    """Take stress, forces and the bound on the step from released cells, which keep the volume that they had.
+
+    What they held elastically goes to the plastic work.
+    """
+    for lane in range(LANES):
+        slot = block * LANES + lane
+        if state.released[slot] == WHOLE:
+            continue
+        energy = 0.125 * scratch[_ELASTIC * LANES + lane] * grid.volume[slot]
+        scratch[_PLASTIC * LANES + lane] = energy if state.released[slot] == NOW else 0.0
+        state.released[slot] = BEFORE
+        scratch[_VOLUME * LANES + lane] = scratch[_SMALLEST * LANES + lane] = grid.volume[slot]
+        scratch[_VISCOUS * LANES + lane] = 0.0
+        scratch[_STABLE * LANES + lane] = np.inf
+        for n in range(24):
+            scratch[(FORCE + n) * LANES + lane] = 0.0
+        if lane < grid.filled[block]:
+            state.stress[grid.cells[block, lane]] = 0.0
 
 
 @block_kernel

@@ -127,8 +127,8 @@ class BurstFields:
         mesh, solid = self.mesh, self.solid
         inverse_limit = solid.parameters[len(Part) * mesh.round + mesh.part, 4]
         scale = self.blocks.by_cell(solid.softening_scale)
-        softened: np.ndarray = solid.shear_strain[: mesh.cells, 0] * inverse_limit * scale
-        return softened >= 1.0
+        least: np.ndarray = solid.shear_strain[: mesh.cells].min(axis=1)  # of its points
+        return least * inverse_limit * scale >= 1.0
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings, (4,); collective."""

@@ -26,12 +26,9 @@ class TornMetal:
     def __init__(self, fields: BurstFields) -> None:
         self._fields = fields
         self._initial_volumes: np.ndarray = cell_volumes(fields.start, fields.mesh.dofmap)
-        self._one_point = fields.solid.shear_strain.shape[1] == 1
 
     def release(self) -> None:
-        """Mark the cells without strength that have the shape of torn metal; with 2x2x2 points none is released."""
-        if not self._one_point:
-            return
+        """Mark the cells without strength that have the shape of torn metal."""
         state, mesh = self._fields, self._fields.mesh
         cells = np.flatnonzero(state.without_strength() & ~state.released)
         torn = np.zeros(len(cells), dtype=bool)
@@ -41,8 +38,6 @@ class TornMetal:
 
     def release_at_end(self) -> None:
         """Release what is folded though it is compressed: after the last step it has no neighbours to hold apart."""
-        if not self._one_point:
-            return
         state = self._fields
         cells = np.flatnonzero(state.folded() & state.without_strength())
         self._mark(cells, BEFORE)
