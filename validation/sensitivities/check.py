@@ -51,10 +51,8 @@ def bounds(*, quick: bool) -> dict[str, float]:
 
 
 def sound_rows(summary: Mapping[str, Any], variation: Variation, *, quick: bool) -> list[Row]:
-    """Whether a burst may be compared: sound, and the wall no longer accelerates where it is not ended early."""
+    """Whether a burst may be compared: sound, and the wall no longer accelerates."""
     rows = sound(NAME, summary, bounds(quick=quick), variation.label)
-    if variation.early:
-        return rows
     done = float(summary["burst"]["acceleration_complete"] is not None)
     return [*rows, within(NAME, f"{variation.label}: acceleration complete", done, 1.0, 1.0, _OWN)]
 

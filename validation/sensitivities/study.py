@@ -93,12 +93,8 @@ class _Bench:
 
     def answers(self, parameter: Parameter, origin: Response) -> Answers:
         """The answers to all variations of a parameter."""
-        own = parameter.own_base
-        against = origin if own is None else self.response(own)
-        if against is None:
-            return Answers(parameter, origin, ())
         responses = (self.response(one) for one in parameter.variations)
-        return Answers(parameter, against, tuple(one for one in responses if one is not None))
+        return Answers(parameter, origin, tuple(one for one in responses if one is not None))
 
     def worst(self) -> list[Row]:
         """Rows of what the bursts must fulfil, each with the worst of those that were used."""
@@ -108,9 +104,8 @@ class _Bench:
             "cell_size": max(burst["cell_size"] for burst in self.sound),
         }
         label = f"worst of {len(self.sound)} bursts"
-        whole = [burst for burst in self.sound if burst["acceleration_complete"] is not None]
-        last = 1e6 * max(burst["acceleration_complete"] for burst in whole)
-        end = 1e6 * min(burst["end_time"] for burst in whole)
+        last = 1e6 * max(burst["acceleration_complete"] for burst in self.sound)
+        end = 1e6 * min(burst["end_time"] for burst in self.sound)
         return [
             *sound(NAME, {"burst": worst}, bounds(quick=self.quick), label),
             within(NAME, f"{label}: acceleration complete at", last, 0.0, end, "own bound", "us"),

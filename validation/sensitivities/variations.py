@@ -37,8 +37,6 @@ class Variation:
         As `validation.runs.changed_case` takes them, without those that all bursts have.
     burst : bool
         Whether the burst changes with it; else it is that of the base.
-    early : bool
-        Whether the burst ends before its acceleration is complete.
     """
 
     parameter: str
@@ -47,7 +45,6 @@ class Variation:
     size: str
     changes: dict[str, Any] = field(default_factory=dict)
     burst: bool = True
-    early: bool = False
 
     @property
     def name(self) -> str:
@@ -72,8 +69,6 @@ class Parameter:
         Of its runs, in rows, and at the axis of its figure.
     base : float
         Value in the base.
-    own_base : Variation or None
-        What its variations are held against where this is not the base of all: bursts that end early.
     unit : str
         Of its values.
     variations : tuple of Variation
@@ -86,7 +81,6 @@ class Parameter:
     base: float
     unit: str
     variations: tuple[Variation, ...]
-    own_base: Variation | None = None
 
 
 def _leakage(value: float) -> dict[str, Any]:
@@ -125,7 +119,6 @@ _CHANGES: dict[str, Callable[[float], dict[str, Any]]] = {
     "leakage": _leakage,
     "cell_size": _cell_size,
     "quadrature": _quadrature,
-    "quadrature_early": _quadrature,
     "hourglass": _hourglass,
     "softening": _softening,
     "heat": _heat,
@@ -150,18 +143,16 @@ def parameters(*, quick: bool = False, size: str | None = None) -> tuple[Paramet
 
 def _parameter(name: str, table: Mapping[str, Any], *, quick: bool, size: str | None) -> Parameter:
     unit = table.get("unit", "")
-    of_base, fixed = size or _size(_base_size(quick=quick)), table.get("fixed", {})
+    of_base = size or _size(_base_size(quick=quick))
 
     def variation(value: float) -> Variation:
         label = f"{table['words']} {value:g}{f' {unit}' if unit else ''}"
         own_size = _size(value) if name == "cell_size" else of_base
-        changes = fixed | _CHANGES[name](value)
-        return Variation(name, value, label, own_size, changes, name not in _AFTER_THE_BURST, bool(fixed))
+        return Variation(name, value, label, own_size, _CHANGES[name](value), name not in _AFTER_THE_BURST)
 
     value = _base_size(quick=quick) if name == "cell_size" else table["base"]
     variations = tuple(variation(one) for one in table["quick" if quick else "values"])
-    own_base = variation(value) if fixed and variations else None
-    return Parameter(name, table["words"], table["axis"], value, unit, variations, own_base)
+    return Parameter(name, table["words"], table["axis"], value, unit, variations)
 
 
 def _base_size(*, quick: bool) -> float:
