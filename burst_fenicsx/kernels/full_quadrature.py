@@ -11,6 +11,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.common import (
     FORCE,
+    MOST_DAMPED,
     POSITION,
     VELOCITY,
     earlier,
@@ -73,6 +74,7 @@ _PLASTIC = 152  # plastic work of the step, J
 _SMALLEST = 153  # eight times the smallest volume of a point, m3
 _VISCOUS, _STABLE = 154, 155  # Pa, s
 _STRENGTH = 157  # largest shear strength of a point, Pa
+_POWER = 159  # of the hourglass forces, W
 _ELASTIC = 158  # eight times the elastic energy by volume before the step, J/m3
 
 
@@ -105,11 +107,12 @@ def solid_block_full(
             _return_plastic(material, scratch)
         _add_point(xi, eta, zeta, scratch)
         _store_point(block, count, point, grid, state, scratch)
+    _damp_hourglass(block, step, max(step, share * grid.longest), material, grid, scratch)
     _finish(block, share, nodes.rounding, material, grid, scratch)
     if _mark_torn_metal(block, material, state, scratch) > 0:
         _release_metal(block, grid, state, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
-    _accumulate(block, share, grid, scratch, energy, limits)
+    _accumulate(block, step, share, grid, scratch, energy, limits)
 
 
 @lane_function
@@ -306,6 +309,65 @@ def _add_point(xi: float, eta: float, zeta: float, scratch: np.ndarray) -> None:
         scratch[_SMALLEST * LANES + lane] = min(scratch[_SMALLEST * LANES + lane], 8.0 * determinant)
 
 
+@lane_function
+def _modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
+    """The modes of which an eighth stands in 21 rows."""
+    return (
+        scaled(8.0, load_vector(scratch, row, lane)),
+        scaled(8.0, load_vector(scratch, row + 3, lane)),
+        scaled(8.0, load_vector(scratch, row + 6, lane)),
+        scaled(8.0, load_vector(scratch, row + 9, lane)),
+        scaled(8.0, load_vector(scratch, row + 12, lane)),
+        scaled(8.0, load_vector(scratch, row + 15, lane)),
+        scaled(8.0, load_vector(scratch, row + 18, lane)),
+    )
+
+
+@block_kernel
+def _damp_hourglass(
+    block: int, step: float, next_dt: float, material: np.ndarray, grid: Grid, scratch: np.ndarray
+) -> None:
+    """Viscous hourglass control of cells without strength at any point, with the coefficient of one-point cells.
+
+    Where only a pressure is left, the same in the whole cell, nothing else resists hourglass modes. See `move_cells`,
+    `stiffen` and `force_modes` of the one-point cell; `next_dt` (s) is the next step.
+    """
+    shear = 0.5 * material[0] / (1.0 + material[1])
+    stiff = 2.0 * shear * (1.0 - material[1]) / (1.0 - 2.0 * material[1])
+    for lane in range(LANES):
+        scratch[_POWER * LANES + lane] = 0.0
+        if not material[4] > 0.0 or scratch[_STRENGTH * LANES + lane] > 0.0:
+            continue
+        place, v = _modes(scratch, _PLACE, lane), _modes(scratch, _SPEED, lane)
+        middle = earlier(place, v, -0.5 * step)
+        (p, q, s3, r, s5, s6), volume = cell_gradient(middle)
+        rate = add_outer(add_outer(add_outer(outer(v[0], p), v[1], q), v[2], s3), v[3], r)
+        rate = add_outer(add_outer(rate, v[4], s5), v[5], s6)
+        back = -1.0 / volume
+        q3, q5 = add_scaled(v[2], back, apply(rate, middle[2])), add_scaled(v[4], back, apply(rate, middle[4]))
+        q6, q7 = add_scaled(v[5], back, apply(rate, middle[5])), add_scaled(v[6], back, apply(rate, middle[6]))
+        gradient, inverse = load_gradient(scratch, _GRADIENT, lane), PER_CELL / scratch[_VOLUME * LANES + lane]
+        (xx, yy, zz), _ = squared_gradients(gradient)
+        x3, x5, x6, x7 = place[2], place[4], place[5], place[6]
+        square = 10.0 + 40.0 * inverse**2 * (xx + yy + zz) * max(dot(x3, x3), dot(x5, x5), dot(x6, x6), dot(x7, x7))
+        mass = grid.mass[block * LANES + lane]
+        sound = np.sqrt(stiff * scratch[_VOLUME * LANES + lane] / mass)
+        damping = 0.25 * material[8] * mass * sound * scratch[_FREQUENCY * LANES + lane]
+        if next_dt > 0.0:
+            damping = min(damping, MOST_DAMPED * mass / (8.0 * next_dt * square))
+        scratch[_POWER * LANES + lane] = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
+        linear = add_outer(add_outer(add_outer(outer(q3, x3), q5, x5), q6, x6), q7, x7)
+        p, q, s3, r, s5, s6 = gradient
+        pull, push = 8.0 * damping * inverse, -8.0 * damping
+        _add_vector(scaled(pull, apply(linear, p)), scratch, _SUM, lane)
+        _add_vector(scaled(pull, apply(linear, q)), scratch, _SUM + 3, lane)
+        _add_vector(add_scaled(scaled(pull, apply(linear, s3)), push, q3), scratch, _SUM + 6, lane)
+        _add_vector(scaled(pull, apply(linear, r)), scratch, _SUM + 9, lane)
+        _add_vector(add_scaled(scaled(pull, apply(linear, s5)), push, q5), scratch, _SUM + 12, lane)
+        _add_vector(add_scaled(scaled(pull, apply(linear, s6)), push, q6), scratch, _SUM + 15, lane)
+        _add_vector(scaled(push, q7), scratch, _SUM + 18, lane)
+
+
 @block_kernel
 def _finish(block: int, share: float, rounding: float, material: np.ndarray, grid: Grid, scratch: np.ndarray) -> None:
     """Viscosity and stable step; nodal forces of the points' sum and of the pressure, which is the mean one."""
@@ -370,7 +432,7 @@ def _release_metal(block: int, grid: Grid, state: SolidState, scratch: np.ndarra
         scratch[_PLASTIC * LANES + lane] = energy if state.released[slot] == NOW else 0.0
         state.released[slot] = BEFORE
         scratch[_VOLUME * LANES + lane] = scratch[_SMALLEST * LANES + lane] = grid.volume[slot]
-        scratch[_VISCOUS * LANES + lane] = 0.0
+        scratch[_VISCOUS * LANES + lane] = scratch[_POWER * LANES + lane] = 0.0
         scratch[_STABLE * LANES + lane] = np.inf
         for n in range(24):
             scratch[(FORCE + n) * LANES + lane] = 0.0
@@ -380,11 +442,11 @@ def _release_metal(block: int, grid: Grid, state: SolidState, scratch: np.ndarra
 
 @block_kernel
 def _accumulate(
-    block: int, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray
+    block: int, step: float, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray
 ) -> None:
     """Add up the work of the step and find the limits."""
     slot = block * LANES
-    plastic = viscous_work = 0.0
+    plastic = viscous_work = hourglass = 0.0
     for lane in range(grid.filled[block]):
         volume, viscous = scratch[_VOLUME * LANES + lane], scratch[_VISCOUS * LANES + lane]
         smallest, stable = scratch[_SMALLEST * LANES + lane], scratch[_STABLE * LANES + lane]
@@ -392,9 +454,11 @@ def _accumulate(
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
         work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
         viscous_work -= quantise(work, grid.rounding)
+        hourglass += quantise(scratch[_POWER * LANES + lane] * step, grid.rounding)
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume
         lower_limits(grid.cells[block, lane], stable, smallest, share, limits)
     energy[0] += plastic
     energy[1] += viscous_work
+    energy[2] += hourglass

@@ -183,6 +183,29 @@ def test_force_of_one_point_equals_ufls_with_stress_constant_in_cells(part):
     assert error < 1e-12
 
 
+def test_metal_without_strength_answers_alike_at_one_and_at_2x2x2_points():
+    """Only the pressure and viscous hourglass control are left: forces, pressures and work are the same."""
+    shifts = np.random.default_rng(2).normal(0.0, 1e-6, (64, 3))
+    soft = replace(STEEL, shear_softening_strain=0.5, tensile_softening_strain=0.5)
+    control = Hourglass(casing_viscous=0.05, casing_stiffness=0.0, charge_viscous=0.1)
+    found = []
+    for quadrature in QUADRATURES:
+        solver = burst(
+            distorted_box(3, 9e-3), replace(BARE, quadrature=quadrature, hourglass=control), casing=soft, min_work=1e-9
+        )
+        state = solver.fields
+        state.solid.shear_strain[:] = state.solid.volume_strain[:] = 1.0
+        moved(solver, lambda places: 0.999 * places + shifts, 1e-7)
+        assert (state.solid.stress[:, :, 0] < 0.0).all()
+        pressures = -state.solid.stress[..., :3].mean(axis=(1, 2))
+        found.append((state.nodes.force.copy(), pressures, solver.ledger.sums[:3].copy()))
+    (force, pressure, work), (full_force, full_pressure, full_work) = found
+    assert work[2] > 0.0
+    np.testing.assert_allclose(full_pressure, pressure, rtol=1e-9)
+    np.testing.assert_allclose(full_force, force, rtol=0.0, atol=1e-9 * np.abs(force).max())
+    np.testing.assert_allclose(full_work, work, rtol=1e-9, atol=1e-12 * work[2])
+
+
 def test_force_of_full_quadrature_equals_ufls_b_bar():
     """-int dev(sigma) : grad v + mean(sigma) div v dx with the stress at 2x2x2 points, mean(sigma) over the cell.
 
