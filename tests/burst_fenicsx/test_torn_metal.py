@@ -334,6 +334,7 @@ def test_crushed_products_open_nothing(tmp_path):
 
 def summary_of_case(folder, source, change, cell_size, **settings):
     """Summary of the whole burst of a case in which one text is replaced by another."""
+    folder.mkdir(exist_ok=True)
     path = folder / "case.toml"
     path.write_text(Path(source).read_text(encoding="utf-8").replace(*change), encoding="utf-8")
     case = load_case(path, cell_size=cell_size)
@@ -359,3 +360,17 @@ def test_a_round_of_fine_cells_reaches_its_end(tmp_path):
     summary = summary_of_case(tmp_path, "cases/m107_comp_b.toml", whole, "2.5 mm", end_time=100e-6)
     assert summary["lost_cells"] == 0
     assert summary["max_initial_speed"] < 1.2 * summary["speed_quantiles"]["99"]
+
+
+@pytest.mark.slow
+def test_both_quadratures_reach_the_end_of_a_round_and_agree(tmp_path):
+    """With 2x2x2 points a cell of the fuze stopped the burst; without hourglass control half of the casing folded."""
+    speeds, released = [], []
+    for quadrature in ("one_point", "full"):
+        changed = "[burst]\n", f'[burst]\ngeometry = "3d"\nquadrature = "{quadrature}"\n'
+        summary = summary_of_case(tmp_path / quadrature, "cases/m107_tnt.toml", changed, "8 mm", end_time=200e-6)
+        assert summary["lost_cells"] == 0
+        speeds.append(summary["mean_initial_speed"])
+        released.append(summary["released_casing_mass"] / summary["casing_mass"])
+    assert speeds[1] == pytest.approx(speeds[0], rel=0.02)
+    assert max(released) < 0.15
