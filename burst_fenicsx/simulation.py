@@ -228,7 +228,7 @@ class Simulation(AssembledBurst):
     def _write_series(
         self, series: TimeSeries, time: float, points: dict[str, np.ndarray], cells: dict[str, np.ndarray]
     ) -> None:
-        """Write a state of the part that is computed, as one of the whole; the arrays are nobody else's."""
+        """Write a state of the part that is computed, as one of the whole; no one else has the arrays."""
         points, cells = series.rounded(points), series.rounded(cells)
         points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
         series.write(time, points.pop("position"), point_data=points, cell_data=cells)
@@ -240,7 +240,7 @@ class Simulation(AssembledBurst):
         """Carry the `stress` of cells, if it is to be, to world coordinates in place: here it is there already."""
 
     def _write_checkpoint(self) -> None:
-        self._writing.wait()  # a burst that goes on from here goes on with the outputs before it
+        self._writing.wait()  # whoever resumes from here needs the outputs before it
         self._checkpoint_at = clock.perf_counter()
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
         records["passed_through"] = self.passage.largest

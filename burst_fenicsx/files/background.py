@@ -33,5 +33,5 @@ class Background:
             pending.result()
 
     def close(self) -> None:
-        """End the thread when it is done; what it raised and nobody waited for is lost."""
+        """End the thread when it is done; what it raised without anyone waiting is lost."""
         self._pool.shutdown()

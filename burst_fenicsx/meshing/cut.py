@@ -63,12 +63,11 @@ def cut_section(
     used = np.zeros(len(places), dtype=bool)
     used[grid.quads[keep]] = True
     number = np.cumsum(used) - 1
-    quads = number[grid.quads[keep]]
     return replace(
         grid,
         inner=grid.inner[used],
         outer=grid.outer[used],
-        quads=quads,
+        quads=number[grid.quads[keep]],
         cavity_quads=int(np.count_nonzero(keep[: grid.cavity_quads])),
     )
 
