@@ -7,12 +7,14 @@ import logging
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.assembled import AssembledBurst
+from burst_fenicsx.files.background import Background
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.files.snapshot import write_snapshot
@@ -97,6 +99,7 @@ class Simulation(AssembledBurst):
         self.on_progress = on_progress
         self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
+        self._writing = Background()
         self._resumed_at: float | None = None
         self._checkpoint_at = -np.inf  # on the clock
         self.first_step_at, self.first_cell_step_at = 0, 0
@@ -163,7 +166,9 @@ class Simulation(AssembledBurst):
                     break
                 solver.step(min(output, end))
                 self.exposures.update(solver.time, solver.time_step)
+            self._writing.wait()
         finally:
+            self._writing.close()
             self.clocks.stepping += clock.perf_counter() - began
             if self._series is not None:
                 self._series.close()
@@ -208,19 +213,25 @@ class Simulation(AssembledBurst):
             )
 
     def _write_output(self) -> None:
+        self._writing.wait()  # one state in memory besides the burst's own
         points, cells = output_fields(self.fields, self.contact.nodal_force if self.contact.exists else None)
         if self._series is not None:
             self._place(points)
             self._turn_stress(cells)
-            points, cells = self._series.rounded(points), self._series.rounded(cells)
-            points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
-            position = points.pop("position")
             if not self._series.times or self.solver.time > self._series.times[-1]:
-                self._series.write(self.solver.time, position, point_data=points, cell_data=cells)
+                self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
         self.passage.check(self.solver.time)
         due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
         if self.solver.time > 0.0 and due:
             self._write_checkpoint()
+
+    def _write_series(
+        self, series: TimeSeries, time: float, points: dict[str, np.ndarray], cells: dict[str, np.ndarray]
+    ) -> None:
+        """Write a state of the part that is computed, as one of the whole; no one else has the arrays."""
+        points, cells = series.rounded(points), series.rounded(cells)
+        points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
+        series.write(time, points.pop("position"), point_data=points, cell_data=cells)
 
     def _place(self, fields: dict[str, np.ndarray]) -> None:
         """Carry nodal fields, by name, to world coordinates in place: here they are there already."""
@@ -229,6 +240,7 @@ class Simulation(AssembledBurst):
         """Carry the `stress` of cells, if it is to be, to world coordinates in place: here it is there already."""
 
     def _write_checkpoint(self) -> None:
+        self._writing.wait()  # whoever resumes from here needs the outputs before it
         self._checkpoint_at = clock.perf_counter()
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
         records["passed_through"] = self.passage.largest

@@ -113,13 +113,16 @@ def on_dolfinx(mesh: MeridianMesh) -> DistributedMesh:
     domain = compat.create_quadrilateral_mesh(MPI.COMM_SELF, mesh.cells[:, _TO_TENSOR], mesh.nodes)
     cell = np.asarray(domain.topology.original_cell_index, dtype=np.int64)
     dofmap = np.ascontiguousarray(compat.geometry_dofmap(domain)[:, _TO_TENSOR])
+    node = np.asarray(domain.geometry.input_global_indices, dtype=np.int64)
     part, of_round, segment = mesh.part[cell], mesh.round[cell], mesh.segment[cell]
     every = np.arange(len(cell))
     return DistributedMesh(
         domain=domain,
         dofmap=dofmap,
         cell=cell,
-        node=np.asarray(domain.geometry.input_global_indices, dtype=np.int64),
+        node=node,
+        dolfinx_cell=every,
+        dolfinx_node=np.arange(len(node)),
         owned_nodes=int(domain.geometry.index_map().size_local),
         part=part,
         round=of_round,
@@ -129,11 +132,6 @@ def on_dolfinx(mesh: MeridianMesh) -> DistributedMesh:
         all_cell=cell,
         all_part=part,
         all_round=of_round,
-        tags={
-            "part": compat.meshtags(domain, every, part),
-            "round": compat.meshtags(domain, every, of_round),
-            "segment": compat.meshtags(domain, every, segment + 1),
-        },
     )
 
 

@@ -41,8 +41,7 @@ _NUMBERS = (
 def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
     """Everything that is kept by cell, (owned cells, ...), as it must be read back."""
     count = state.mesh.cells
-    arrays = {name: function.x.array for name, function in state.functions.items()}
-    shaped = {name: np.asarray(array).reshape(-1, _width(array, state))[:count] for name, array in arrays.items()}
+    shaped = {name: values.reshape(count, -1) for name, values in state.of_cells.items()}
     grid, blocks = state.grid, state.blocks
     return {
         **shaped,
@@ -53,12 +52,6 @@ def _cell_arrays(state: BurstFields) -> dict[str, np.ndarray]:
         "hourglass": blocks.by_cell(_hourglass_by_slot(state.solid.hourglass)),
         **state.element_arrays(),
     }
-
-
-def _width(array: np.ndarray, state: BurstFields) -> int:
-    topology = state.mesh.domain.topology
-    cell_map = topology.index_map(topology.dim)
-    return array.size // max(int(cell_map.size_local + cell_map.num_ghosts), 1)
 
 
 def write_checkpoint(
@@ -162,10 +155,8 @@ def _restore(file: h5py.File, solver: BurstSolver) -> None:
         ("force", state.nodes.force),
     ):
         array[:] = file[f"nodes/{name}"][()][mesh.node]
-    count = mesh.cells
-    for name, function in state.functions.items():
-        rows = np.asarray(function.x.array).reshape(-1, _width(function.x.array, state))
-        rows[:count] = file[f"cells/{name}"][()][mesh.cell]
+    for name, values in state.of_cells.items():
+        values[...] = file[f"cells/{name}"][()][mesh.cell].reshape(values.shape)
     solver.subcycling.step = float(file.attrs["longest_step"])
     solver.subcycling.contact_level = int(file.attrs["contact_level"])
     solver.subcycling.set_levels(file["cells/level"][()][mesh.cell].astype(np.int8))

@@ -1,4 +1,4 @@
-"""The state of the burst as dolfinx functions, and the kernels' view of the same memory."""
+"""The state of the burst in the order of the mesh: what the kernels step, and dolfinx functions of it."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
+from burst_fenicsx.meshing.shared_nodes import SharedNodes
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -74,22 +75,20 @@ class BurstFields:
 
     Attributes
     ----------
-    mesh : the distributed mesh; its geometry holds the current places.
-    velocity, force : vector Lagrange-1 functions (m/s, N); the velocity is half a step behind the places.
-    functions : the cell or point functions by name: stress, plastic_shear_strain, plastic_volumetric_strain,
-        pressure, burn_fraction, products_energy.
+    mesh : the distributed mesh. shared : exchange of the nodes that ranks share.
+    of_cells : values of the cells or their points by name, (owned cells, ...): stress, plastic_shear_strain,
+        plastic_volumetric_strain, pressure, burn_fraction, products_energy.
     start : (local nodes, 3) initial places (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
     products : products of each round's charge.
-    nodes, grid, solid, charge : the kernels' view of the same arrays.
+    nodes, grid, solid, charge : the kernels' view of the same arrays; velocities are half a step behind the positions.
     blocks : cells in blocks, chunks and colours. chunks : what arranges them.
     """
 
     mesh: DistributedMesh
-    velocity: Any
-    force: Any
-    functions: dict[str, Any]
+    shared: SharedNodes
+    of_cells: dict[str, np.ndarray]
     start: np.ndarray
     mass: np.ndarray
     inverse_mass: np.ndarray
@@ -106,6 +105,27 @@ class BurstFields:
     def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
         """Along which coordinates the momentum of all nodes is conserved."""
         return True, True, True
+
+    def functions(self) -> dict[str, Any]:
+        """The fields as dolfinx functions by name; its mesh is moved to where the nodes are. Collective.
+
+        Velocity (m/s) and force (N) are vector Lagrange-1 functions, the others constant in cells or known at points.
+        """
+        mesh = self.mesh
+        mesh.domain.geometry.x[mesh.dolfinx_node] = self.nodes.position
+        found = {}
+        for name, values in (("velocity", self.nodes.velocity), ("force", self.nodes.force)):
+            found[name] = fem.Function(mesh.vector_space, name=name)
+            found[name].x.array.reshape(-1, 3)[mesh.dolfinx_node] = values
+        for name, values in self.of_cells.items():
+            at_points = values.ndim > 1 and values.shape[1] > 1
+            space = compat.quadrature_space if at_points else compat.cell_space
+            size = values.shape[2] if values.ndim > 2 else 1
+            found[name] = fem.Function(space(mesh.domain, size), name=name)
+            rows = found[name].x.array.reshape(len(mesh.dolfinx_cell), -1)
+            rows[mesh.dolfinx_cell[: mesh.cells]] = values.reshape(mesh.cells, -1)
+            compat.send_to_ghosts(found[name])
+        return found
 
     def volumes(self) -> np.ndarray:
         """Volumes of this rank's cells now (cells,) in m3; of released ones as they were then."""
@@ -222,37 +242,26 @@ def make_fields(
     element : the kind of the cells.
     chunk_size : cells of a chunk, see `Chunks`.
     """
-    domain = mesh.domain
-    vectors = compat.vector_space(domain)
-    if not np.array_equal(compat.cells_dofmap(vectors), compat.geometry_dofmap(domain)):
-        raise RuntimeError("dolfinx numbers the nodes of the geometry and of the velocity differently")
     points = 8 if settings.quadrature == "full" else 1
-    at_points = compat.quadrature_space if points == 8 else compat.cell_space
-    scalar, tensor = at_points(domain), at_points(domain, 6)
-    flat = compat.cell_space(domain) if points == 8 else scalar
-    functions = {
-        "stress": fem.Function(tensor),
-        "plastic_shear_strain": fem.Function(scalar),
-        "plastic_volumetric_strain": fem.Function(scalar),
-        "pressure": fem.Function(flat),
-        "burn_fraction": fem.Function(flat),
-        "products_energy": fem.Function(flat),
+    of_cells = {
+        "stress": np.zeros((mesh.cells, points, 6)),
+        "plastic_shear_strain": np.zeros((mesh.cells, points)),
+        "plastic_volumetric_strain": np.zeros((mesh.cells, points)),
+        "pressure": np.zeros(mesh.cells),
+        "burn_fraction": np.zeros(mesh.cells),
+        "products_energy": np.zeros(mesh.cells),
     }
-    velocity, force = fem.Function(vectors), fem.Function(vectors)
-    for name, function in (*functions.items(), ("velocity", velocity), ("force", force)):
-        function.name = name
-
+    shared = SharedNodes(mesh)
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
-    # dolfinx has put neighbours next to each other, cells and nodes alike: in its order the gathers stay in cache.
     chunks = Chunks(mesh.dofmap, material, is_charge, chunk_size)
     blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
-    position = domain.geometry.x
+    position = np.ascontiguousarray(mesh.domain.geometry.x[mesh.dolfinx_node])
     volume = element.volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    nodal_mass = _nodal_masses(mesh, fem.Function(vectors), cell_mass, element.shares(position, mesh.dofmap))
+    nodal_mass = _nodal_masses(mesh, shared, cell_mass, element.shares(position, mesh.dofmap))
     pressure = max(largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
@@ -262,16 +271,14 @@ def make_fields(
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
     ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
-    energy = functions["products_energy"].x.array
+    energy = of_cells["products_energy"]
     for index, model in enumerate(products):
         if isinstance(model, JwlProducts):
-            energy[: mesh.cells][(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
-    stress = functions["stress"].x.array.reshape(-1, points, 6)
+            energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
     return BurstFields(
         mesh=mesh,
-        velocity=velocity,
-        force=force,
-        functions=functions,
+        shared=shared,
+        of_cells=of_cells,
         start=position.copy(),
         mass=nodal_mass,
         inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
@@ -279,8 +286,8 @@ def make_fields(
         products=products,
         nodes=Nodes(
             position,
-            velocity.x.array.reshape(-1, 3),
-            force.x.array.reshape(-1, 3),
+            np.zeros_like(position),
+            np.zeros_like(position),
             rounding_constant(largest_force),
             np.zeros(len(position), dtype=np.int8),
             np.zeros_like(position),
@@ -301,18 +308,18 @@ def make_fields(
         ),
         solid=SolidState(
             parameters=solid_table,
-            stress=stress,
-            shear_strain=functions["plastic_shear_strain"].x.array.reshape(-1, points),
-            volume_strain=functions["plastic_volumetric_strain"].x.array.reshape(-1, points),
+            stress=of_cells["stress"],
+            shear_strain=of_cells["plastic_shear_strain"],
+            volume_strain=of_cells["plastic_volumetric_strain"],
             hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
             softening_scale=blocks.by_slot(inverse_scale),
             released=np.zeros(len(slot_volume), dtype=np.int8),
         ),
         charge=ChargeState(
             parameters=charge_table,
-            stress=stress,
-            pressure=functions["pressure"].x.array,
-            burn_fraction=functions["burn_fraction"].x.array,
+            stress=of_cells["stress"],
+            pressure=of_cells["pressure"],
+            burn_fraction=of_cells["burn_fraction"],
             energy=energy,
             ignition_time=ignition,
             burn_rate=burn,
@@ -325,17 +332,15 @@ def make_fields(
     )
 
 
-def _nodal_masses(
-    mesh: DistributedMesh, function: fem.Function, cell_mass: np.ndarray, shares: np.ndarray
-) -> np.ndarray:
-    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; `function` is scratch."""
+def _nodal_masses(mesh: DistributedMesh, shared: SharedNodes, cell_mass: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; collective."""
     rounding = rounding_constant(_largest(mesh, cell_mass))
-    mass = function.x.array.reshape(-1, 3)
+    mass = np.zeros((len(mesh.node), 3))
     for corner in range(shares.shape[1]):
         share = quantise(cell_mass * shares[:, corner], rounding)
         mass[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(mass))
-    compat.add_to_owners(function)
-    compat.send_to_ghosts(function)
+    shared.add_to_owners(mass)
+    shared.send_to_ghosts(mass)
     return mass[:, 0].copy()
 
 

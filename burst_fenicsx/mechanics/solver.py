@@ -9,7 +9,6 @@ import numba
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx import compat
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.kernels.state import Totals
@@ -308,12 +307,12 @@ class BurstSolver:
         comm = state.mesh.comm
         if comm.size > 1:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
-            compat.add_to_owners(state.force)
+            state.shared.add_to_owners(state.nodes.force)
         if self.contact is not None and cycles.contact_level >= min_level:
             share = 1.0 / 2**cycles.contact_level
             self.contact.add_forces(share * self.free_step, share * step, front_near=self.front_near)
         if comm.size > 1:
-            compat.send_to_ghosts(state.force)
+            state.shared.send_to_ghosts(state.nodes.force)
         self.loads.add_forces(self.time)  # after the sum over ranks
         for hold in self.holds:
             hold.apply(state.nodes.force)

@@ -78,10 +78,8 @@ class Subcycling:
         self.cell_steps = fields.mesh.cells
         self._touched = touched if touched is not None else np.zeros(nodes, dtype=bool)
         self._beside_contact = self._touched[fields.mesh.dofmap].any(axis=1)
-        # dolfinx carries the levels to other ranks' copies of the cells and nodes.
-        several = self._comm.size > 1
-        self._of_cells = fem.Function(compat.cell_space(fields.mesh.domain)) if several else None
-        self._of_nodes = fem.Function(fields.velocity.function_space) if several else None
+        # dolfinx carries the levels to other ranks' copies of the cells.
+        self._of_cells = fem.Function(compat.cell_space(fields.mesh.domain)) if self._comm.size > 1 else None
 
     def choose(self, allowed: Callable[[float], np.ndarray], whole: float, contact_step: float | None) -> np.ndarray:
         """Choose the macro step and the cells' levels so that all advance at the lowest cost; collective.
@@ -135,17 +133,16 @@ class Subcycling:
 
     def _find_node_levels(self, level: np.ndarray) -> None:
         """Highest and lowest level of the cells around every node, from those of this rank's cells; collective."""
-        dofmap, finest, coarsest = self._fields.mesh.all_dofmap, self._finest, self._coarsest
-        if self._of_cells is None or self._of_nodes is None:
-            node_levels(dofmap, level, finest, coarsest)
+        mesh, finest, coarsest = self._fields.mesh, self._finest, self._coarsest
+        if self._of_cells is None:
+            node_levels(mesh.all_dofmap, level, finest, coarsest)
             return
-        self._of_cells.x.array[: len(level)] = level
+        self._of_cells.x.array[mesh.dolfinx_cell[: mesh.cells]] = level
         compat.send_to_ghosts(self._of_cells)
-        node_levels(dofmap, self._of_cells.x.array.astype(np.int8), finest, coarsest)
+        node_levels(mesh.all_dofmap, self._of_cells.x.array[mesh.dolfinx_cell].astype(np.int8), finest, coarsest)
         # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
-        both = self._of_nodes.x.array.reshape(-1, 3)
-        both[:, 0], both[:, 1] = finest, coarsest
-        compat.send_to_ghosts(self._of_nodes)
+        both = np.column_stack([finest, coarsest, coarsest]).astype(float)
+        self._fields.shared.send_to_ghosts(both)
         finest[:], coarsest[:] = both[:, 0], both[:, 1]
 
     def set_levels(self, level: np.ndarray) -> None:

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from burst_fenicsx.meshing.disc import SectionGrid
     from burst_fenicsx.meshing.mesh import HexahedralMesh
     from burst_fenicsx.symmetry.part import Cut
 
-__all__ = ["cut_mesh", "turn_to"]
+__all__ = ["cut_mesh", "cut_section", "turn_to"]
 
 _IN_PLANE = 1e-9  # m, from a plane, up to which a node lies in it
+_IN_UNIT_PLANE = 1e-9  # the same over the radius
 
 
 def turn_to(cuts: Sequence[Cut], axis: Sequence[float]) -> NDArray[np.float64]:
@@ -41,6 +43,33 @@ def turn_to(cuts: Sequence[Cut], axis: Sequence[float]) -> NDArray[np.float64]:
         return np.eye(2)
     length = np.hypot(x, y)
     return np.array([[x, y], [-y, x]]) / length
+
+
+def cut_section(
+    grid: SectionGrid, turn: NDArray[np.float64], axis: Sequence[float], cuts: Sequence[Cut]
+) -> SectionGrid:
+    """Leave out what of a section lies behind the planes, so that it is not meshed first; its order stays.
+
+    Parameters
+    ----------
+    grid : of the whole section. turn : from `turn_to`. axis : from base to nose. cuts : planes through the axis.
+    """
+    if not cuts:
+        return grid
+    places = (grid.inner + grid.outer) @ turn @ frame(axis)[:2]
+    keep = np.ones(len(grid.quads), dtype=bool)
+    for cut in cuts:
+        keep &= (places @ np.asarray(cut.normal))[grid.quads].max(axis=1) > _IN_UNIT_PLANE
+    used = np.zeros(len(places), dtype=bool)
+    used[grid.quads[keep]] = True
+    number = np.cumsum(used) - 1
+    return replace(
+        grid,
+        inner=grid.inner[used],
+        outer=grid.outer[used],
+        quads=number[grid.quads[keep]],
+        cavity_quads=int(np.count_nonzero(keep[: grid.cavity_quads])),
+    )
 
 
 def cut_mesh(mesh: HexahedralMesh, cuts: Sequence[Cut]) -> HexahedralMesh:

@@ -18,29 +18,34 @@ if TYPE_CHECKING:
 
 __all__ = ["DistributedMesh", "distribute"]
 
+_MOST_SPREAD = 2.0  # of the span of a cell's nodes over that in dolfinx's order: beyond it dolfinx's is taken
 _TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]  # VTK order to tensor-product order; its own inverse
 
 
 @dataclass(frozen=True)
 class DistributedMesh:
-    """One rank's share of a mesh.
+    """One rank's share of a mesh, its cells and nodes in the order of the mesh that was given.
+
+    Rows of cells and nodes follow each other there, so that neighbours lie side by side in memory.
 
     Attributes
     ----------
-    domain : the dolfinx mesh; its geometry is moved by the solver.
+    domain : the dolfinx mesh; its geometry stays as it was given until `BurstFields.functions` brings it along.
     dofmap : (owned cells, 8) int32 local nodes in tensor-product order.
     cell, node : (owned cells,) and (local nodes,) int64: numbers in the mesh that was given.
+    dolfinx_cell, dolfinx_node : (all cells,), (local nodes,): the same by dolfinx's local numbers.
     owned_nodes : how many of the local nodes this rank owns (they come first).
     part, round, segment : (owned cells,) int32; station : (owned cells,) m from the nose end.
     all_dofmap, all_cell, all_part, all_round : the same of owned and ghost cells, ghosts last. The ghosts are the other
         ranks' cells that touch a place (a node or its twin) which a cell of this rank touches.
-    tags : meshtags of the cells by "part", "round" and "segment" (segment + 1, 0 for none).
     """
 
     domain: Any
     dofmap: np.ndarray
     cell: np.ndarray
     node: np.ndarray
+    dolfinx_cell: np.ndarray
+    dolfinx_node: np.ndarray
     owned_nodes: int
     part: np.ndarray
     round: np.ndarray
@@ -50,7 +55,6 @@ class DistributedMesh:
     all_cell: np.ndarray
     all_part: np.ndarray
     all_round: np.ndarray
-    tags: dict[str, Any]
 
     @property
     def comm(self) -> MPI.Comm:
@@ -61,6 +65,27 @@ class DistributedMesh:
     def cells(self) -> int:
         """Cells that this rank owns."""
         return len(self.dofmap)
+
+    @cached_property
+    def tags(self) -> dict[str, Any]:
+        """Tags of dolfinx's cells by "part", "round" and "segment" (segment + 1, 0 for none)."""
+        own, names = self.dolfinx_cell[: self.cells], {"part": self.part, "round": self.round}
+        names["segment"] = self.segment + 1
+        return {name: compat.meshtags(self.domain, own, values) for name, values in names.items()}
+
+    @cached_property
+    def vector_space(self) -> Any:  # noqa: ANN401 - dolfinx's class
+        """Vector-valued trilinear functions; their degrees of freedom have the numbers of dolfinx's nodes.
+
+        Raises
+        ------
+        RuntimeError
+            They have others.
+        """
+        space = compat.vector_space(self.domain)
+        if not np.array_equal(compat.cells_dofmap(space), compat.geometry_dofmap(self.domain)):
+            raise RuntimeError("dolfinx numbers the nodes of the geometry and of vector functions differently")
+        return space
 
     def local_node(self, numbers: np.ndarray) -> np.ndarray:
         """Local nodes (int32) of nodes of the mesh that was given, in the shape of `numbers`; -1 where absent."""
@@ -112,21 +137,25 @@ def distribute(
     part, of_round, segment, station = comm.bcast(names, root=0)
     topology = domain.topology
     owned = int(topology.index_map(topology.dim).size_local)
+    owned_nodes = int(domain.geometry.index_map().size_local)
     all_cell = np.asarray(topology.original_cell_index, dtype=np.int64)
+    node = np.asarray(domain.geometry.input_global_indices, dtype=np.int64)
     all_dofmap = compat.geometry_dofmap(domain)
+    of_cell, of_node = _as_given(all_cell, owned), _as_given(node, owned_nodes)
+    given = _renumbered(all_dofmap[of_cell], of_node)
+    if _span(given) > _MOST_SPREAD * _span(all_dofmap):
+        # Numbered at random, as a mesh file may be: dolfinx has put neighbours next to each other.
+        of_cell, of_node, given = np.arange(len(all_cell)), np.arange(len(node)), all_dofmap
+    all_cell, node, all_dofmap = all_cell[of_cell], node[of_node], given
     cell = all_cell[:owned]
-    own_cells = np.arange(owned)
-    tags = {
-        "part": compat.meshtags(domain, own_cells, part[cell]),
-        "round": compat.meshtags(domain, own_cells, of_round[cell]),
-        "segment": compat.meshtags(domain, own_cells, segment[cell] + 1),
-    }
     return DistributedMesh(
         domain=domain,
         dofmap=all_dofmap[:owned],
         cell=cell,
-        node=np.asarray(domain.geometry.input_global_indices, dtype=np.int64),
-        owned_nodes=int(domain.geometry.index_map().size_local),
+        node=node,
+        dolfinx_cell=of_cell,
+        dolfinx_node=of_node,
+        owned_nodes=owned_nodes,
         part=part[cell],
         round=of_round[cell],
         segment=segment[cell],
@@ -135,8 +164,24 @@ def distribute(
         all_cell=all_cell,
         all_part=part[all_cell],
         all_round=of_round[all_cell],
-        tags=tags,
     )
+
+
+def _as_given(number: np.ndarray, owned: int) -> np.ndarray:
+    """Local numbers of dolfinx in the order of those given, `number`: the owned first, ghosts as they are."""
+    return np.concatenate([np.argsort(number[:owned], kind="stable"), np.arange(owned, len(number))])
+
+
+def _renumbered(dofmap: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """A dof map (cells, corners) by the places of the nodes in an order of them."""
+    place = np.empty(len(order), dtype=np.int32)
+    place[order] = np.arange(len(order), dtype=np.int32)
+    return place[dofmap]
+
+
+def _span(dofmap: np.ndarray) -> float:
+    """How far apart the numbers of a cell's nodes lie, median over the cells: twins of split faces have far numbers."""
+    return float(np.median(dofmap.max(axis=1) - dofmap.min(axis=1))) if len(dofmap) else 0.0
 
 
 def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarray | None:

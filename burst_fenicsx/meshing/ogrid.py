@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.meshing.cut import cut_mesh, turn_to
+from burst_fenicsx.meshing.cut import cut_mesh, cut_section, turn_to
 from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, SectionGrid, section_grid
 from burst_fenicsx.meshing.gmsh_import import read_gmsh
 from burst_fenicsx.meshing.mesh import HexahedralMesh
@@ -108,14 +108,15 @@ def mesh_profile(
     """
     _check_ends(profile)
     counts = grid_counts(profile, cell_size, even_core=bool(cuts))
-    grid = section_grid(counts.core, counts.rings, counts.wall)
+    turn = turn_to(cuts, axis)
+    grid = cut_section(section_grid(counts.core, counts.rings, counts.wall), turn, axis, cuts)
     stations = counts.stations
     outer = profile.outer.radius(stations)
     inner = _band_radii(profile, counts, outer)
 
     across = grid.inner[None] * inner[:, None, None] + grid.outer[None] * outer[:, None, None]
     local = np.empty((*across.shape[:2], 3))
-    local[..., :2] = across @ turn_to(cuts, axis)
+    local[..., :2] = across @ turn
     local[..., 2] = (profile.length - stations)[:, None]
 
     layers = len(stations) - 1
@@ -137,7 +138,7 @@ def mesh_profile(
         segments=(profile.segments,),
         lengths=(profile.length,),
     )
-    check_quality(quality(mesh, profile), mesh.station, profile, cell_size)
+    check_quality(quality(mesh, profile, share=0.5 ** len(cuts)), mesh.station, profile, cell_size)
     return cut_mesh(mesh, cuts)
 
 

@@ -178,7 +178,7 @@ def burst(
     comm: MPI.Comm = MPI.COMM_SELF,
     **options: Any,
 ) -> BurstSolver:
-    """Solver on one mesh of one round; `options` go to `BurstSolver`. Nodes and cells keep dolfinx's order."""
+    """Solver on one mesh of one round; `options` go to `BurstSolver`. Nodes and cells keep the mesh's order."""
     distributed = distribute(comm, mesh if comm.rank == 0 else None)
     item = Round(name="box", explosive=explosive, casing=casing, ignition=ignition, initiation=initiation)
     leakage = no_leakage(settings, comm)

@@ -49,7 +49,7 @@ for owner in (None, at_random):  # in runs of cells, and at random
     assert np.array_equal(spread.node[spread.all_dofmap], mesh.cells[spread.all_cell][:, _TO_TENSOR])
     assert np.array_equal(spread.all_part, mesh.part[spread.all_cell])
     assert np.array_equal(spread.all_round, mesh.round[spread.all_cell])
-    assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])
+    assert np.array_equal(spread.domain.geometry.x[spread.dolfinx_node], mesh.nodes[spread.node])
     assert comm.allreduce(spread.owned_nodes) == len(mesh.nodes)
 
     # A rank has every cell that touches a place which a cell of its own touches, once, and no other.

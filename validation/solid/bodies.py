@@ -97,7 +97,7 @@ def _mesh(nodes: NDArray[Any], cells: NDArray[Any]) -> HexahedralMesh:
 def solver_on(mesh: HexahedralMesh, material: CasingMaterial, settings: BurstSettings, **options: Any) -> BurstSolver:
     """Solver on one body at rest, on this process alone; `options` go to `BurstSolver`.
 
-    Nodes stand in dolfinx's order: read places from `solver.fields.start`.
+    Nodes stand in the mesh's order: read places from `solver.fields.start`.
     """
     distributed = distribute(MPI.COMM_SELF, mesh)
     # A round names an explosive even where it has no charge.

@@ -98,8 +98,7 @@ class HeldSolver(RingSolver):
 def stressed(solver: RingSolver, part: Part) -> Any:
     """Put constant stress into every cell, of products or at random, and add its forces; gives its function."""
     state = solver.fields
-    stress = state.functions["stress"]
-    values = stress.x.array.reshape(-1, 6)
+    values = state.solid.stress[:, 0]
     if part == Part.CHARGE:
         state.charge.burn_fraction[:] = 1.0
         state.nodes.position[:] *= [1.05, 1.0, 0.98]
@@ -112,7 +111,7 @@ def stressed(solver: RingSolver, part: Part) -> Any:
         random[:, 3:5] = 0.0  # nothing shears towards a ring's circumference or along a section's rounds
         values[:] = random
         solver.add_forces(0.0)
-    return stress
+    return state.functions()["stress"]
 
 
 def whole_steps(settings: BurstSettings, **changes: Any) -> BurstSettings:
