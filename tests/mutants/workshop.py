@@ -224,6 +224,7 @@ class Workshop:
             "PYTHONDONTWRITEBYTECODE": "1",
             "NUMBA_CACHE_DIR": str(self.cache),
             "NUMBA_NUM_THREADS": "1",
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # none is used in a trial, and loading them takes most of a second
         }
 
     def _run(
