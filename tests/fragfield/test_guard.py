@@ -202,6 +202,7 @@ def test_a_signal_within_a_call_back_of_a_library_is_not_lost(kind):
         "        time.sleep(0.05)\n"
         "fragfield.check = work\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup has it ignored
         "sys.argv = ['fragfield', 'check', 'none.toml']\n"
         "main()\n"
     )
