@@ -55,8 +55,8 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
         known = "Where published data are near, it" if part["outside_data"] and not own else "It"
         stated = (
             f"{known} is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric "
-            f"standard deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and compare the "
-            "distances."
+            f"standard deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and "
+            "compare the distances."
         )
     found = [Finding("note", f"The mean fragment mass {law}. {stated}")]
     by_round: dict[str, list[str]] = {}
