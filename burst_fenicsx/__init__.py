@@ -6,10 +6,10 @@ problem's data types need neither.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from burst_fenicsx.errors import InputError, NumericalStop
+from fragfield_base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from burst_fenicsx.run_burst import simulate
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["BurstProgress", "BurstResult", "InputError", "NumericalStop", "simulate"]
 
-_LAZY = {"BurstProgress": "simulation", "BurstResult": "simulation", "simulate": "run_burst"}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(import_module(f"burst_fenicsx.{_LAZY[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "burst_fenicsx.run_burst": "simulate",
+        "burst_fenicsx.simulation": "BurstProgress BurstResult",
+    },
+)

@@ -9,20 +9,25 @@
 
 from __future__ import annotations
 
-from flight import shape
-from flight.drag import Drag
-from flight.errors import FlightWarning, InputError
-from flight.fragments import Fragments
-from flight.integrate.contact import CONTACTS, Contact
-from flight.integrate.fly import FlightProgress, fly
-from flight.integrate.integrator import Adaptive, Domain, FixedStep
-from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
-from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
-from flight.scene.bounce import Bounce
-from flight.scene.height_map import HeightMap
-from flight.scene.obstacles import Barricade, Building, Wall
-from flight.scene.targets import Cylinder, Panel, Polygon
-from flight.scene.wind import Wind
+from typing import TYPE_CHECKING
+
+from fragfield_base.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from flight import shape
+    from flight.drag import Drag
+    from flight.errors import FlightWarning, InputError
+    from flight.fragments import Fragments
+    from flight.integrate.contact import CONTACTS, Contact
+    from flight.integrate.fly import FlightProgress, fly
+    from flight.integrate.integrator import Adaptive, Domain, FixedStep
+    from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
+    from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
+    from flight.scene.bounce import Bounce
+    from flight.scene.height_map import HeightMap
+    from flight.scene.obstacles import Barricade, Building, Wall
+    from flight.scene.targets import Cylinder, Panel, Polygon
+    from flight.scene.wind import Wind
 
 __all__ = [
     "CONTACTS",
@@ -57,3 +62,23 @@ __all__ = [
     "shape",
     "to_pandas",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "flight.shape": "",
+        "flight.drag": "Drag",
+        "flight.errors": "FlightWarning InputError",
+        "flight.fragments": "Fragments",
+        "flight.integrate.contact": "CONTACTS Contact",
+        "flight.integrate.fly": "FlightProgress fly",
+        "flight.integrate.integrator": "Adaptive Domain FixedStep",
+        "flight.result": "HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
+        "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",
+        "flight.scene.bounce": "Bounce",
+        "flight.scene.height_map": "HeightMap",
+        "flight.scene.obstacles": "Barricade Building Wall",
+        "flight.scene.targets": "Cylinder Panel Polygon",
+        "flight.scene.wind": "Wind",
+    },
+)

@@ -18,10 +18,11 @@ the command line, where they are the exit codes 2, 3 and 3.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import fragfield_base  # noqa: F401 - it settles how threads wait, before a caller imports dolfinx
 from fragfield.version import __version__
+from fragfield_base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from fragfield.errors import NotDeterminedError
@@ -57,33 +58,18 @@ __all__ = [
     "run_uncertainty",
 ]
 
-_HOMES = {
-    "Case": "fragfield.interface.case",
-    "CheckResult": "fragfield.interface.checking",
-    "HazardDistance": "fragfield.interface.hazard",
-    "InputError": "fragfield_base.errors",
-    "NotDeterminedError": "fragfield.errors",
-    "NumericalStop": "fragfield_base.errors",
-    "Progress": "fragfield.terminal.progress",
-    "Run": "fragfield.interface.results",
-    "Table": "fragfield.interface.tables",
-    "check": "fragfield.interface.checking",
-    "open": "fragfield.interface.results",
-    "run": "fragfield.interface.running",
-    **dict.fromkeys(
-        ("Comparison", "Sweep", "Uncertainty", "compare_runs", "run_sweep", "run_uncertainty"),
-        "fragfield.interface.studies",
-    ),
-}
-
-
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - what is asked for
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(_HOMES[name]), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "fragfield.errors": "NotDeterminedError",
+        "fragfield.interface.case": "Case",
+        "fragfield.interface.checking": "CheckResult check",
+        "fragfield.interface.hazard": "HazardDistance",
+        "fragfield.interface.results": "Run open",
+        "fragfield.interface.running": "run",
+        "fragfield.interface.studies": "Comparison Sweep Uncertainty compare_runs run_sweep run_uncertainty",
+        "fragfield.interface.tables": "Table",
+        "fragfield.terminal.progress": "Progress",
+        "fragfield_base.errors": "InputError NumericalStop",
+    },
+)

@@ -95,13 +95,17 @@ def merged(texts: Iterable[str]) -> list[dict[str, Any]]:
 
 
 def _key(text: str) -> str:
-    """Names a list, the sources of its kernels, processor and compiler."""
+    """Names a list, the sources of its kernels, processor and compiler.
+
+    Numba keeps what it compiles under the path of a source and its time: those of another checkout are others.
+    """
     folders = {tuple(kernel["kernel"].split(".")[:-2]) for kernel in json.loads(text)}
     sources = sorted(path for parts in folders for path in _folder_of(*parts).glob("*.py"))
     numba, target = importlib.import_module("numba"), importlib.import_module("numba.core.registry").cpu_target
     digest = hashlib.sha256(repr((numba.__version__, target.target_context.codegen().magic_tuple())).encode())
-    for content in (text.encode(), *(path.read_bytes() for path in sources)):
-        digest.update(content)
+    digest.update(text.encode())
+    for path in sources:
+        digest.update(f"{path} {path.stat().st_mtime_ns}".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from fragfield_base.kernel_cache import cache_root
+from tests.ranks import ROOT, Ranks, mpirun_command, mpirun_environment
 from tests.warm_up import folder_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
-ROOT = Path(__file__).resolve().parent.parent
 WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
 """Name of this process among those of pytest-xdist; empty where there are none."""
 
@@ -79,17 +79,9 @@ def mpirun() -> Callable[..., subprocess.CompletedProcess[str]]:
         cwd: Path = ROOT,
         threads: int = 1,
     ):
-        options = ["-n", str(ranks)]
-        if _is_open_mpi():
-            # A bound rank has one core, and then no second thread.
-            bound = threads == 1 and ranks <= len(os.sched_getaffinity(0)) and not WORKER  # others are on these cores
-            options += ["--oversubscribe", "--bind-to", "core" if bound else "none"]
         # The ranks share the cores: one thread each, unless a test needs both.
-        environment = {**os.environ, "NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"}
-        # Threads and ranks that wait leave the core to those that work: four threads on two cores took fifteen times
-        # the processor time of the work itself.
-        environment |= {"OMP_WAIT_POLICY": "passive", "OMPI_MCA_mpi_yield_when_idle": "1"}
-        command = ["mpirun", *options, sys.executable, *map(str, arguments)]
+        command = [*mpirun_command(ranks, threads), sys.executable, *map(str, arguments)]
+        environment = mpirun_environment(threads)
         done = subprocess.run(
             command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=timeout, check=False
         )
@@ -100,6 +92,14 @@ def mpirun() -> Callable[..., subprocess.CompletedProcess[str]]:
     return run
 
 
-def _is_open_mpi() -> bool:
-    version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, check=False)
-    return "Open MPI" in version.stdout or "open-mpi" in version.stdout.lower()
+@pytest.fixture(scope="session")
+def on_ranks() -> Iterator[Callable[..., str]]:
+    """Run a script on ranks that stay, `on_ranks(3, script, argument)`: see `tests.ranks`."""
+    started: dict[int, Ranks] = {}
+
+    def run(number: int, *arguments: str | Path) -> str:
+        return started.setdefault(number, Ranks(number)).run(*arguments)
+
+    yield run
+    for ranks in started.values():
+        ranks.close()

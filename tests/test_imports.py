@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import importlib
+import pkgutil
 import subprocess
 import sys
 from pathlib import Path
@@ -26,16 +28,30 @@ def top_level_modules(statement: str) -> set[str]:
 @pytest.mark.parametrize(
     ("statement", "forbidden"),
     [
-        ("import flight", (OURS - {"flight"}) | PARALLEL | PICTURES),
-        ("import transition", (OURS - {"transition", "flight"}) | PARALLEL | PICTURES),
+        ("from flight import *", (OURS - {"flight"}) | PARALLEL | PICTURES),
+        ("from transition import *", (OURS - {"transition", "flight"}) | PARALLEL | PICTURES),
         ("import burst_fenicsx.problem, burst_fenicsx.errors", (OURS - {"burst_fenicsx"}) | PARALLEL | PICTURES),
         ("import burst_fenicsx.materials, burst_fenicsx.kernels", (OURS - {"burst_fenicsx"}) | PARALLEL | PICTURES),
         ("import fragfield.cli", (OURS - {"fragfield"}) | PARALLEL | PICTURES),
+        ("import flight, transition, burst_fenicsx, fragfield.case, fragfield.checking.check", {"numba", "scipy"}),
     ],
 )
 def test_import_loads_only_what_it_needs(statement: str, forbidden: set[str]) -> None:
     loaded = top_level_modules(statement)
     assert not loaded & forbidden, f"`{statement}` loads {sorted(loaded & forbidden)}"
+
+
+@pytest.mark.parametrize("name", sorted(OURS))
+def test_every_public_name_is_loaded_when_it_is_used(name: str) -> None:
+    """A module of a public name would take its place once it is loaded."""
+    package = importlib.import_module(name)
+    assert set(package.__all__) <= set(dir(package))
+    modules = {module.name for module in pkgutil.iter_modules(package.__path__)}
+    for public in package.__all__:
+        found = getattr(package, public)
+        assert public not in modules or found is sys.modules[f"{name}.{public}"], public
+    with pytest.raises(AttributeError, match=f"module '{name}' has no attribute 'nothing'"):
+        _ = package.nothing
 
 
 def test_the_check_sees_an_import() -> None:

@@ -200,6 +200,17 @@ def test_what_takes_too_long_in_plain_python_ends_in_every_thread(trial):
     assert sum(os.times()[2:4]) - used < 15.0
 
 
+def test_a_test_that_goes_on_waiting_ends_its_process(trial, monkeypatch):
+    """As one whose thread was stopped with it: what was found before it counts."""
+    monkeypatch.setattr("tests.mutants.workshop._HUNG", 1.0)
+    (trial.tree / "tests/test_one.py").write_text(
+        "import threading\n\n\ndef test_quick():\n    pass\n\n\n"
+        "def test_stuck():\n    try:\n        while True:\n            pass\n"
+        "    finally:\n        threading.Event().wait()\n"
+    )
+    assert list(trial.usual(["tests/test_one.py"], plain=True)) == ["tests/test_one.py::test_quick"]
+
+
 def test_a_test_that_fails_without_a_fault_decides_nothing(trial):
     (trial.tree / "tests/test_one.py").write_text("def test_wrong():\n    assert False\n")
     with pytest.raises(RuntimeError, match=r"without a fault tests/test_one\.py fails: .*test_wrong"):

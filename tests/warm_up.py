@@ -1,10 +1,9 @@
 """`python -m tests.warm_up WORKERS`: compile the kernels once, before tests run side by side.
 
 Processes that start together would each compile the same kernels, and numba's cache cannot be written by several of
-them: it numbers the files of a function's signatures by what it finds there. So a short burst of each geometry is run
-first, one on each core, with break-up and flight; then every worker of pytest-xdist gets a cache of its own, which
-begins with links to what is there. What the workers have compiled besides is taken into the common cache before the
-next run.
+them: it numbers the files of a function's signatures by what it finds there. So the kernels of default runs are
+compiled first, one on each core; then every worker of pytest-xdist gets a cache of its own, which begins with links to
+what is there. What the workers have compiled besides is taken into the common cache before the next run.
 """
 
 from __future__ import annotations
@@ -13,12 +12,11 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fragfield.compile_ahead import MARKS
+from fragfield.compile_ahead import FOLDER, MARKS, compile_ahead
 from fragfield_base.kernel_cache import cache_root
 
 if TYPE_CHECKING:
@@ -72,36 +70,21 @@ def gather(root: Path, folder: Path, names: Iterable[str]) -> int:
     return found
 
 
-def main() -> int:
-    """Compile and link; the exit status is that of the short runs."""
+def main() -> None:
+    """Compile, take over and link."""
     workers = [f"gw{number}" for number in range(int(sys.argv[1]))]
     root = cache_root()
     if root is None:
-        return 0
+        return
     began = time.monotonic()
     command = [sys.executable, "-c", _CURRENT]
     names = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     taken = sum(gather(root, folder_of(root, worker), names) for worker in workers)
-    status = 0 if all((root / name).is_dir() for name in names) else _compile()
+    compiled = compile_ahead(sorted(FOLDER.glob("*.json")), len(workers), lambda *_: None)
     for worker in workers:
         link(root, folder_of(root, worker), names)
-    print(f"kernels: {taken} taken over, {time.monotonic() - began:.0f} s", flush=True)
-    return status
-
-
-def _compile() -> int:
-    """Run the short case in three dimensions to its burst, and its meridian through all stages, at the same time."""
-    from tests.fragfield.short_run import RINGS, SHORT, command
-
-    with tempfile.TemporaryDirectory(prefix="fragfield-warm-up-") as name:
-        folder, running = Path(name), []
-        for stage, text in (("burst", SHORT), ("run", RINGS)):
-            case = folder / f"{stage}.toml"
-            case.write_text(text)
-            arguments = command(stage, case, "--out", folder / stage, "--quiet")
-            running.append(subprocess.Popen(arguments, env={**os.environ, "NUMBA_NUM_THREADS": "1"}))
-        return max(abs(process.wait()) for process in running)
+    print(f"kernels: {compiled} compiled, {taken} taken over, {time.monotonic() - began:.0f} s", flush=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

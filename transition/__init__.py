@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from fragfield_base.burst_snapshot import SegmentRecord
-from transition.break_up import BreakUp, break_up, realisations
-from transition.cells.points import MaterialPoints
-from transition.errors import InputError
-from transition.law.mott import MottLaw
-from transition.law.samplers import Graded, Quantile, Sampler
-from transition.results import BreakUpResult, SegmentResult
-from transition.settings import BreakUpSettings
-from transition.snapshot import RoundData, Snapshot
+from typing import TYPE_CHECKING
+
+from fragfield_base.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from fragfield_base.burst_snapshot import SegmentRecord
+    from transition.breaking_up import BreakUp, break_up, realisations
+    from transition.cells.points import MaterialPoints
+    from transition.errors import InputError
+    from transition.law.mott import MottLaw
+    from transition.law.samplers import Graded, Quantile, Sampler
+    from transition.results import BreakUpResult, SegmentResult
+    from transition.settings import BreakUpSettings
+    from transition.snapshot import RoundData, Snapshot
 
 __all__ = [
     "BreakUp",
@@ -29,3 +34,18 @@ __all__ = [
     "break_up",
     "realisations",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "fragfield_base.burst_snapshot": "SegmentRecord",
+        "transition.breaking_up": "BreakUp break_up realisations",
+        "transition.cells.points": "MaterialPoints",
+        "transition.errors": "InputError",
+        "transition.law.mott": "MottLaw",
+        "transition.law.samplers": "Graded Quantile Sampler",
+        "transition.results": "BreakUpResult SegmentResult",
+        "transition.settings": "BreakUpSettings",
+        "transition.snapshot": "RoundData Snapshot",
+    },
+)

@@ -1,19 +1,22 @@
 """`python -m validation [NAME...] [--quick] [--json]`: run the cases, compare, print the table.
 
-Exit code 0 when every check passed, 1 when one failed, 2 for bad input, that of fragfield when a run failed; a case
-that cannot go on does not keep the others from being computed.
+Exit code 0 when every check passed, 1 when one failed or a result was not kept, 2 for bad input, that of fragfield when
+a run failed, 4 for a fault in a study; a case that cannot go on does not keep the others from being computed. What
+`--record` and `--readme` replace is kept case by case, and only by whole results: see `validation.keeping`.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import traceback
 from typing import TYPE_CHECKING
 
-from fragfield.errors import EXIT_INPUT, nearest
+from fragfield.errors import EXIT_FAULT, EXIT_INPUT, nearest
 from validation.axisymmetric import study as axisymmetric
 from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
+from validation.keeping import keep
 from validation.m107_1944 import study as m107_1944
 from validation.m107_convergence import study as m107_convergence
 from validation.m107_pair import study as m107_pair
@@ -23,9 +26,8 @@ from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
 from validation.plane_section import study as plane_section
 from validation.products import study as products
-from validation.readme import LADDER, README, insert_tables
-from validation.record import Outcome, entry, overview, read_record, write_record
-from validation.rows import print_rows, rows_table
+from validation.record import Outcome
+from validation.rows import print_rows
 from validation.runs import FOLDER, Runs, StudyError
 from validation.sensitivities import study as sensitivities
 from validation.solid import study as solid
@@ -33,7 +35,7 @@ from validation.stack_trends import study as stack_trends
 from validation.steel_tubes import study as steel_tubes
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from validation.options import Options
 
@@ -71,36 +73,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     folder = options.out.resolve() if options.out else FOLDER
     runs = Runs(folder, resume=options.resume, threads=options.threads, ranks=options.ranks)
     outcomes: dict[str, Outcome] = {}
-    codes = []
+    codes, left = [], False
     for name in options.names or CASES:
-        try:
-            outcomes[name] = Outcome(tuple(CASES[name](options, runs)))
-        except StudyError as error:
-            print(f"validation: {error}", file=sys.stderr)
-            outcomes[name] = Outcome((), str(error))
-            codes.append(error.code)
+        outcomes[name], code = computed(name, options, runs)
+        codes += [code] if code else []
+        if options.record or options.readme:
+            words = keep({name: outcomes[name]}, options, tuple(CASES), IN_FULL)
+            print(words, end="\n" if words else "", file=sys.stderr)
+            left |= bool(words)
     rows = [row for outcome in outcomes.values() for row in outcome.rows]
     if options.json:
         print(json.dumps([row.as_dict() for row in rows], indent=1))
     else:
         print_rows(rows)
-    if options.record or options.readme:
-        keep(outcomes, options)
-    return codes[0] if codes else int(any(row.passed is False for row in rows))
+    return codes[0] if codes else int(left or any(row.passed is False for row in rows))
 
 
-def keep(outcomes: Mapping[str, Outcome], options: Options) -> None:
-    """Write what was found into the record and into the tables of the READMEs; a part of a case is no case."""
-    if options.sensitivities or options.scaling:
-        return
-    known = read_record() | {name: entry(outcome, quick=options.quick) for name, outcome in outcomes.items()}
-    ordered = {name: known[name] for name in CASES if name in known}
-    if options.record:
-        write_record(ordered)
-    if options.readme:
-        insert_tables({"validation": overview(ordered, tuple(CASES))}, README)
-        full = {name: rows_table(outcome.rows) for name, outcome in outcomes.items() if name in IN_FULL}
-        insert_tables(full, LADDER)
+def computed(name: str, options: Options, runs: Runs) -> tuple[Outcome, int]:
+    """The outcome of a case and the exit code that it asks for; a study that cannot go on, or has a fault, says why."""
+    try:
+        return Outcome(tuple(CASES[name](options, runs))), 0
+    except StudyError as error:
+        print(f"validation: {error}", file=sys.stderr)
+        return Outcome((), str(error)), error.code
+    except Exception as error:  # noqa: BLE001 - of one study: the others, and what is recorded, must not suffer from it
+        traceback.print_exc()
+        print(f"validation: {name}: a fault in the study, see above", file=sys.stderr)
+        return Outcome((), f"{type(error).__name__}: {error}"), EXIT_FAULT
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ class Options:
     json: bool = False
     readme: bool = False
     record: bool = False
+    replace: bool = False
     resume: bool = False
     threads: int | None = None
     ranks: int = 1
@@ -48,6 +49,8 @@ def read_options(arguments: Sequence[str] | None, cases: Iterable[str], descript
     parser.add_argument("--json", action="store_true", help="rows as JSON on stdout")
     parser.add_argument("--readme", action="store_true", help="write the README's tables and pictures from the runs")
     parser.add_argument("--record", action="store_true", help="keep the rows where the report finds them")
+    fewer = "with --record or --readme: also by coarse cells or fewer rows than the record has"
+    parser.add_argument("--replace", action="store_true", help=fewer)
     parser.add_argument(
         "--resume", action="store_true", help="keep finished runs of the same case, continue the others"
     )

@@ -8,16 +8,19 @@ the others::
      "cases": {"copper_cylinder": {"date": ..., "fragfield": "0.1.0", "revision": ..., "versions": {...},
                                    "quick": false, "stopped": null, "rows": [{"case": ..., "quantity": ..., ...}]}}}
 
-`rows` are those of `python -m validation --json`; `stopped` is what a case that could not go on said.
+`rows` are those of `python -m validation --json`; `stopped` is what a case that could not go on said. The results that
+`validation.keeping` keeps out of the record lie beside it in the same format; NaN is null there.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from fragfield_base.writing import replacing
 from validation.readme import README
 from validation.rows import Row, markdown_table
 
@@ -53,8 +56,13 @@ def entry(outcome: Outcome, *, quick: bool) -> dict[str, Any]:
         "versions": found,
         "quick": quick,
         "stopped": outcome.stopped,
-        "rows": [row.as_dict() for row in outcome.rows],
+        "rows": [_finite(row.as_dict()) for row in outcome.rows],
     }
+
+
+def _finite(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row as JSON can hold it."""
+    return {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
 
 
 def read_record(path: Path = RECORD) -> dict[str, Any]:
@@ -75,10 +83,12 @@ def read_record(path: Path = RECORD) -> dict[str, Any]:
 
 
 def write_record(entries: Mapping[str, Any], path: Path = RECORD) -> None:
-    """Write all entries, in the order given."""
+    """Write all entries, in the order given; a file that was there is whole until the new one is."""
     path.parent.mkdir(parents=True, exist_ok=True)
     content = {"format": FORMAT, "format_version": FORMAT_VERSION, "cases": dict(entries)}
-    path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+    with replacing(path, OSError) as file:
+        file.write(text.encode("utf-8"))
 
 
 def overview(entries: Mapping[str, Any], order: Sequence[str]) -> str:

@@ -43,6 +43,11 @@ class Row:
         """The row as the machine-readable output has it."""
         return asdict(self)
 
+    @property
+    def has_numbers(self) -> bool:
+        """Whether no value is NaN or infinite; one that is not there by design is None."""
+        return all(value is None or math.isfinite(value) for value in (self.ours, self.reference, self.error))
+
 
 def compare(
     case: str, quantity: str, ours: float, reference: float, tolerance: float | None, source: str, unit: str = ""

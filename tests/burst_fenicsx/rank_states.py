@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +23,7 @@ from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from burst_fenicsx.simulation import BurstResult
 
@@ -115,8 +116,9 @@ def share_received(going: Simulation) -> float:
     return collisions.near_faces.received / len(collisions.surfaces.node) if collisions else 0.0
 
 
-def deal_at_random() -> None:
-    """Deal the cells to the ranks at random instead of in runs."""
+@contextmanager
+def dealt_at_random() -> Iterator[None]:
+    """Deal the cells to the ranks at random instead of in runs, within the block."""
     usual = assembled.distribute
 
     def at_random(comm, mesh, *, destination):
@@ -127,14 +129,17 @@ def deal_at_random() -> None:
         return usual(comm, mesh, destination=owner)
 
     assembled.distribute = at_random
+    try:
+        yield
+    finally:
+        assembled.distribute = usual
 
 
 def main() -> None:
     """Run on the ranks of MPI's world."""
     path, options = Path(sys.argv[1]), frozenset(sys.argv[2:])
-    if "random" in options:
-        deal_at_random()
-    going = burst(path.parent, MPI.COMM_WORLD, options)
+    with dealt_at_random() if "random" in options else nullcontext():
+        going = burst(path.parent, MPI.COMM_WORLD, options)
     result = going.finish()
     found, received = state(going), MPI.COMM_WORLD.allreduce(share_received(going), op=MPI.MAX)
     if found:

@@ -201,3 +201,22 @@ def test_a_cell_moves_with_the_mean_of_its_nodes():
     assert np.abs(state.volumes() / before - 1.0).max() > 0.05
     cube_of = cube().fields
     assert cube_of.volumes() == pytest.approx([EDGE**3], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("balanced", "left"),
+    [
+        (np.zeros((0, 3)), 1.0),
+        (np.array([[0.0, 0.0, 1.0]]), 5.0 / 13.0),
+        (np.array([[0.6, 0.8, 0.0]]), 12.0 / 13.0),  # all of (3, 4, 0)
+        (np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), 4.0 / 13.0),
+    ],
+)
+def test_momentum_that_images_balance_is_no_error(balanced, left):
+    """A cube that flies with (3, 4, 12) m/s: what remains across the directions of planes through it, over its size."""
+    solver = cube()
+    solver.fields.nodes.velocity[:] = [3.0, 4.0, 12.0]
+    solver.ledger.balanced, solver.ledger.energy_tolerance = balanced, np.inf
+    entry = solver.ledger.record(solver.fields, 0.0, 0.0, solver.resultant, 0.0)
+    assert entry.momentum_error == pytest.approx(left, rel=1e-12, abs=1e-14)
+    assert entry.kinetic == pytest.approx(0.5 * ELASTIC.density * EDGE**3 * 169.0, rel=1e-12)

@@ -125,7 +125,7 @@ def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_the_speeds_of_one(tmp_path, mpirun):
+def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
     """1e-9 of the speeds after 20 us; a random partition is not torn (the number of nodes is asserted on the way)."""
     result = simulate([tube()], SETTINGS, tmp_path, comm=MPI.COMM_SELF)
     script = tmp_path / "ranks.py"
@@ -169,7 +169,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, mpirun):
     )
     other = tmp_path / "two"
     other.mkdir()
-    mpirun(2, script, other)
+    on_ranks(2, script, other)
     two, one = np.load(other / "ranks.npz"), result.rounds[0]
     fastest = one.max_speed.max()
     np.testing.assert_allclose(two["mean"], one.mean_speed, rtol=1e-9, atol=1e-9 * fastest)

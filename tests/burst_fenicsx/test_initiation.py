@@ -204,7 +204,7 @@ def test_the_step_resolves_the_burn_once_the_charge_is_initiated():
 
 
 @pytest.mark.mpi
-def test_two_ranks_find_the_same_sources(tmp_path, mpirun):
+def test_two_ranks_find_the_same_sources(tmp_path, on_ranks):
     """A struck bar whose charge is shared by ranks: the source and all ignition times to the last bit."""
     expected = impact()
     end = expected.arrival + 20.0 * CELL / expected.shock
@@ -234,7 +234,7 @@ def test_two_ranks_find_the_same_sources(tmp_path, mpirun):
         )
     )
     found = tmp_path / "found.npz"
-    mpirun(2, script, found, repr(float(end)))
+    on_ranks(2, script, found, repr(float(end)))
     two, mesh, one = np.load(found), solver.fields.mesh, solver.initiation.sources[0]
     np.testing.assert_array_equal(two["source"], [one.time, one.cell, *one.place])
     np.testing.assert_array_equal(two["light"], mesh.gather_cells(solver.fields.charge.ignition_time))
@@ -286,9 +286,9 @@ def test_a_burst_that_waits_for_shock_goes_on_from_a_checkpoint(tmp_path, initia
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.slow), 3])
-def test_ranks_initiate_the_neighbour_alike(tmp_path, mpirun, initiated_by_neighbour, ranks):
+def test_ranks_initiate_the_neighbour_alike(tmp_path, on_ranks, initiated_by_neighbour, ranks):
     path = tmp_path / "state.npz"
-    mpirun(ranks, "-m", "tests.burst_fenicsx.rank_states", path, "random", *SHOCK)
+    on_ranks(ranks, "-m", "tests.burst_fenicsx.rank_states", path, "random", *SHOCK)
     found = {name: values for name, values in np.load(path).items() if name not in OF_RANKS}
     assert differences(state(initiated_by_neighbour), found) == []
 

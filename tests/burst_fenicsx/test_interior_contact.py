@@ -166,11 +166,11 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_ranks_change_no_bit_of_interior_contact(tmp_path, mpirun):
+def test_ranks_change_no_bit_of_interior_contact(tmp_path, on_ranks):
     """Places, contact forces and the deepest interior node on three ranks are those on one."""
     script = tmp_path / "states.py"
     script.write_text(STATES)
-    alone, together = (mpirun(ranks, script).stdout.strip().splitlines()[-1] for ranks in (1, 3))
+    alone, together = (on_ranks(ranks, script).strip().splitlines()[-1] for ranks in (1, 3))
     assert float.fromhex(alone.split()[-1]) > 0.0
     assert together == alone
 

@@ -94,19 +94,18 @@ def test_a_signal_in_the_middle_of_a_step_is_resumed_bitwise(whole, tmp_path, mo
     assert folder == whole[0]
 
 
-def test_a_signal_in_the_middle_of_an_output_keeps_the_state(whole, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "calls",
+    [
+        pytest.param([(TimeSeries, "_grid", 2)], id="in the middle of an output"),
+        # The second Ctrl-C ends at once and writes nothing of the broken step.
+        pytest.param([(BurstSolver, "check_cells", 2), (BurstSolver, "add_forces", 5)], id="twice"),
+    ],
+)
+def test_ctrl_c_keeps_the_state(whole, tmp_path, monkeypatch, calls):
     with monkeypatch.context() as patch:
-        _signal_within(patch, TimeSeries, "_grid", 2, signal.SIGINT)
-        with pytest.raises(KeyboardInterrupt):
-            _run(tmp_path)
-    _run(tmp_path, resume=True)
-    _assert_equal(tmp_path, whole[0])
-
-
-def test_a_second_ctrl_c_ends_at_once_and_writes_nothing_of_the_broken_step(whole, tmp_path, monkeypatch):
-    with monkeypatch.context() as patch:
-        _signal_within(patch, BurstSolver, "check_cells", 2, signal.SIGINT)
-        _signal_within(patch, BurstSolver, "add_forces", 5, signal.SIGINT)
+        for owner, method, number in calls:
+            _signal_within(patch, owner, method, number, signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             _run(tmp_path)
     _run(tmp_path, resume=True)

@@ -75,11 +75,11 @@ if comm.rank == 0:
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3, 4])
-def test_both_sides_of_a_split_are_where_either_is(tmp_path, mpirun, ranks):
+def test_both_sides_of_a_split_are_where_either_is(tmp_path, on_ranks, ranks):
     """Two split rounds on 1-4 ranks, in runs of cells and at random: ghosts, names, number of nodes, local nodes."""
     script = tmp_path / "distribution.py"
     script.write_text(textwrap.dedent(DISTRIBUTION))
-    assert mpirun(ranks, script).stdout.strip() == "distributed"
+    assert on_ranks(ranks, script).strip() == "distributed"
 
 
 @pytest.fixture(scope="module")
@@ -125,10 +125,10 @@ def contents(path):
         ),
     ],
 )
-def test_ranks_change_no_bit(tmp_path, mpirun, pair, ranks, partition):
+def test_ranks_change_no_bit(tmp_path, on_ranks, pair, ranks, partition):
     """Two tubes that meet, with contact, leakage and bonds: fields, histories, ledger, segments, summary."""
     path = tmp_path / "state.npz"
-    mpirun(ranks, "-m", "tests.burst_fenicsx.rank_states", path, partition)
+    on_ranks(ranks, "-m", "tests.burst_fenicsx.rank_states", path, partition)
     found = dict(np.load(path))
     assert found.pop("ranks") == ranks
     received = found.pop("received")
@@ -150,15 +150,15 @@ def test_ranks_with_threads_change_no_bit(tmp_path, mpirun, pair):
 
 
 @pytest.mark.parametrize("options", [("shared",), ("shared", "full", "jwl")])
-def test_ranks_change_no_bit_without_contact(tmp_path, mpirun, options):
+def test_ranks_change_no_bit_without_contact(tmp_path, on_ranks, options):
     """Charge and casing on the same nodes, both quadratures, by two product models, cells dealt at random."""
     alone = state(burst(tmp_path, MPI.COMM_SELF, frozenset(options)))
     path = tmp_path / "state.npz"
-    mpirun(3, "-m", "tests.burst_fenicsx.rank_states", path, "random", *options)
+    on_ranks(3, "-m", "tests.burst_fenicsx.rank_states", path, "random", *options)
     assert differences(alone, {name: values for name, values in np.load(path).items() if name not in OF_RANKS}) == []
 
 
-def test_ranks_change_no_bit_of_half_rounds(tmp_path, mpirun):
+def test_ranks_change_no_bit_of_half_rounds(tmp_path, on_ranks):
     """A half and a quarter of tubes that meet, on one rank and on two: every bit, and all rounds in the files."""
     alone = tmp_path / "alone"
     alone.mkdir()
@@ -167,7 +167,7 @@ def test_ranks_change_no_bit_of_half_rounds(tmp_path, mpirun):
     assert [len(cuts) for cuts in going.part.cuts] == [1, 2]
     assert going.solver.contact.penetrations.collision > 0.0
     path = tmp_path / "state.npz"
-    mpirun(2, "-m", "tests.burst_fenicsx.rank_states", path, "random", "symmetry")
+    on_ranks(2, "-m", "tests.burst_fenicsx.rank_states", path, "random", "symmetry")
     found = dict(np.load(path))
     assert found.pop("ranks") == 2
     assert found.pop("received") > 0.0
@@ -179,7 +179,7 @@ def test_ranks_change_no_bit_of_half_rounds(tmp_path, mpirun):
         assert [file[f"rounds/{k}"].attrs["name"] for k in range(3)] == ["tube_-1", "tube_0", "tube_1"]
 
 
-def test_ranks_change_no_bit_at_walls_nor_after_a_resume(tmp_path, mpirun):
+def test_ranks_change_no_bit_at_walls_nor_after_a_resume(tmp_path, on_ranks):
     """Two planes with friction, three ranks; then one rank goes on from the checkpoint of the three."""
     alone, several, resumed = (tmp_path / name for name in ("alone", "several", "resumed"))
     alone.mkdir()
@@ -190,7 +190,7 @@ def test_ranks_change_no_bit_at_walls_nor_after_a_resume(tmp_path, mpirun):
     assert going.contact.penetrations.plane > 0.0
     assert going.contact.penetrations.collision > 0.0
     assert going.contact.impulse.given()[0] > 0.0
-    mpirun(3, "-m", "tests.burst_fenicsx.rank_states", several / "state.npz", "random", *options)
+    on_ranks(3, "-m", "tests.burst_fenicsx.rank_states", several / "state.npz", "random", *options)
     assert (several / "state.json").read_text() == expected
     shutil.copytree(several, resumed)
     again = tubes(resumed, MPI.COMM_SELF, options)

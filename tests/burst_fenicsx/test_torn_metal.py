@@ -264,10 +264,10 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_ranks_change_no_bit_where_metal_tears(tmp_path, mpirun):
+def test_ranks_change_no_bit_where_metal_tears(tmp_path, on_ranks):
     script = tmp_path / "states.py"
     script.write_text(STATES)
-    alone, together = (mpirun(ranks, script).stdout.strip().splitlines()[-1] for ranks in (1, 3))
+    alone, together = (on_ranks(ranks, script).strip().splitlines()[-1] for ranks in (1, 3))
     assert int(alone.split()[-1]) > 10
     assert together == alone
 

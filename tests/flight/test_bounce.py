@@ -123,6 +123,23 @@ def test_slide_across_an_incline_turns_downhill() -> None:
     assert row["rest_position"][1] == pytest.approx(end[1], rel=0.02)
 
 
+def test_the_shorter_side_of_cells_bounds_the_parts_of_a_slide() -> None:
+    """Over z = c x y, which cells of any shape hold exactly: oblong ones do as well as square ones of that side."""
+    twist, start, speed = 0.02, (-11.3, -9.1), (9.0, 7.0)
+    rise = twist * (start[1] * speed[0] + start[0] * speed[1])
+    shot = Fragments.from_arrays(0.01, (*start, twist * start[0] * start[1] + 1e-6), (*speed, rise))
+    rest = []
+    for steps in ((2.0, 2.0), (2.0, 20.0), (20.0, 2.0)):
+        x, y = (np.linspace(-80.0, 80.0, round(160.0 / step) + 1) for step in steps)
+        ground = HeightMap(twist * np.outer(y, x), steps, (-80.0, -80.0))
+        row = fly(shot, air="vacuum", ground=ground, bounce=Bounce(0.0, 1.0, 0.25)).landing[0]
+        assert row["rest_status"] == Status.LANDED
+        rest.append(row["rest_position"])
+    for other in rest[1:]:
+        assert other == pytest.approx(rest[0], abs=0.1)
+    assert math.dist(rest[0][:2], start) > 20.0
+
+
 def test_steeper_than_friction_slides_off_the_map() -> None:
     ground = incline(30.0, reach=200.0)
     row = fly(drop(1.0), air="vacuum", ground=ground, bounce=Bounce(0.0, 0.0, 0.3)).landing[0]

@@ -6,19 +6,24 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import RK45
 from scipy.interpolate import BPoly
 
+from flight.drag import Drag
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
+from flight.kernels import motion
 from flight.kernels.collision import _closing
 from flight.kernels.events import ending
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
+from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
 from flight.kernels.near_ground import _cell_of, _nearest
 from flight.kernels.rebound import _leave_on_chord
 from flight.kernels.roots import STACK_SHAPE
 from flight.kernels.surfaces import PIECES_SHAPE
 from flight.kernels.terrain import Terrain
+from flight.scene.air import ConstantAir
 
 NOWHERE = Limits(
     ground=math.nan, origin_x=0.0, origin_y=0.0, domain_radius=math.inf, ceiling=math.inf, floor=-math.inf,
@@ -144,3 +149,38 @@ def test_two_paths_close_by_the_rate_of_their_distance() -> None:
         else:
             assert not _closing(relative, length, theta, 0.0)
     assert 15 < closing < 45
+
+
+def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
+    """Beside scipy's RK45 with its own table of coefficients: drag with one coefficient in air of one density."""
+    area, gravity, step, density = 0.05, 9.81, 0.01, 1.2
+    rows, bins, per_mach = Drag.constant(1.0).table()
+    table = ConstantAir(density).table()
+    around = Surroundings(
+        table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, per_mach, np.zeros((0, 9)), gravity
+    )
+    start = np.array([[0.0, 0.0, 100.0, 700.0, -200.0, 150.0], [0.0, 0.0, 50.0, -20.0, 900.0, -300.0]])
+    q = np.zeros((ROWS, LANES))
+    for lane in range(LANES):
+        q[:6, lane] = start[lane % 2]
+    q[motion.STEP], q[motion.AREA] = step, area
+    q[motion.HEIGHT], q[motion.RELATIVE : motion.RELATIVE + 3] = q[2], q[3:6]
+    q = q.ravel()
+    accelerate(q, motion.SLOPE, around)
+    take_step(q, around)
+    found = q.reshape(ROWS, LANES)
+
+    def fall(y):
+        drag = -area * density * np.linalg.norm(y[3:]) * y[3:]
+        return np.concatenate([y[3:], drag - [0.0, 0.0, gravity]])
+
+    for lane, y in enumerate(start):
+        slopes = np.empty((7, 6))
+        for stage in range(6):
+            slopes[stage] = fall(y + step * RK45.A[stage, :stage] @ slopes[:stage])
+        new = y + step * RK45.B @ slopes[:6]
+        slopes[6] = fall(new)
+        error = step * slopes.T @ RK45.E
+        np.testing.assert_allclose(found[motion.NEW : motion.NEW + 6, lane], new, rtol=1e-12, atol=1e-12)
+        assert found[motion.PLACE_ERROR, lane] == pytest.approx(float(error[:3] @ error[:3]), rel=1e-6)
+        assert found[motion.VELOCITY_ERROR, lane] == pytest.approx(float(error[3:] @ error[3:]), rel=1e-6)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -133,6 +134,20 @@ def test_a_list_is_compiled_once_for_its_text_and_the_kernels_sources(empty_cach
     path.write_text(json.dumps(_quick(2)))
     assert compile_ahead([path], 2, lambda *_: None) == 2
     assert len(counted) == 2
+
+
+def test_kernels_of_another_checkout_are_compiled_there(monkeypatch, tmp_path):
+    """Numba finds what it has kept by path and time of the source; the same text elsewhere, or touched, is another."""
+    keys = []
+    for name, time in (("one", 1), ("two", 1), ("two", 2), ("one", 1)):
+        source = tmp_path / name / "kernel.py"
+        source.parent.mkdir(exist_ok=True)
+        source.write_text("x = 1\n")
+        os.utime(source, (time, time))
+        monkeypatch.setattr(ahead, "_folder_of", lambda *_, folder=source.parent: folder)
+        keys.append(ahead._key(json.dumps(_quick(1))))
+    assert keys[0] == keys[3]
+    assert len(set(keys)) == 3
 
 
 def test_a_list_of_which_a_kernel_failed_is_tried_again(empty_cache, monkeypatch):

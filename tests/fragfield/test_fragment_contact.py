@@ -60,5 +60,5 @@ def test_without_contact_nothing_of_it_is_left(tmp_path) -> None:
     assert "contact" not in fly(tmp_path, "")
     assert not list((tmp_path / "out").glob("contacts.*"))
     rows = rows_of_the_report(tmp_path)
-    assert rows["Presented areas"][0] == "as given"
+    assert rows["Presented areas"] == ("as given", "shape factor 2,600 kg/m³")
     assert "Impacts between fragments" not in rows

@@ -83,6 +83,13 @@ def test_every_error_has_a_code_and_words(error, code, words):
     assert words in message_of(error)
 
 
+def _python(script):
+    """A script in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
+    )
+
+
 def _shell(line, *arguments, **variables):
     """A command in a shell, `$FF` for the program."""
     known = {**environment(), "FF": shlex.join(command()), **variables}
@@ -156,9 +163,7 @@ def test_a_signal_after_the_work_changes_nothing(kind):
         "sys.argv = ['fragfield', '--version']\n"
         "main()\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
-    )
+    done = _python(script)
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -181,9 +186,7 @@ def test_what_libraries_log_is_no_message_of_a_command():
         "    logging.getLogger('fragfield.some').warning('of ours')\n"
         "logging.getLogger('tifffile').error('afterwards')\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
-    )
+    done = _python(script)
     assert done.stderr == "warning: of ours\nafterwards\n"
 
 
@@ -202,11 +205,10 @@ def test_a_signal_within_a_call_back_of_a_library_is_not_lost(kind):
         "        time.sleep(0.05)\n"
         "fragfield.check = work\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup has it ignored
         "sys.argv = ['fragfield', 'check', 'none.toml']\n"
         "main()\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(), check=False
-    )
+    done = _python(script)
     assert done.returncode == 130, done.stderr
     assert done.stderr == "fragfield: interrupted; what was written stays, --resume goes on from there\n"

@@ -87,7 +87,13 @@ def test_check_does_not_warn_where_the_mean_mass_is_given():
         (
             {"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]},
             "warning",
-            "No published mean fragment masses are close to round “a”: x; y.",
+            "No published mean fragment masses are close to round “a”: x; y. No stated factor covers it.",
+        ),
+        ({"outside_data": [{"round": "a", "text": "x"}]}, "note", "Where published data are near, it is uncertain by"),
+        (
+            {"outside_data": [{"round": "a", "text": "x"}], "factor_source": "input"},
+            "note",
+            "“mott”. It is uncertain by",
         ),
     ],
 )

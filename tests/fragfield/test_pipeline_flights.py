@@ -33,13 +33,13 @@ def test_fragments_of_ones_own_fly_without_dolfinx(tmp_path):
 
 
 @pytest.mark.dolfinx
-def test_fragments_from_elsewhere_do_not_replace_those_of_a_run(whole_run, short_case, tmp_path):
+def test_fragments_from_elsewhere_do_not_replace_those_of_a_run(run_copy, short_case, tmp_path):
     own = tmp_path / "mine.csv"
     own.write_text("mass_kg,vx_m_s,vy_m_s,vz_m_s,z_m\n0.01,800,0,100,1\n")
-    done = invoke("fly", short_case, "--fragments", own, "--out", whole_run[0])
+    done = invoke("fly", short_case, "--fragments", own, "--out", run_copy)
     assert done.exit_code == 2
     assert "holds fragments of its own break-up" in done.stderr
-    assert (whole_run[0] / "landing.h5").is_file()
+    assert (run_copy / "landing.h5").is_file()
 
 
 def test_fragments_driven_below_the_ground_start_on_it(tmp_path):

@@ -32,11 +32,11 @@ def test_another_seed_breaks_up_again_and_keeps_the_burst(whole_run, run_copy, s
 
 
 @pytest.mark.dolfinx
-def test_a_stage_into_another_folder_leaves_the_run_alone(whole_run, tmp_path):
-    before = sorted((path.name, path.stat().st_mtime_ns) for path in whole_run[0].iterdir())
-    done = invoke("fly", whole_run[0], "--out", tmp_path / "again", "--json")
+def test_a_stage_into_another_folder_leaves_the_run_alone(run_copy, tmp_path):
+    before = sorted((path.name, path.stat().st_mtime_ns) for path in run_copy.iterdir())
+    done = invoke("fly", run_copy, "--out", tmp_path / "again", "--json")
     assert done.exit_code == 0, done.stderr
-    assert sorted((path.name, path.stat().st_mtime_ns) for path in whole_run[0].iterdir()) == before
+    assert sorted((path.name, path.stat().st_mtime_ns) for path in run_copy.iterdir()) == before
     assert {"burst", "break_up", "flight", "witness"} <= set(json.loads(done.stdout))
     assert (tmp_path / "again" / "fragments.h5").is_file()
 

@@ -75,7 +75,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     try:
         return (yield)
     finally:
-        _WATCH.end = math.inf
+        _WATCH.end = _WATCH.hung = math.inf
         with Path(_PLAN["record"]).open("a") as file:
             file.write(json.dumps({**found, "seconds": round(_seconds() - begin, 3)}) + "\n")
 
@@ -97,14 +97,17 @@ class _Watch(threading.Thread):
     def __init__(self) -> None:
         super().__init__(daemon=True)
         self.end = math.inf  # of the process's time (s)
+        self.hung = math.inf  # on the clock (s), once a test has been stopped
 
     def run(self) -> None:
         """Look again and again."""
         while True:
             time.sleep(0.02)
+            if time.monotonic() > self.hung:
+                os._exit(1)
             if time.process_time() < self.end:
                 continue
-            self.end = math.inf
+            self.end, self.hung = math.inf, time.monotonic() + _PLAN["hung"]
             main = threading.main_thread()
             for thread in threading.enumerate():
                 if thread not in (main, self) and thread.ident is not None:

@@ -32,6 +32,7 @@ _FILES = ("pyproject.toml",)
 _LIMITED = 'ulimit -v 16000000; ulimit -c 0; ulimit -t "$1"; shift; exec "$@"'
 _COMPILING = 300.0  # processor s that kernels may take to compile, besides three times what the tests take usually
 _WAITING = 10.0  # times the processor seconds that a trial may last
+_HUNG = 30.0  # s that a test may still wait once it has been stopped
 _INTERPRETED = 0.6  # processor s a test may take in plain Python
 _CACHES = """
 from burst_fenicsx.kernels import lanes
@@ -224,6 +225,7 @@ class Workshop:
             "PYTHONDONTWRITEBYTECODE": "1",
             "NUMBA_CACHE_DIR": str(self.cache),
             "NUMBA_NUM_THREADS": "1",
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # none is used in a trial, and loading them takes most of a second
         }
 
     def _run(
@@ -235,7 +237,7 @@ class Workshop:
         record.unlink(missing_ok=True)
         plan.write_text(
             json.dumps(
-                {"order": order, "only": plain and bool(order), "limit": cap, "decisive": decisive,
+                {"order": order, "only": plain and bool(order), "limit": cap, "hung": _HUNG, "decisive": decisive,
                  "record": str(record)}
             )
         )  # fmt: skip

@@ -79,12 +79,12 @@ def around(axis, angles, generator):
 @pytest.mark.parametrize(
     "axis", [(0.0, 0.0, 2.0), (0.0, -1.0, 0.0), (3.0, 0.0, 0.0), (0.3, -0.5, 0.8), (1.0, 1.0, 1.0)]
 )
-@pytest.mark.parametrize("gap", [0.0, 1.0])
-def test_a_cut_from_an_axis_goes_round_it_once(axis, gap):
+@pytest.mark.parametrize(("gap", "turn"), [(0.0, 0.0), (1.0, 0.0), *((0.4, 0.7 * k) for k in range(9))])
+def test_a_cut_from_an_axis_goes_round_it_once(axis, gap, turn):
     """Keys rise or fall with the angle about the axis, once round: those of an arc from one of its ends on."""
     generator, axis = np.random.default_rng(8), np.array(axis)
     angles = np.sort(generator.uniform(0.5 * gap, 2.0 * np.pi - 0.5 * gap, 400))
-    rows, centre = around(axis, angles, generator)
+    rows, centre = around(axis, angles + turn, generator)
     senses = set()
     for side in (1.0, -1.0):
         q = np.empty(9)

@@ -1,14 +1,18 @@
-"""What holds for all cases of the ladder: soundness first, a record by case, one stop that does not stop the rest."""
+"""What holds for all cases of the ladder: soundness first, a record by case, one stop that does not stop the rest.
+
+What is recorded is replaced by whole results only.
+"""
 
 from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 from validation import __main__ as ladder
-from validation import record
+from validation import keeping, record
 from validation.rows import compare, rows_table, within
 from validation.runs import StudyError
 from validation.soundness import all_passed, sound
@@ -72,25 +76,93 @@ def test_the_exit_code_shows_failure(monkeypatch, tmp_path, capsys, passed, code
     assert ("MISSED" in capsys.readouterr().out) is not passed
 
 
-def test_the_record_keeps_the_cases_that_were_not_computed_again(monkeypatch, tmp_path, capsys):
+@pytest.fixture
+def kept(monkeypatch, tmp_path, capsys):
+    """Run the ladder with a record of the test's own: `kept(arguments, studies)` is exit code, messages and record."""
     path = tmp_path / "data" / "validation.json"
-    monkeypatch.setattr(ladder, "read_record", lambda: record.read_record(path))
-    monkeypatch.setattr(ladder, "write_record", lambda entries: record.write_record(entries, path))
-    studies = {"one": lambda *_: [_row(True)], "two": lambda *_: [_row(False)], "three": _stops}
-    _run(monkeypatch, tmp_path, ["two", "--quick", "--record"], studies)
-    _run(monkeypatch, tmp_path, ["one", "three", "--record"], studies)
-    capsys.readouterr()
-    entries = record.read_record(path)
-    assert list(entries) == ["one", "two", "three"]
+    monkeypatch.setattr(keeping, "RECORD", path)
+
+    def run(arguments, studies):
+        code = _run(monkeypatch, tmp_path, arguments, studies)
+        return code, capsys.readouterr().err, record.read_record(path)
+
+    return run
+
+
+def test_the_record_keeps_the_cases_that_were_not_computed_again(kept):
+    studies = {"one": lambda *_: [_row(True)], "two": lambda *_: [_row(False)]}
+    assert kept(["two", "--quick", "--record"], studies)[0] == 1
+    code, words, entries = kept(["one", "--record"], studies)
+    assert (code, words, list(entries)) == (0, "", ["one", "two"])
     assert (entries["one"]["quick"], entries["two"]["quick"]) == (False, True)
     assert entries["one"]["fragfield"] == entries["one"]["versions"]["fragfield"]
     assert entries["one"]["rows"][0]["quantity"] == "speed"
-    assert entries["three"]["stopped"] == "the burst ended with exit code 3"
     table = record.overview(entries, (*studies, "four"))
     assert "| `one` | 1 | 1 | none |" in table
     assert "| `two` | 1 | 0 | speed +1.0 % |" in table
-    assert "stopped: the burst ended with exit code 3" in table
     assert "| `four` | - | - | not computed |" in table
+
+
+def test_a_case_that_had_stopped_is_shown_so():
+    stopped = record.entry(record.Outcome((), "the burst ended with exit code 3"), quick=False)
+    assert "stopped: the burst ended with exit code 3" in record.overview({"one": stopped}, ("one",))
+
+
+def _faulty(*_):
+    return [_row(True), 1 // 0]
+
+
+_NO_NUMBER = within("one", "n", math.nan, 0.0, 2.0, "own")
+
+
+@pytest.mark.parametrize(
+    ("study", "arguments", "code", "why", "rows"),
+    [
+        (_stops, [], 3, "stopped: the burst ended with exit code 3", []),
+        (_faulty, [], 4, "stopped: ZeroDivisionError: integer division or modulo by zero", []),
+        (lambda *_: [], [], 1, "there are no rows", []),
+        (lambda *_: [_row(True), _row(True), _NO_NUMBER], [], 1, "rows without a number: n", ["speed", "speed", "n"]),
+        (lambda *_: [_row(True)], [], 1, "1 rows, the record has 2, among them mass", ["speed"]),
+        (lambda *_: [_row(True), _row(True)], ["--quick"], 1, "these are coarse cells (--quick)", ["speed", "speed"]),
+    ],
+)
+def test_only_a_whole_result_replaces_the_record(kept, tmp_path, study, arguments, code, why, rows):
+    good = {"one": lambda *_: [_row(True), replace(_row(True), quantity="mass")], "two": lambda *_: [_row(True)]}
+    _, _, before = kept(["--record"], good)
+    found, words, entries = kept(["--record", *arguments], {"one": study, "two": good["two"]})
+    beside = tmp_path / "data" / "validation.partial.json"
+    assert found == code
+    assert f"one: the record not replaced: {why}" in words
+    assert words.rstrip().endswith(f"the result is in {beside}")
+    assert entries["one"] == before["one"]
+    partial = record.read_record(beside)
+    assert [row["quantity"] for row in partial["one"]["rows"]] == rows
+    assert partial["one"]["stopped"] == (why.removeprefix("stopped: ") if why.startswith("stopped") else None)
+    # A whole result replaces the record again, and what lay beside it goes.
+    assert kept(["--record"], good)[0] == 0
+    assert not beside.exists()
+
+
+def test_an_interruption_keeps_what_was_whole_before_it(kept, tmp_path):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        kept(["--record"], {"one": lambda *_: [_row(True)], "two": interrupted})
+    assert list(record.read_record(tmp_path / "data" / "validation.json")) == ["one"]
+
+
+@pytest.mark.parametrize("arguments", [["--quick"], []])
+def test_fewer_rows_and_coarse_cells_replace_the_record_where_that_is_asked_for(kept, arguments):
+    kept(["--record"], {"one": lambda *_: [_row(True), _row(True)]})
+    code, words, entries = kept(["--record", "--replace", *arguments], {"one": lambda *_: [_row(True)]})
+    assert (code, words, len(entries["one"]["rows"])) == (0, "", 1)
+
+
+def test_replace_takes_no_result_with_a_fault(kept):
+    kept(["--record"], {"one": lambda *_: [_row(True)]})
+    code, _, entries = kept(["--record", "--replace"], {"one": _stops})
+    assert (code, len(entries["one"]["rows"])) == (3, 1)
 
 
 def test_a_foreign_record_is_refused(tmp_path):
@@ -105,15 +177,19 @@ def test_the_tables_of_the_readmes_are_written(monkeypatch, tmp_path, capsys):
     front, full = tmp_path / "README.md", tmp_path / "LADDER.md"
     front.write_text("<!-- begin validation -->\n<!-- end validation -->\n", encoding="utf-8")
     full.write_text("<!-- begin one -->\n<!-- end one -->\n", encoding="utf-8")
-    monkeypatch.setattr(ladder, "LADDER", full)
-    monkeypatch.setattr(ladder, "read_record", dict)
-    monkeypatch.setattr(ladder, "README", front)
+    monkeypatch.setattr(keeping, "LADDER", full)
+    monkeypatch.setattr(keeping, "RECORD", tmp_path / "none.json")
+    monkeypatch.setattr(keeping, "README", front)
     rows = [_row(True), within("one", "n", 3.0, 0.0, 2.0, "own")]
     _run(monkeypatch, tmp_path, ["--readme"], {"one": lambda *_: rows})
     capsys.readouterr()
     assert "| `one` | 2 | 1 | n +1 |" in front.read_text(encoding="utf-8")
     assert "| speed | 101 m/s | 100 m/s | +1.0 % | 2 % | passed | book |" in full.read_text(encoding="utf-8")
     assert "| n | 3 | 2 | +1 | 0 to 2 | MISSED | own |" in rows_table(rows)
+    before = front.read_text(encoding="utf-8"), full.read_text(encoding="utf-8")
+    assert _run(monkeypatch, tmp_path, ["--readme"], {"one": _stops}) == 3
+    assert "one: tables not replaced: stopped: the burst" in capsys.readouterr().err
+    assert (front.read_text(encoding="utf-8"), full.read_text(encoding="utf-8")) == before
 
 
 @pytest.mark.parametrize(

@@ -47,14 +47,16 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
     if part is None:
         return []
     law = "is given" if part["law"] == "given" else f"follows the law “{part['law']}”"
+    own = part["factor_source"] == "input"
     if part["factor"] is None:
         stated = f"No factor of its uncertainty is stated: {part['factor_source']}. Set `break_up.mean_mass_factor`."
     else:
-        source = "as given in the case" if part["factor_source"] == "input" else part["factor_source"]
+        source = "as given in the case" if own else part["factor_source"]
+        known = "Where published data are near, it" if part["outside_data"] and not own else "It"
         stated = (
-            f"It is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric standard "
-            f"deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and compare the "
-            "distances."
+            f"{known} is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric "
+            f"standard deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and "
+            "compare the distances."
         )
     found = [Finding("note", f"The mean fragment mass {law}. {stated}")]
     by_round: dict[str, list[str]] = {}
@@ -63,8 +65,8 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
     found += [
         Finding(
             "warning",
-            f"No published mean fragment masses are close to round “{name}”: {'; '.join(texts)}. No stated factor "
-            "covers it.",
+            f"No published mean fragment masses are close to round “{name}”: {'; '.join(texts)}."
+            + ("" if own else " No stated factor covers it."),
         )
         for name, texts in by_round.items()
     ]

@@ -36,7 +36,7 @@ _BURST = {
     "mean_initial_speed": ("Mean initial speed, by mass", "m/s"),
     "speed_90": ("Speed not exceeded by 90 % of the casings' mass", "m/s"),
     "speed_99": ("Speed not exceeded by 99 % of the casings' mass", "m/s"),
-    "max_initial_speed": ("Largest initial speed, mean of a cell (not converging: see grid convergence)", "m/s"),
+    "max_initial_speed": ("Largest initial speed, mean of a cell (of ever less mass as cells get smaller)", "m/s"),
     "outer_diameter": ("Outer diameter at the end", "m"),
     "casing_mass": ("Mass of the casings", "kg"),
     "charge_mass": ("Mass of the charges", "kg"),
@@ -205,7 +205,8 @@ def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
     if "spread" in area:
         words += f", spread {area['spread']:g}"
     low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))
-    yield row("Presented areas", words, "", f"shape factor {low} to {high} kg/m³ for 90 % of the fragments")
+    factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
+    yield row("Presented areas", words, "", f"shape factor {factors}")
 
 
 def _contact_rows(contact: Mapping[str, Any]) -> Iterator[Row]:

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.problem import Hourglass, Part, Viscosity
 from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, rectangle, ring_burst
 from tests.burst_fenicsx.boxes import BARE, CONTROLLED, ELASTIC, TNT
@@ -200,6 +201,21 @@ def test_products_below_less_than_half_of_the_charges_volume_give_up_their_force
         assert bool(np.abs(solver.resultant).max() == 0.0) is gone
         assert bool(state.charge.pressure[0] == 0.0) is gone
         assert not gone or np.isinf(solver.stable_step)
+
+
+def test_all_crushed_rings_of_a_block_are_released_and_keep_their_volume():
+    """Whole blocks of them: the volume that counts stays that of before, however far they are pressed on."""
+    mesh = rectangle((2 * LANES, 1), (5e-3, 5e-3 + 2 * LANES * EDGE), EDGE, Part.CHARGE)
+    solver = ring_burst(mesh, replace(BARE, products="landau", burn="time"))
+    state = solver.fields
+    state.charge.burn_fraction[:] = 1.0
+    before = state.grid.volume.copy()
+    for relative in (0.4, 0.1):
+        state.nodes.position[:, 2] = relative * state.start[:, 2]
+        solver.add_forces(0.0)
+        assert state.released.all()
+        assert np.abs(solver.resultant).max() == 0.0
+        np.testing.assert_array_equal(state.grid.volume, before)
 
 
 def test_a_ring_that_is_nearly_burnt_burns_on_by_compression():
