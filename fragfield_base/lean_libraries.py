@@ -3,8 +3,8 @@
 Numba optimises and turns to machine code every function that it compiles. A kernel that calls others has them in its
 own code, though, so theirs is never run, nor is that of what numba wraps around a loop over threads. While a kernel is
 compiled for its callers, it is kept as LLVM's code, and the wrappers are left for the caller to optimise. The Python
-objects that the code refers to are set where the machine code is made in the end. Where numba's classes are not as they
-are known here, all is compiled as usual.
+objects that the code refers to are set where the machine code is made in the end. With a version of numba that has not been tried, or
+whose classes are not as they are known here, all is compiled as usual.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["for_callers", "teach"]
 
+_FIRST, _BEHIND = (0, 61), (0, 69)  # versions of numba: from 0.61.0 to 0.68.1 it has been tried
 _WRAPPER, _OBJECTS = "_ZN7cpython", "_ZN08NumbaEnv"  # how names begin: of ways in from Python, of objects looked up
 _LOOP_WRAPPERS = ("parallelgufuncwrapper", "<numba.np.ufunc.wrappers.")  # names of what goes around a parallel loop
 _depth = 0
@@ -36,7 +37,10 @@ def for_callers() -> Iterator[None]:
 
 def teach() -> None:
     """Have numba keep from making machine code of what is compiled in `for_callers`."""
-    module = importlib.import_module("numba.core.codegen")  # by name: only those who compile load numba
+    version = importlib.import_module("numba").__version__  # by name: only those who compile load numba
+    if not _FIRST <= tuple(int(part) for part in version.split(".")[:2]) < _BEHIND:
+        return
+    module = importlib.import_module("numba.core.codegen")
     library: Any = getattr(module, "JITCodeLibrary", None)
     codegen: Any = getattr(module, "JITCPUCodegen", None)
     known = (

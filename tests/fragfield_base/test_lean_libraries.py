@@ -58,3 +58,16 @@ def test_a_numba_of_other_classes_compiles_as_usual(monkeypatch):
     monkeypatch.setattr(codegen, "JITCodeLibrary", other)
     lean_libraries.teach()
     assert not hasattr(other, "fragfield_lean")
+
+
+@pytest.mark.parametrize(
+    ("version", "taught"), [("0.60.0", False), ("0.61.0", True), ("0.68.1", True), ("0.69.0", False)]
+)
+def test_versions_of_numba_that_have_not_been_tried_compile_as_usual(monkeypatch, version, taught):
+    known = {name: (lambda *_: None) for name in dir(codegen.JITCodeLibrary) if name.startswith("_")}
+    other = type("JITCodeLibrary", (), {name: known[name] for name in known if not name.startswith("__")})
+    monkeypatch.setattr(codegen, "JITCodeLibrary", other)
+    monkeypatch.setattr(codegen.JITCPUCodegen, "set_env", codegen.JITCPUCodegen.set_env)
+    monkeypatch.setattr(numba, "__version__", version)
+    lean_libraries.teach()
+    assert hasattr(other, "fragfield_lean") is taught
