@@ -165,7 +165,7 @@ def test_the_study_compares_given_runs(runs, capsys, tmp_path):
 def test_the_readme_gets_tables_sentence_and_picture(runs, capsys, monkeypatch, tmp_path):
     given = {}
     monkeypatch.setattr("validation.paper_3_2.study.insert_tables", given.update)
-    monkeypatch.setattr("validation.__main__.insert_tables", lambda *_: None)
+    monkeypatch.setattr("validation.keeping.insert_tables", lambda *_: None)
     monkeypatch.setattr("validation.paper_3_2.study.PICTURES", tmp_path / "pictures")
     study({name: runs[name] for name in ("single", "pair")}, "--readme", "--out", str(tmp_path / "made"))
     assert set(given) == {"paper_3_2", "paper_3_2_sentence", "paper_3_2_versions"}
