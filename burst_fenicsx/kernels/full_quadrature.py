@@ -188,8 +188,9 @@ def _store_point(block: int, count: int, point: int, grid: Grid, state: SolidSta
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
             state.stress[cell, point, k] = scratch[(_STRESS + k) * LANES + lane]
-        state.shear_strain[cell, point] = scratch[_SHEAR_STRAIN * LANES + lane]
-        state.volume_strain[cell, point] = scratch[_VOLUME_STRAIN * LANES + lane]
+        shear_strain, volume_strain = scratch[_SHEAR_STRAIN * LANES + lane], scratch[_VOLUME_STRAIN * LANES + lane]
+        if shear_strain + volume_strain < np.inf:  # not of a cell without volume, which is about to be released
+            state.shear_strain[cell, point], state.volume_strain[cell, point] = shear_strain, volume_strain
 
 
 @lane_function

@@ -156,6 +156,8 @@ def test_a_cell_that_its_nodes_carry_through_itself_is_released_or_stops_the_run
     assert bool(state.released[cell]) is (strain > 0.0)
     if strain > 0.0:
         assert (state.solid.stress[cell] == 0.0).all()
+        assert np.isfinite(state.solid.shear_strain[cell]).all()
+        assert np.isfinite(state.solid.volume_strain[cell]).all()
     else:
         with pytest.raises(NumericalStop, match=r"lost cell: cell \d+ of the casing of round 0, .* inside out"):
             solver.check_cells()
