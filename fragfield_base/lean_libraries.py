@@ -3,8 +3,8 @@
 Numba optimises and turns to machine code every function that it compiles. A kernel that calls others has them in its
 own code, though, so theirs is never run, nor is that of what numba wraps around a loop over threads. While a kernel is
 compiled for its callers, it is kept as LLVM's code, and the wrappers are left for the caller to optimise. The Python
-objects that the code refers to are set where the machine code is made in the end. With a version of numba that has not been tried, or
-whose classes are not as they are known here, all is compiled as usual.
+objects that the code refers to are set where the machine code is made in the end. With a version of numba that has not
+been tried, or whose classes are not as they are known here, all is compiled as usual.
 """
 
 from __future__ import annotations

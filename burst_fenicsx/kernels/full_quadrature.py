@@ -11,7 +11,6 @@ import numpy as np
 
 from burst_fenicsx.kernels.common import (
     FORCE,
-    MOST_DAMPED,
     POSITION,
     VELOCITY,
     earlier,
@@ -20,6 +19,31 @@ from burst_fenicsx.kernels.common import (
     viscosity_and_step,
 )
 from burst_fenicsx.kernels.exact import quantise
+from burst_fenicsx.kernels.full_quadrature_rows import (
+    COFACTOR,
+    DETERMINANT,
+    DILATATION,
+    ELASTIC,
+    FREQUENCY,
+    GRADIENT,
+    MIDDLE,
+    PLACE,
+    PLASTIC,
+    POWER,
+    SHEAR_STRAIN,
+    SMALLEST,
+    SOFTENING,
+    SPEED,
+    STABLE,
+    STRENGTH,
+    STRESS,
+    SUM,
+    TENSION,
+    VISCOUS,
+    VOLUME,
+    VOLUME_STRAIN,
+)
+from burst_fenicsx.kernels.full_quadrature_torn_metal import damp_hourglass, mark_torn_metal, release_metal
 from burst_fenicsx.kernels.hexahedron import (
     PER_CELL,
     Gradient,
@@ -33,13 +57,13 @@ from burst_fenicsx.kernels.hexahedron import (
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
-from burst_fenicsx.kernels.solid import elastic_trial, is_elastic, return_if_plastic, spin
+from burst_fenicsx.kernels.solid import elastic_energy, elastic_trial, is_elastic, return_if_plastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 from burst_fenicsx.kernels.tensors import (
     Matrix,
-    Vector,
     add_outer,
     add_scaled,
+    add_vector,
     apply,
     cross,
     dot,
@@ -52,30 +76,12 @@ from burst_fenicsx.kernels.tensors import (
     store_symmetric,
     store_vector,
 )
-from burst_fenicsx.kernels.torn_metal import BEFORE, NOW, WHOLE
+from burst_fenicsx.kernels.torn_metal import WHOLE
 from burst_fenicsx.materials.tresca import softened_strength
 
 __all__ = ["solid_block_full"]
 
 _GAUSS = 1.0 / np.sqrt(3.0)
-
-_PLACE, _SPEED = 48, 69  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
-_GRADIENT = 90  # of `cell_gradient`, 18 rows, m2
-_SUM = 108  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
-_STRESS = 129  # at the point, 6 rows, Pa
-_SHEAR_STRAIN, _VOLUME_STRAIN, _SOFTENING = 135, 136, 137
-_COFACTOR = 138  # 9 rows, m2
-_DETERMINANT = 147  # volume of the point, m3
-_MIDDLE = 156  # the same half a step ago
-_VOLUME, _FREQUENCY = 148, 149  # m3, 1/m
-_DILATATION = 150  # mean over the cell, 1/s
-_TENSION = 151  # sum over the points of the mean stress times the volume, J
-_PLASTIC = 152  # plastic work of the step, J
-_SMALLEST = 153  # eight times the smallest volume of a point, m3
-_VISCOUS, _STABLE = 154, 155  # Pa, s
-_STRENGTH = 157  # largest shear strength of a point, Pa
-_POWER = 159  # of the hourglass forces, W
-_ELASTIC = 158  # eight times the elastic energy by volume before the step, J/m3
 
 
 @inlined_kernel
@@ -107,10 +113,10 @@ def solid_block_full(
             _return_plastic(material, scratch)
         _add_point(xi, eta, zeta, scratch)
         _store_point(block, count, point, grid, state, scratch)
-    _damp_hourglass(block, step, max(step, share * grid.longest), material, grid, scratch)
+    damp_hourglass(block, step, max(step, share * grid.longest), material, grid, scratch)
     _finish(block, share, nodes.rounding, material, grid, scratch)
-    if _mark_torn_metal(block, material, state, scratch) > 0:
-        _release_metal(block, grid, state, scratch)
+    if mark_torn_metal(block, material, state, scratch) > 0:
+        release_metal(block, grid, state, scratch)
     add_nodal_forces(count, cells, grid.dofmap, scratch[FORCE * LANES :], nodes.force)
     _accumulate(block, step, share, grid, scratch, energy, limits)
 
@@ -143,23 +149,23 @@ def _move_cells(block: int, step: float, state: SolidState, scratch: np.ndarray)
     back = -0.5 * step
     for lane in range(LANES):
         place, velocity = cell_modes(scratch, POSITION, lane), cell_modes(scratch, VELOCITY, lane)
-        _store_modes(place, scratch, _PLACE, lane)
-        _store_modes(velocity, scratch, _SPEED, lane)
+        _store_modes(place, scratch, PLACE, lane)
+        _store_modes(velocity, scratch, SPEED, lane)
         middle = earlier(place, velocity, back)
         gradient, volume = cell_gradient(middle)
-        scratch[_DILATATION * LANES + lane] = _flux(velocity, gradient) / volume
+        scratch[DILATATION * LANES + lane] = _flux(velocity, gradient) / volume
         gradient, volume = cell_gradient(place)
-        store_gradient(gradient, scratch, _GRADIENT, lane)
+        store_gradient(gradient, scratch, GRADIENT, lane)
         _, largest = squared_gradients(gradient)
-        scratch[_FREQUENCY * LANES + lane] = np.sqrt(16.0 * largest) / volume
-        scratch[_VOLUME * LANES + lane] = scratch[_SMALLEST * LANES + lane] = PER_CELL * volume
-        scratch[_TENSION * LANES + lane] = 0.0
-        scratch[_PLASTIC * LANES + lane] = 0.0
-        scratch[_STRENGTH * LANES + lane] = scratch[_ELASTIC * LANES + lane] = 0.0
+        scratch[FREQUENCY * LANES + lane] = np.sqrt(16.0 * largest) / volume
+        scratch[VOLUME * LANES + lane] = scratch[SMALLEST * LANES + lane] = PER_CELL * volume
+        scratch[TENSION * LANES + lane] = 0.0
+        scratch[PLASTIC * LANES + lane] = 0.0
+        scratch[STRENGTH * LANES + lane] = scratch[ELASTIC * LANES + lane] = 0.0
     for k in range(21 * LANES):
-        scratch[_SUM * LANES + k] = 0.0
+        scratch[SUM * LANES + k] = 0.0
     for lane in range(LANES):
-        scratch[_SOFTENING * LANES + lane] = state.softening_scale[block * LANES + lane]
+        scratch[SOFTENING * LANES + lane] = state.softening_scale[block * LANES + lane]
 
 
 @block_kernel
@@ -168,15 +174,12 @@ def _load_point(cells: np.ndarray, point: int, material: np.ndarray, state: Soli
     for lane in range(LANES):
         cell = np.uint64(cells[lane])
         for k in range(6):
-            scratch[(_STRESS + k) * LANES + lane] = state.stress[cell, point, k]
-        scratch[_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
-        scratch[_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
+            scratch[(STRESS + k) * LANES + lane] = state.stress[cell, point, k]
+        scratch[SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
+        scratch[VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
         tau, _ = _strengths(material, scratch, lane)
-        scratch[_STRENGTH * LANES + lane] = max(scratch[_STRENGTH * LANES + lane], tau)
-        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
-        square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
-        twice = ((1.0 + material[1]) * square - material[1] * (xx + yy + zz) ** 2) / material[0]
-        scratch[_ELASTIC * LANES + lane] += 0.5 * twice
+        scratch[STRENGTH * LANES + lane] = max(scratch[STRENGTH * LANES + lane], tau)
+        scratch[ELASTIC * LANES + lane] += elastic_energy(load_symmetric(scratch, STRESS, lane), material)
 
 
 @block_kernel
@@ -187,8 +190,8 @@ def _store_point(block: int, count: int, point: int, grid: Grid, state: SolidSta
             continue
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
-            state.stress[cell, point, k] = scratch[(_STRESS + k) * LANES + lane]
-        shear_strain, volume_strain = scratch[_SHEAR_STRAIN * LANES + lane], scratch[_VOLUME_STRAIN * LANES + lane]
+            state.stress[cell, point, k] = scratch[(STRESS + k) * LANES + lane]
+        shear_strain, volume_strain = scratch[SHEAR_STRAIN * LANES + lane], scratch[VOLUME_STRAIN * LANES + lane]
         if shear_strain + volume_strain < np.inf:  # not of a cell without volume, which is about to be released
             state.shear_strain[cell, point], state.volume_strain[cell, point] = shear_strain, volume_strain
 
@@ -217,9 +220,9 @@ def _cofactors(tangents: Matrix) -> tuple[Matrix, float]:
 @lane_function
 def _strengths(material: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
     """Shear and tensile strength (Pa) after the strains so far."""
-    scale = scratch[_SOFTENING * LANES + lane]
-    tau = softened_strength(material[2], scratch[_SHEAR_STRAIN * LANES + lane], material[4] * scale)
-    return tau, softened_strength(material[3], scratch[_VOLUME_STRAIN * LANES + lane], material[5] * scale)
+    scale = scratch[SOFTENING * LANES + lane]
+    tau = softened_strength(material[2], scratch[SHEAR_STRAIN * LANES + lane], material[4] * scale)
+    return tau, softened_strength(material[3], scratch[VOLUME_STRAIN * LANES + lane], material[5] * scale)
 
 
 @block_kernel
@@ -234,7 +237,7 @@ def _try_elastic(xi: float, eta: float, zeta: float, step: float, material: np.n
     back = -0.5 * step
     plastic = 0
     for lane in range(LANES):
-        after, speed = _tangents(xi, eta, zeta, scratch, _PLACE, lane), _tangents(xi, eta, zeta, scratch, _SPEED, lane)
+        after, speed = _tangents(xi, eta, zeta, scratch, PLACE, lane), _tangents(xi, eta, zeta, scratch, SPEED, lane)
         middle = (
             add_scaled(after[0], back, speed[0]),
             add_scaled(after[1], back, speed[1]),
@@ -242,22 +245,22 @@ def _try_elastic(xi: float, eta: float, zeta: float, step: float, material: np.n
         )
         cofactor, determinant = _cofactors(middle)
         whole = add_outer(add_outer(outer(speed[0], cofactor[0]), speed[1], cofactor[1]), speed[2], cofactor[2])
-        scratch[_MIDDLE * LANES + lane] = determinant
+        scratch[MIDDLE * LANES + lane] = determinant
         inverse = 1.0 / determinant
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (
             scaled(inverse, whole[0]),
             scaled(inverse, whole[1]),
             scaled(inverse, whole[2]),
         )
-        more = (scratch[_DILATATION * LANES + lane] - (xx + yy + zz)) * (1.0 / 3.0)
+        more = (scratch[DILATATION * LANES + lane] - (xx + yy + zz)) * (1.0 / 3.0)
         rate = ((xx + more, xy, xz), (yx, yy + more, yz), (zx, zy, zz + more))
-        stress = elastic_trial(load_symmetric(scratch, _STRESS, lane), spin(rate, step), rate, step, lame, shear)
-        store_symmetric(stress, scratch, _STRESS, lane)
+        stress = elastic_trial(load_symmetric(scratch, STRESS, lane), spin(rate, step), rate, step, lame, shear)
+        store_symmetric(stress, scratch, STRESS, lane)
         tau, sigma = _strengths(material, scratch, lane)
         plastic += 0 if is_elastic(stress, tau, sigma) else 1
         cofactor, determinant = _cofactors(after)
-        store_matrix(cofactor, scratch, _COFACTOR, lane)
-        scratch[_DETERMINANT * LANES + lane] = determinant
+        store_matrix(cofactor, scratch, COFACTOR, lane)
+        scratch[DETERMINANT * LANES + lane] = determinant
     return plastic
 
 
@@ -268,20 +271,12 @@ def _return_plastic(material: np.ndarray, scratch: np.ndarray) -> None:
     for lane in range(LANES):
         tau, sigma = _strengths(material, scratch, lane)
         stress, shear_strain, volume_strain, dissipation = return_if_plastic(
-            load_symmetric(scratch, _STRESS, lane), tau, sigma, material[0], material[1]
+            load_symmetric(scratch, STRESS, lane), tau, sigma, material[0], material[1]
         )
-        store_symmetric(stress, scratch, _STRESS, lane)
-        scratch[_SHEAR_STRAIN * LANES + lane] += shear_strain
-        scratch[_VOLUME_STRAIN * LANES + lane] += volume_strain
-        scratch[_PLASTIC * LANES + lane] += dissipation * scratch[_MIDDLE * LANES + lane]
-
-
-@lane_function
-def _add_vector(v: Vector, scratch: np.ndarray, row: int, lane: int) -> None:
-    """Add a vector to three rows."""
-    scratch[row * LANES + lane] += v[0]
-    scratch[(row + 1) * LANES + lane] += v[1]
-    scratch[(row + 2) * LANES + lane] += v[2]
+        store_symmetric(stress, scratch, STRESS, lane)
+        scratch[SHEAR_STRAIN * LANES + lane] += shear_strain
+        scratch[VOLUME_STRAIN * LANES + lane] += volume_strain
+        scratch[PLASTIC * LANES + lane] += dissipation * scratch[MIDDLE * LANES + lane]
 
 
 @block_kernel
@@ -293,80 +288,21 @@ def _add_point(xi: float, eta: float, zeta: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, _STRESS, lane)
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
         mean = (xx + yy + zz) * (1.0 / 3.0)
         push = ((mean - xx, -xy, -zx), (-xy, mean - yy, -yz), (-zx, -yz, mean - zz))
-        cofactor = load_matrix(scratch, _COFACTOR, lane)
+        cofactor = load_matrix(scratch, COFACTOR, lane)
         t, u, v = apply(push, cofactor[0]), apply(push, cofactor[1]), apply(push, cofactor[2])
-        _add_vector(t, scratch, _SUM, lane)
-        _add_vector(u, scratch, _SUM + 3, lane)
-        _add_vector(add_scaled(scaled(eta, t), xi, u), scratch, _SUM + 6, lane)
-        _add_vector(v, scratch, _SUM + 9, lane)
-        _add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, _SUM + 12, lane)
-        _add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, _SUM + 15, lane)
-        _add_vector(add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, _SUM + 18, lane)
-        determinant = scratch[_DETERMINANT * LANES + lane]
-        scratch[_TENSION * LANES + lane] += mean * determinant
-        scratch[_SMALLEST * LANES + lane] = min(scratch[_SMALLEST * LANES + lane], 8.0 * determinant)
-
-
-@lane_function
-def _modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
-    """The modes of which an eighth stands in 21 rows."""
-    return (
-        scaled(8.0, load_vector(scratch, row, lane)),
-        scaled(8.0, load_vector(scratch, row + 3, lane)),
-        scaled(8.0, load_vector(scratch, row + 6, lane)),
-        scaled(8.0, load_vector(scratch, row + 9, lane)),
-        scaled(8.0, load_vector(scratch, row + 12, lane)),
-        scaled(8.0, load_vector(scratch, row + 15, lane)),
-        scaled(8.0, load_vector(scratch, row + 18, lane)),
-    )
-
-
-@block_kernel
-def _damp_hourglass(
-    block: int, step: float, next_dt: float, material: np.ndarray, grid: Grid, scratch: np.ndarray
-) -> None:
-    """Viscous hourglass control of cells without strength at any point, with the coefficient of one-point cells.
-
-    Where only a pressure is left, the same in the whole cell, nothing else resists hourglass modes. See `move_cells`,
-    `stiffen` and `force_modes` of the one-point cell; `next_dt` (s) is the next step.
-    """
-    shear = 0.5 * material[0] / (1.0 + material[1])
-    stiff = 2.0 * shear * (1.0 - material[1]) / (1.0 - 2.0 * material[1])
-    for lane in range(LANES):
-        scratch[_POWER * LANES + lane] = 0.0
-        if not material[4] > 0.0 or scratch[_STRENGTH * LANES + lane] > 0.0:
-            continue
-        place, v = _modes(scratch, _PLACE, lane), _modes(scratch, _SPEED, lane)
-        middle = earlier(place, v, -0.5 * step)
-        (p, q, s3, r, s5, s6), volume = cell_gradient(middle)
-        rate = add_outer(add_outer(add_outer(outer(v[0], p), v[1], q), v[2], s3), v[3], r)
-        rate = add_outer(add_outer(rate, v[4], s5), v[5], s6)
-        back = -1.0 / volume
-        q3, q5 = add_scaled(v[2], back, apply(rate, middle[2])), add_scaled(v[4], back, apply(rate, middle[4]))
-        q6, q7 = add_scaled(v[5], back, apply(rate, middle[5])), add_scaled(v[6], back, apply(rate, middle[6]))
-        gradient, inverse = load_gradient(scratch, _GRADIENT, lane), PER_CELL / scratch[_VOLUME * LANES + lane]
-        (xx, yy, zz), _ = squared_gradients(gradient)
-        x3, x5, x6, x7 = place[2], place[4], place[5], place[6]
-        square = 10.0 + 40.0 * inverse**2 * (xx + yy + zz) * max(dot(x3, x3), dot(x5, x5), dot(x6, x6), dot(x7, x7))
-        mass = grid.mass[block * LANES + lane]
-        sound = np.sqrt(stiff * scratch[_VOLUME * LANES + lane] / mass)
-        damping = 0.25 * material[8] * mass * sound * scratch[_FREQUENCY * LANES + lane]
-        if next_dt > 0.0:
-            damping = min(damping, MOST_DAMPED * mass / (8.0 * next_dt * square))
-        scratch[_POWER * LANES + lane] = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
-        linear = add_outer(add_outer(add_outer(outer(q3, x3), q5, x5), q6, x6), q7, x7)
-        p, q, s3, r, s5, s6 = gradient
-        pull, push = 8.0 * damping * inverse, -8.0 * damping
-        _add_vector(scaled(pull, apply(linear, p)), scratch, _SUM, lane)
-        _add_vector(scaled(pull, apply(linear, q)), scratch, _SUM + 3, lane)
-        _add_vector(add_scaled(scaled(pull, apply(linear, s3)), push, q3), scratch, _SUM + 6, lane)
-        _add_vector(scaled(pull, apply(linear, r)), scratch, _SUM + 9, lane)
-        _add_vector(add_scaled(scaled(pull, apply(linear, s5)), push, q5), scratch, _SUM + 12, lane)
-        _add_vector(add_scaled(scaled(pull, apply(linear, s6)), push, q6), scratch, _SUM + 15, lane)
-        _add_vector(scaled(push, q7), scratch, _SUM + 18, lane)
+        add_vector(t, scratch, SUM, lane)
+        add_vector(u, scratch, SUM + 3, lane)
+        add_vector(add_scaled(scaled(eta, t), xi, u), scratch, SUM + 6, lane)
+        add_vector(v, scratch, SUM + 9, lane)
+        add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, SUM + 12, lane)
+        add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, SUM + 15, lane)
+        add_vector(add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, SUM + 18, lane)
+        determinant = scratch[DETERMINANT * LANES + lane]
+        scratch[TENSION * LANES + lane] += mean * determinant
+        scratch[SMALLEST * LANES + lane] = min(scratch[SMALLEST * LANES + lane], 8.0 * determinant)
 
 
 @block_kernel
@@ -376,69 +312,32 @@ def _finish(block: int, share: float, rounding: float, material: np.ndarray, gri
     shear = 0.5 * material[0] / (1.0 + material[1])
     lame = 2.0 * shear * material[1] / (1.0 - 2.0 * material[1])
     for lane in range(LANES):
-        volume = scratch[_VOLUME * LANES + lane]
+        volume = scratch[VOLUME * LANES + lane]
         density = grid.mass[block * LANES + lane] / volume
         sound = np.sqrt((lame + 2.0 * shear) / density)
         viscous, stable = viscosity_and_step(
-            scratch[_DILATATION * LANES + lane],
-            1.0 / scratch[_FREQUENCY * LANES + lane],
+            scratch[DILATATION * LANES + lane],
+            1.0 / scratch[FREQUENCY * LANES + lane],
             density,
             sound,
             sound,
             material[6],
             material[7],
         )
-        scratch[_VISCOUS * LANES + lane] = viscous
-        scratch[_STABLE * LANES + lane] = stable
-        pressure = PER_CELL * (viscous - scratch[_TENSION * LANES + lane] / volume)
-        p, q, s3, r, s5, s6 = load_gradient(scratch, _GRADIENT, lane)
+        scratch[VISCOUS * LANES + lane] = viscous
+        scratch[STABLE * LANES + lane] = stable
+        pressure = PER_CELL * (viscous - scratch[TENSION * LANES + lane] / volume)
+        p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)
         modes = (
-            add_scaled(scaled(0.125, load_vector(scratch, _SUM, lane)), pressure, p),
-            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 3, lane)), pressure, q),
-            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 6, lane)), pressure, s3),
-            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 9, lane)), pressure, r),
-            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 12, lane)), pressure, s5),
-            add_scaled(scaled(0.125, load_vector(scratch, _SUM + 15, lane)), pressure, s6),
-            scaled(0.125, load_vector(scratch, _SUM + 18, lane)),
+            add_scaled(scaled(0.125, load_vector(scratch, SUM, lane)), pressure, p),
+            add_scaled(scaled(0.125, load_vector(scratch, SUM + 3, lane)), pressure, q),
+            add_scaled(scaled(0.125, load_vector(scratch, SUM + 6, lane)), pressure, s3),
+            add_scaled(scaled(0.125, load_vector(scratch, SUM + 9, lane)), pressure, r),
+            add_scaled(scaled(0.125, load_vector(scratch, SUM + 12, lane)), pressure, s5),
+            add_scaled(scaled(0.125, load_vector(scratch, SUM + 15, lane)), pressure, s6),
+            scaled(0.125, load_vector(scratch, SUM + 18, lane)),
         )
         store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)
-
-
-@block_kernel
-def _mark_torn_metal(block: int, material: np.ndarray, state: SolidState, scratch: np.ndarray) -> int:
-    """Release cells without strength at any point of which a point has no volume left.
-
-    Returns how many cells of the block are released, now or before.
-    """
-    slot, count = block * LANES, 0
-    for lane in range(LANES):
-        spent = material[4] > 0.0 and scratch[_STRENGTH * LANES + lane] == 0.0
-        if spent and state.released[slot + lane] == WHOLE and not scratch[_SMALLEST * LANES + lane] > 0.0:
-            state.released[slot + lane] = NOW
-        count += 0 if state.released[slot + lane] == WHOLE else 1
-    return count
-
-
-@block_kernel
-def _release_metal(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
-    """Take stress, forces and the bound on the step from released cells, which keep the volume that they had.
-
-    What they held elastically goes to the plastic work.
-    """
-    for lane in range(LANES):
-        slot = block * LANES + lane
-        if state.released[slot] == WHOLE:
-            continue
-        energy = 0.125 * scratch[_ELASTIC * LANES + lane] * grid.volume[slot]
-        scratch[_PLASTIC * LANES + lane] = energy if state.released[slot] == NOW else 0.0
-        state.released[slot] = BEFORE
-        scratch[_VOLUME * LANES + lane] = scratch[_SMALLEST * LANES + lane] = grid.volume[slot]
-        scratch[_VISCOUS * LANES + lane] = scratch[_POWER * LANES + lane] = 0.0
-        scratch[_STABLE * LANES + lane] = np.inf
-        for n in range(24):
-            scratch[(FORCE + n) * LANES + lane] = 0.0
-        if lane < grid.filled[block]:
-            state.stress[grid.cells[block, lane]] = 0.0
 
 
 @block_kernel
@@ -449,13 +348,13 @@ def _accumulate(
     slot = block * LANES
     plastic = viscous_work = hourglass = 0.0
     for lane in range(grid.filled[block]):
-        volume, viscous = scratch[_VOLUME * LANES + lane], scratch[_VISCOUS * LANES + lane]
-        smallest, stable = scratch[_SMALLEST * LANES + lane], scratch[_STABLE * LANES + lane]
-        plastic += quantise(scratch[_PLASTIC * LANES + lane], grid.rounding)
+        volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
+        smallest, stable = scratch[SMALLEST * LANES + lane], scratch[STABLE * LANES + lane]
+        plastic += quantise(scratch[PLASTIC * LANES + lane], grid.rounding)
         # Mean of both ends of the step, as the forces work: at a front q changes within it.
         work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
         viscous_work -= quantise(work, grid.rounding)
-        hourglass += quantise(scratch[_POWER * LANES + lane] * step, grid.rounding)
+        hourglass += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
         grid.viscous[slot + lane] = viscous
         grid.stable[slot + lane] = stable
         grid.volume[slot + lane] = volume

@@ -226,9 +226,9 @@ def moduli(material: np.ndarray) -> tuple[float, float]:
 
 
 @lane_function
-def elastic_energy(material: np.ndarray, scratch: np.ndarray, lane: int) -> float:
-    """Elastic energy by volume (J/m3) of a lane's stress."""
-    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
+def elastic_energy(stress: Symmetric, material: np.ndarray) -> float:
+    """Elastic energy by volume (J/m3) of a stress (Pa)."""
+    xx, yy, zz, xy, yz, zx = stress
     square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
     trace = xx + yy + zz
     return 0.5 * (((1.0 + material[1]) * square - material[1] * trace * trace) / material[0])

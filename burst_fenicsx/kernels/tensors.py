@@ -24,6 +24,7 @@ __all__ = [
     "add_cross",
     "add_outer",
     "add_scaled",
+    "add_vector",
     "apply",
     "cross",
     "dot",
@@ -144,6 +145,14 @@ def store_vector(v: Vector, scratch: np.ndarray, row: int, lane: int) -> None:
     scratch[row * LANES + lane] = v[0]
     scratch[(row + 1) * LANES + lane] = v[1]
     scratch[(row + 2) * LANES + lane] = v[2]
+
+
+@lane_function
+def add_vector(v: Vector, scratch: np.ndarray, row: int, lane: int) -> None:
+    """Add a vector to three rows."""
+    scratch[row * LANES + lane] += v[0]
+    scratch[(row + 1) * LANES + lane] += v[1]
+    scratch[(row + 2) * LANES + lane] += v[2]
 
 
 @lane_function

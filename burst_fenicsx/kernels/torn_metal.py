@@ -25,7 +25,7 @@ from burst_fenicsx.kernels.common import (
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, parallel_kernel
 from burst_fenicsx.kernels.shapes import min_corner_volume
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.tensors import store_symmetric, store_vector
+from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
 
 __all__ = [
     "BEFORE",
@@ -109,7 +109,8 @@ def release_metal(block: int, state: SolidState, material: np.ndarray, scratch: 
         if state.released[slot + lane] == WHOLE:
             continue
         if state.released[slot + lane] == NOW:
-            scratch[solid_parts.DISSIPATION * LANES + lane] += solid_parts.elastic_energy(material, scratch, lane)
+            stress = load_symmetric(scratch, solid_parts.STRESS, lane)
+            scratch[solid_parts.DISSIPATION * LANES + lane] += solid_parts.elastic_energy(stress, material)
             state.released[slot + lane] = BEFORE
         store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, solid_parts.STRESS, lane)
         for k in range(4):

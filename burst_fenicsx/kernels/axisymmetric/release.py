@@ -30,7 +30,7 @@ from burst_fenicsx.kernels.common import (
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel
 from burst_fenicsx.kernels.state import Grid
-from burst_fenicsx.kernels.tensors import store_symmetric, store_vector
+from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
 from burst_fenicsx.kernels.torn_metal import BLOWN_UP, NOTHING_LEFT
 
 __all__ = [
@@ -102,7 +102,8 @@ def release_metal(material: np.ndarray, scratch: np.ndarray) -> None:
         if not scratch[RELEASED * LANES + lane] > 0.0:
             continue
         if scratch[RELEASED * LANES + lane] == _NOW:
-            scratch[solid_parts.DISSIPATION * LANES + lane] += solid_parts.elastic_energy(material, scratch, lane)
+            stress = load_symmetric(scratch, solid_parts.STRESS, lane)
+            scratch[solid_parts.DISSIPATION * LANES + lane] += solid_parts.elastic_energy(stress, material)
         store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, solid_parts.STRESS, lane)
         store_vector(_ZERO, scratch, solid_parts.STORED, lane)
         scratch[solid_parts.SPRING * LANES + lane] = scratch[COEFFICIENT_LIMIT * LANES + lane] = 0.0
