@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from fragfield.case.units.compound import Vector
 from fragfield.case.units.quantities import Quantity
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = [
     "Angle",

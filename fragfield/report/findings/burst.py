@@ -106,8 +106,8 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             Finding(
                 "note",
                 f"{number(released, 3)} kg of the casings ({100 * released / casing:.2g} %) is torn metal at the end: "
-                "without strength, and folded or expanded to more than twice its volume. Its stresses were set "
-                "to zero; it keeps its mass and momentum; single speeds in it are not reliable.",
+                "without strength, and folded, flattened or expanded to more than twice its volume. Its stresses were "
+                "set to zero; it keeps its mass and momentum; single speeds in it are not reliable.",
             )
         )
     size = run.cell_size or math.nan

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fragfield.report.quantities import number
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["counted", "value_of"]
 
