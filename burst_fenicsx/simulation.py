@@ -174,15 +174,16 @@ class Simulation(AssembledBurst):
                 self._series.close()
 
     def _record(self) -> None:
+        radii = self.measures.outer_radii()
         entry = self.ledger.record(
             self.fields,
             self.solver.time,
             self.solver.time_step,
             self.solver.resultant,
-            self.measures.outer_diameter(),
+            self.measures.outer_diameter(radii),
             self.contact,
         )
-        self.radii.append((entry.time, self.measures.outer_radii(), self.leakage.radii(self.fields.nodes.position)))
+        self.radii.append((entry.time, radii, self.leakage.radii(self.fields.nodes.position)))
 
     def _acceleration_is_complete(self) -> bool:
         """Note when the casing's kinetic energy has stopped growing; end the run there unless an end was given."""

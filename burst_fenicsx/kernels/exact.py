@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["add_exactly", "quantise", "quantum", "rounding_constant", "two_constants"]
+__all__ = ["column_sizes", "exact_columns", "quantise", "quantum", "rounding_constant", "two_constants"]
 
 _SMALLEST = 1e-280  # bound below which terms are rounded to nothing: their quanta would be no normal numbers
 
@@ -58,14 +59,39 @@ def two_constants(largest: float, count: int) -> tuple[float, float]:
     return coarse, rounding_constant(max(0.125 * count * quantum(coarse), _SMALLEST))
 
 
-@kernel
-def add_exactly(values: np.ndarray, bins: np.ndarray, coarse: np.ndarray, fine: np.ndarray, sums: np.ndarray) -> None:
-    """Add rows of `values` (n, k) to their `bins` (n,) of `sums` (2, bins, k), which are exact.
+@parallel_kernel
+def column_sizes(threads: int, values: np.ndarray) -> np.ndarray:
+    """Largest size (k,) in every column of `values` (n, k), shared by so many threads; infinite by a NaN."""
+    rows, columns = values.shape
+    found = np.zeros((threads, columns))
+    for part in numba.prange(threads):
+        for row in range(part * rows // threads, (part + 1) * rows // threads):
+            for i in range(columns):
+                size = abs(values[row, i])
+                if not size <= found[part, i]:
+                    found[part, i] = size if size == size else np.inf  # noqa: PLR0124 - only NaN differs from itself
+    largest = found[0]
+    for part in range(1, threads):
+        largest = np.maximum(largest, found[part])
+    return largest
 
-    `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the first bin leaves is in the second.
+
+@parallel_kernel
+def exact_columns(
+    threads: int, values: np.ndarray, bins: np.ndarray, number: int, coarse: np.ndarray, fine: np.ndarray
+) -> np.ndarray:
+    """Exact sums (2, `number`, k) of the rows of `values` (n, k) by their `bins` (n,), shared by so many threads.
+
+    Without bins, (0,), all are of one. `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the
+    first bin leaves is in the second.
     """
-    for row in range(values.shape[0]):
-        for i in range(values.shape[1]):
-            rounded = quantise(values[row, i], coarse[i])
-            sums[0, bins[row], i] += rounded
-            sums[1, bins[row], i] += quantise(values[row, i] - rounded, fine[i])
+    rows, columns = values.shape
+    sums = np.zeros((threads, 2, number, columns))
+    for part in numba.prange(threads):
+        for row in range(part * rows // threads, (part + 1) * rows // threads):
+            at = bins[row] if bins.size > 0 else 0
+            for i in range(columns):
+                rounded = quantise(values[row, i], coarse[i])
+                sums[part, 0, at, i] += rounded
+                sums[part, 1, at, i] += quantise(values[row, i] - rounded, fine[i])
+    return sums.sum(axis=0)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.exact import add_exactly, two_constants
+from burst_fenicsx.kernels.exact import column_sizes, exact_columns, two_constants
 
 __all__ = ["exact_sum", "exact_sums"]
 
@@ -23,8 +24,8 @@ def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = Non
     """
     values = np.ascontiguousarray(values, dtype=float)
     rows, columns = values.shape
-    largest = np.abs(values).max(axis=0, initial=0.0)
-    largest[np.isnan(largest)] = np.inf  # NaN would get lost in the comparison of ranks
+    threads = numba.get_num_threads()
+    largest = column_sizes(threads, values)
     count = rows
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
@@ -32,10 +33,8 @@ def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = Non
     finite = largest < _LARGEST
     constants = [two_constants(value, max(count, 1)) for value in np.where(finite, largest, 1.0)]
     coarse, fine = np.array(constants).reshape(columns, 2).T
-    if bins is None:
-        bins = np.zeros(rows, dtype=np.int32)
-    sums = np.zeros((2, number, columns))
-    add_exactly(values, bins.astype(np.int32), np.ascontiguousarray(coarse), np.ascontiguousarray(fine), sums)
+    of_rows = np.zeros(0, dtype=np.int32) if bins is None else np.asarray(bins, dtype=np.int32)
+    sums = exact_columns(threads, values, of_rows, number, np.ascontiguousarray(coarse), np.ascontiguousarray(fine))
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, sums)
     total: np.ndarray = np.where(finite, sums[0] + sums[1], np.nan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -150,19 +151,26 @@ class BurstFields:
         least: np.ndarray = solid.shear_strain[: mesh.cells].min(axis=1)  # of its points
         return least * inverse_limit * scale >= 1.0
 
+    @cached_property
+    def _elasticity(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Whether a cell is a casing's, its modulus (Pa), zero for a charge, and its ratio of Poisson, (cells,)."""
+        mesh = self.mesh
+        of_cell = self.solid.parameters[len(Part) * mesh.round + mesh.part]
+        return mesh.part == Part.CASING, of_cell[:, 0].copy(), of_cell[:, 1].copy()
+
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings, (4,); collective."""
         mesh, terms = self.mesh, np.empty((self.mesh.cells, 4))
-        material = len(Part) * mesh.round + mesh.part
+        casing, modulus, poisson = self._elasticity
         solid_terms(
             self.nodes.position,
             self.nodes.velocity,
             mesh.dofmap,
-            mesh.part == Part.CASING,
+            casing,
             self.cell_mass,
             self.solid.stress,
-            self.solid.parameters[material, 0],  # zero for a charge
-            self.solid.parameters[material, 1],
+            modulus,
+            poisson,
             terms,
         )
         total: np.ndarray = exact_sums(mesh.comm, terms)[0]

@@ -151,9 +151,9 @@ class Measures:
         total = self._sums(self._weight * radius, self._bin, self._bins)
         return np.where(self._count > 0, total / np.where(self._count > 0, self._count, 1.0), np.nan)
 
-    def outer_diameter(self) -> float:
-        """Largest over rounds and stations of the azimuthal mean diameter (m)."""
-        radii = self.outer_radii()
+    @staticmethod
+    def outer_diameter(radii: np.ndarray) -> float:
+        """Largest over rounds and stations of the azimuthal mean diameter (m), by `outer_radii`."""
         return float(2.0 * np.nanmax(radii)) if np.isfinite(radii).any() else 0.0
 
     def distortion(self) -> Distortion:
