@@ -13,7 +13,7 @@ from burst_fenicsx.contact.near_faces import NearFaces
 from burst_fenicsx.kernels.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.kernels.collisions import find_contacts
 from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import clear_rows, copy_rows, largest_speed
+from burst_fenicsx.kernels.rows import clear_rows, copy_motion, largest_speed
 from burst_fenicsx.kernels.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, take_reactions
 
@@ -308,8 +308,7 @@ class CollidingSurfaces(NodeContact):
     def _exchange_motion(self, velocity: np.ndarray) -> None:
         """Bring places, speeds and loads of the near nodes to the ranks that need them."""
         rows, local = self._near_rows, self._near_local
-        copy_rows(self._fields.nodes.position, local, rows, self._position)
-        copy_rows(velocity, local, rows, self._velocity)
+        copy_motion(self._fields.nodes.position, velocity, local, rows, self._position, self._velocity)
         self._halo.fetch(self._position, self._velocity, self.state.sharing[:, None])
 
     @property

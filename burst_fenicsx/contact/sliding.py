@@ -12,7 +12,7 @@ from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.charge_pressure import PARAMETERS
 from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import clear_rows, copy_rows
+from burst_fenicsx.kernels.rows import clear_rows, copy_motion
 from burst_fenicsx.kernels.sliding import (
     SlideLaw,
     add_slide_forces,
@@ -129,6 +129,7 @@ class SlidingInterface:
         self._near_faces = np.arange(len(faces), dtype=np.int32)
         self._near_groups = np.arange(len(group_row), dtype=np.int32)
         self._border = np.zeros(len(faces), dtype=bool)
+        self._tally_sums: np.ndarray | None = None
         self._look_around()
 
     def _look_around(self) -> None:
@@ -172,8 +173,7 @@ class SlidingInterface:
             reached = bool(self._border[contacts.face[contacts.contact]].any())
             if self._comm.allreduce(reached, op=MPI.LOR):
                 self._look_around()
-        copy_rows(nodes.position, masters, rows, self._position)
-        copy_rows(velocity, masters, rows, self._velocity)
+        copy_motion(nodes.position, velocity, masters, rows, self._position, self._velocity)
         self._master_halo.fetch(self._position, self._velocity, self.load[:, None])
         face_vectors(self._position, surface.faces, self._near_faces, self._vectors)
         group_vectors(surface.first_face, surface.face, self._near_groups, self._vectors, surface.vector)
@@ -190,6 +190,7 @@ class SlidingInterface:
             law, surface, contacts, self._attached, self._cell_count, self._position, self._velocity, self._mass,
             self.load, nodes.position, velocity, fields.mass,
         )  # fmt: skip
+        self._tally_sums = None
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._master_halo.needed)
         rounding = CONTACT_FORCES * nodes.rounding
@@ -218,15 +219,21 @@ class SlidingInterface:
         self._slave_halo.give(total)
 
     @property
+    def _tallied(self) -> np.ndarray:
+        """Sums of the contacts' tallies, made once a step."""
+        if self._tally_sums is None:
+            self._tally_sums = slide_sums(self.contacts.contact, self.contacts.tally, self._fields.grid.rounding)
+        return self._tally_sums
+
+    @property
     def energies(self) -> np.ndarray:
         """Spring energy now, friction and work given in the last step (J), exact, on this rank's contacts."""
-        total: np.ndarray = slide_sums(self.contacts.contact, self.contacts.tally, self._fields.grid.rounding)[:3]
-        return total
+        return self._tallied[:3]
 
     @property
     def deepest(self) -> float:
         """Largest penetration in the last step (m) on this rank."""
-        return float(slide_sums(self.contacts.contact, self.contacts.tally, 0.0)[3])
+        return float(self._tallied[3])
 
     def counts(self) -> np.ndarray:
         """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""
@@ -254,6 +261,7 @@ class SlidingInterface:
             getattr(self.contacts, name)[:] = arrays[name]
         self.load[:] = arrays["load"]
         self.contacts.tally[:, 0] = arrays["stored"]
+        self._tally_sums = None
         self._look_around()
 
     def _summed(self, values: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ __all__ = [
     "add_rows",
     "add_to_rows",
     "clear_rows",
-    "copy_rows",
+    "copy_motion",
     "hold_rows",
     "largest_speed",
     "place_rows",
@@ -56,21 +56,30 @@ def add_to_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> Non
 
 
 @parallel_kernel
-def copy_rows(source: np.ndarray, at: np.ndarray, to: np.ndarray, target: np.ndarray) -> None:
-    """Copy the rows `at` of `source` (n, 3) to the rows `to` of `target`."""
-    start = address(source)
+def copy_motion(
+    position: np.ndarray, velocity: np.ndarray, at: np.ndarray, to: np.ndarray, places: np.ndarray, speeds: np.ndarray
+) -> None:
+    """Copy the rows `at` of `position` and `velocity` (n, 3) to the rows `to` of `places` and `speeds`."""
+    position_start, velocity_start = address(position), address(velocity)
     for k in numba.prange(at.size):
-        prefetch(start + _ROW_BYTES * np.uint64(at[min(k + _AHEAD, at.size - 1)]))
+        later = _ROW_BYTES * np.uint64(at[min(k + _AHEAD, at.size - 1)])
+        prefetch(position_start + later)
+        prefetch(velocity_start + later)
+        row, target = np.uint64(at[k]), np.uint64(to[k])
         for i in range(3):
-            target[to[k], i] = source[at[k], i]
+            places[target, i] = position[row, i]
+            speeds[target, i] = velocity[row, i]
 
 
 @parallel_kernel
 def place_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
     """Copy `source` (n, m) to the given rows of `target` (k, m)."""
+    start, size = address(target), np.uint64(8 * target.shape[1])
     for k in numba.prange(rows.size):
+        prefetch(start + size * np.uint64(rows[min(k + _AHEAD, rows.size - 1)]))
+        row = np.uint64(rows[k])
         for i in range(source.shape[1]):
-            target[rows[k], i] = source[k, i]
+            target[row, i] = source[k, i]
 
 
 @parallel_kernel
@@ -81,8 +90,12 @@ def take_means(
 
     The rows' velocities are kept in `own` (k, 3), and `last` becomes their present `position` (n, 3).
     """
+    position_start, velocity_start = address(position), address(velocity)
     for k in numba.prange(rows.size):
-        row = rows[k]
+        later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
+        prefetch(position_start + later)
+        prefetch(velocity_start + later)
+        row = np.uint64(rows[k])
         for i in range(3):
             own[k, i] = velocity[row, i]
             velocity[row, i] = (position[row, i] - last[k, i]) / step
