@@ -61,7 +61,7 @@ def two_constants(largest: float, count: int) -> tuple[float, float]:
 
 @parallel_kernel
 def column_sizes(threads: int, values: np.ndarray) -> np.ndarray:
-    """Largest size (k,) in every column of `values` (n, k), shared by so many threads; infinite by a NaN."""
+    """Largest size in every column of `values` (n, k) by thread, (`threads`, k); infinite by a NaN."""
     rows, columns = values.shape
     found = np.zeros((threads, columns))
     for part in numba.prange(threads):
@@ -70,17 +70,14 @@ def column_sizes(threads: int, values: np.ndarray) -> np.ndarray:
                 size = abs(values[row, i])
                 if not size <= found[part, i]:
                     found[part, i] = size if size == size else np.inf  # noqa: PLR0124 - only NaN differs from itself
-    largest = found[0]
-    for part in range(1, threads):
-        largest = np.maximum(largest, found[part])
-    return largest
+    return found
 
 
 @parallel_kernel
 def exact_columns(
     threads: int, values: np.ndarray, bins: np.ndarray, number: int, coarse: np.ndarray, fine: np.ndarray
 ) -> np.ndarray:
-    """Exact sums (2, `number`, k) of the rows of `values` (n, k) by their `bins` (n,), shared by so many threads.
+    """Exact sums by thread (`threads`, 2, `number`, k) of the rows of `values` (n, k) by their `bins` (n,).
 
     Without bins, (0,), all are of one. `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the
     first bin leaves is in the second.
@@ -94,4 +91,4 @@ def exact_columns(
                 rounded = quantise(values[row, i], coarse[i])
                 sums[part, 0, at, i] += rounded
                 sums[part, 1, at, i] += quantise(values[row, i] - rounded, fine[i])
-    return sums.sum(axis=0)
+    return sums

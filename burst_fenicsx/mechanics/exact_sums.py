@@ -25,16 +25,16 @@ def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = Non
     values = np.ascontiguousarray(values, dtype=float)
     rows, columns = values.shape
     threads = numba.get_num_threads()
-    largest = column_sizes(threads, values)
+    largest = column_sizes(threads, values).max(axis=0)
     count = rows
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
         count = comm.allreduce(rows)
     finite = largest < _LARGEST
     constants = [two_constants(value, max(count, 1)) for value in np.where(finite, largest, 1.0)]
-    coarse, fine = np.array(constants).reshape(columns, 2).T
+    coarse, fine = np.array(constants).reshape(columns, 2).T.copy()
     of_rows = np.zeros(0, dtype=np.int32) if bins is None else np.asarray(bins, dtype=np.int32)
-    sums = exact_columns(threads, values, of_rows, number, np.ascontiguousarray(coarse), np.ascontiguousarray(fine))
+    sums = exact_columns(threads, values, of_rows, number, coarse, fine).sum(axis=0)
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, sums)
     total: np.ndarray = np.where(finite, sums[0] + sums[1], np.nan)
