@@ -64,9 +64,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(json.dumps(found, indent=1))
     else:
         print_figures(found)
-    if options.history:
+    if options.history or options.readme:
         for words in remember(found):
             print(f"benchmarks: moved: {words}", file=sys.stderr)
+    if options.readme:
+        from benchmarks.readme import write_targets
+
+        write_targets()
     return EXIT_DONE if all(name in found for name in names) else EXIT_NUMERICAL
 
 

@@ -11,6 +11,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.targets import comparisons, machine_name
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
@@ -40,6 +42,8 @@ def remember(found: Mapping[str, Any], folder: Path = HISTORY) -> list[str]:
     line = {
         "date": machine["date"],
         "revision": _revision(),
+        "machine": machine_name(machine),
+        "comparisons": comparisons(found),
         "figures": dict(flat({name: value for name, value in found.items() if name != "machine"})),
     }
     earlier = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []

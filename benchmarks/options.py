@@ -49,7 +49,9 @@ def read_options(
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="which; left out: all but the long ones")
     parser.add_argument("--json", action="store_true", help="one object on stdout, in SI units")
-    parser.add_argument("--readme", action="store_true", help="write the tables of benchmarks/README.md again")
+    parser.add_argument(
+        "--readme", action="store_true", help="write the tables of benchmarks/README.md again; a line in history/"
+    )
     parser.add_argument("--history", action="store_true", help="add a line to benchmarks/history/, say what has moved")
     parser.add_argument("--compare", metavar="REV", help="the named ones on a revision of git and here, in turns")
     parser.add_argument("--quick", action="store_true", help="growth: up to 350 thousand cells")

@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.history import HISTORY
 from benchmarks.table import markdown, shown
+from benchmarks.targets import targets_table
 from validation.readme import insert_tables
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["README", "write_tables"]
+__all__ = ["README", "write_tables", "write_targets"]
 
 README = Path(__file__).resolve().parent / "README.md"
 
@@ -21,6 +23,11 @@ def write_tables(found: Mapping[str, Mapping[str, Any]], path: Path = README) ->
     place = _machine(found["machine"])
     tables = {name: f"{markdown(figures)}\n\n{place}" for name, figures in found.items() if name != "machine"}
     insert_tables(tables, path)
+
+
+def write_targets(folder: Path = HISTORY, path: Path = README) -> None:
+    """Put the table of all targets, on all machines of the history, between its marks."""
+    insert_tables({"targets": targets_table(folder)}, path)
 
 
 def _machine(found: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plain_fenicsx", "step", "threads"]
 
-_STEP_TARGET = 0.5
+_STEP_TARGET = 1.0 / 3.0
 _FULL_TARGET = 0.2
 _LULESH_TARGET = 1.0 / 6.0
 _THREADS_TARGET = 1.85  # two threads over one

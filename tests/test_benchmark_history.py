@@ -9,7 +9,9 @@ import pytest
 
 from benchmarks import history
 from benchmarks.first_run import first_run
+from benchmarks.goal import at_most
 from benchmarks.history import changes, compare, flat, remember
+from benchmarks.targets import targets_table
 from benchmarks.whole import beside
 
 pytestmark = pytest.mark.dolfinx
@@ -17,12 +19,13 @@ pytestmark = pytest.mark.dolfinx
 MACHINE = {"date": "2026-11-24", "processor": "AMD EPYC(R), family 25", "cores": 2}
 
 
-def found(ratio):
-    return {"step": {"ratio": ratio, "met": True, "share": {"burnt": 1.0}, "rows": [1, 2]}, "machine": MACHINE}
+def found(ratio, machine=MACHINE):
+    step = {**at_most(ratio, 0.45, "step over the other"), "share": {"burnt": 1.0}, "rows": [1, 2]}
+    return {"step": step, "machine": machine}
 
 
 def test_figures_are_named_by_their_place():
-    assert dict(flat(found(0.4)["step"])) == {"ratio": 0.4, "share.burnt": 1.0}
+    assert dict(flat(found(0.4)["step"])) == {"ratio": 0.4, "target": 0.45, "share.burnt": 1.0}
 
 
 def test_a_ratio_that_moves_is_said_and_every_run_is_kept(tmp_path):
@@ -44,6 +47,21 @@ def test_what_was_not_measured_last_time_is_compared_with_the_time_before():
     ]
     words = changes(earlier, {"figures": {"step.ratio": 1.5, "new.ratio": 3.0, "step.seconds": 9.0}})
     assert words == ["step.ratio: 1 on a (1), now 1.5"]
+
+
+def test_targets_of_every_machine_stand_in_one_row(tmp_path):
+    """The newest figure of each; what one machine has not measured stays empty, an old line without targets is none."""
+    other = {"date": "2026-11-22", "processor": "Another(R) Processor", "cores": 4}
+    (tmp_path / "a.jsonl").write_text('{"date": "2026-11-01", "revision": "1", "figures": {"step.ratio": 0.1}}\n')
+    remember(found(0.6, other), tmp_path)
+    remember(found(0.5), tmp_path)
+    remember({"more": at_most(2.0, 1.0, "more over less"), **found(0.4)}, tmp_path)
+    assert targets_table(tmp_path).splitlines() == [
+        "| what | target | AMD EPYC, family 25, 2 cores | Another Processor, 4 cores |",
+        "| --- | --- | --- | --- |",
+        "| step: step over the other | 0.45 | 0.4 (2026-11-24) | 0.6 MISSED (2026-11-22) |",
+        "| more: more over less | 1 | 2 MISSED (2026-11-24) |  |",
+    ]
 
 
 def test_two_revisions_are_measured_in_turns(monkeypatch):
@@ -97,6 +115,8 @@ def test_a_whole_run_stands_beside_the_plain_step():
     assert not figures["met"]
     assert len(figures["parts"]) == 8
     assert figures["parts"][0]["seconds_per_cell_step"] == pytest.approx(2e-3)
+    assert figures["alone"]["ratio"] == pytest.approx(0.3 / 0.14)
+    assert not figures["alone"]["met"]
 
 
 def test_the_first_run_is_compared_with_the_second(monkeypatch):

@@ -69,7 +69,7 @@ def column_sizes(threads: int, values: np.ndarray) -> np.ndarray:
             for i in range(columns):
                 size = abs(values[row, i])
                 if not size <= found[part, i]:
-                    found[part, i] = size if size == size else np.inf  # noqa: PLR0124 - only NaN differs from itself
+                    found[part, i] = size if size == size else np.inf
     return found
 
 
