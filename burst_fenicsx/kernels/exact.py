@@ -69,7 +69,7 @@ def column_sizes(threads: int, values: np.ndarray) -> np.ndarray:
             for i in range(columns):
                 size = abs(values[row, i])
                 if not size <= found[part, i]:
-                    found[part, i] = size if size == size else np.inf
+                    found[part, i] = np.inf if np.isnan(size) else size
     return found
 
 
