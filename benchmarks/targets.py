@@ -43,7 +43,8 @@ def targets_table(folder: Path) -> str:
                 newest.setdefault(what, {})[line["machine"]] = (line["date"], one)
     rows = []
     for what, by_machine in newest.items():
-        target = list(by_machine.values())[-1][1]["target"]
+        _, last = max(by_machine.values(), key=lambda measured: measured[0])
+        target = last["target"]
         rows.append((what, target, *(_cell(by_machine.get(name)) for name in machines)))
     return markdown_table(("what", "target", *machines), rows)
 

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
 
-__all__ = ["column_sizes", "exact_columns", "quantise", "quantum", "rounding_constant", "two_constants"]
+__all__ = ["add_exactly", "column_sizes", "quantise", "quantum", "rounding_constant", "two_constants"]
 
 _SMALLEST = 1e-280  # bound below which terms are rounded to nothing: their quanta would be no normal numbers
 
@@ -59,36 +58,27 @@ def two_constants(largest: float, count: int) -> tuple[float, float]:
     return coarse, rounding_constant(max(0.125 * count * quantum(coarse), _SMALLEST))
 
 
-@parallel_kernel
-def column_sizes(threads: int, values: np.ndarray) -> np.ndarray:
-    """Largest size in every column of `values` (n, k) by thread, (`threads`, k); infinite by a NaN."""
-    rows, columns = values.shape
-    found = np.zeros((threads, columns))
-    for part in numba.prange(threads):
-        for row in range(part * rows // threads, (part + 1) * rows // threads):
-            for i in range(columns):
-                size = abs(values[row, i])
-                if not size <= found[part, i]:
-                    found[part, i] = np.inf if np.isnan(size) else size
+@kernel
+def column_sizes(values: np.ndarray) -> np.ndarray:
+    """Largest size in every column of `values` (n, k), (k,); infinite by a NaN."""
+    found = np.zeros(values.shape[1])
+    for row in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            size = abs(values[row, i])
+            if not size <= found[i]:
+                found[i] = np.inf if np.isnan(size) else size
     return found
 
 
-@parallel_kernel
-def exact_columns(
-    threads: int, values: np.ndarray, bins: np.ndarray, number: int, coarse: np.ndarray, fine: np.ndarray
-) -> np.ndarray:
-    """Exact sums by thread (`threads`, 2, `number`, k) of the rows of `values` (n, k) by their `bins` (n,).
+@kernel
+def add_exactly(values: np.ndarray, bins: np.ndarray, coarse: np.ndarray, fine: np.ndarray, sums: np.ndarray) -> None:
+    """Add rows of `values` (n, k) to their `bins` (n,) of `sums` (2, bins, k), which are exact; without bins to one.
 
-    Without bins, (0,), all are of one. `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the
-    first bin leaves is in the second.
+    `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the first bin leaves is in the second.
     """
-    rows, columns = values.shape
-    sums = np.zeros((threads, 2, number, columns))
-    for part in numba.prange(threads):
-        for row in range(part * rows // threads, (part + 1) * rows // threads):
-            at = bins[row] if bins.size > 0 else 0
-            for i in range(columns):
-                rounded = quantise(values[row, i], coarse[i])
-                sums[part, 0, at, i] += rounded
-                sums[part, 1, at, i] += quantise(values[row, i] - rounded, fine[i])
-    return sums
+    for row in range(values.shape[0]):
+        at = bins[row] if bins.size > 0 else 0
+        for i in range(values.shape[1]):
+            rounded = quantise(values[row, i], coarse[i])
+            sums[0, at, i] += rounded
+            sums[1, at, i] += quantise(values[row, i] - rounded, fine[i])

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.exact import column_sizes, exact_columns, two_constants
+from burst_fenicsx.kernels.exact import add_exactly, column_sizes, two_constants
 
 __all__ = ["exact_sum", "exact_sums"]
 
@@ -24,8 +23,7 @@ def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = Non
     """
     values = np.ascontiguousarray(values, dtype=float)
     rows, columns = values.shape
-    threads = numba.get_num_threads()
-    largest = column_sizes(threads, values).max(axis=0)
+    largest = column_sizes(values)
     count = rows
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
@@ -34,7 +32,8 @@ def exact_sums(comm: MPI.Comm, values: np.ndarray, bins: np.ndarray | None = Non
     constants = [two_constants(value, max(count, 1)) for value in np.where(finite, largest, 1.0)]
     coarse, fine = np.array(constants).reshape(columns, 2).T.copy()
     of_rows = np.zeros(0, dtype=np.int32) if bins is None else np.asarray(bins, dtype=np.int32)
-    sums = exact_columns(threads, values, of_rows, number, coarse, fine).sum(axis=0)
+    sums = np.zeros((2, number, columns))
+    add_exactly(values, of_rows, coarse, fine, sums)
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, sums)
     total: np.ndarray = np.where(finite, sums[0] + sums[1], np.nan)
