@@ -104,7 +104,7 @@ class RingFields(BurstFields):
         source = self.blocks.slot_of_cell
         super().regroup(level, highest)
         kept = np.empty((len(self.blocks.cells), ROWS_OF_CELLS * LANES))
-        move_lanes(source[self.blocks.cells.ravel()], self.rings.kept, kept)
+        move_lanes(source[self.blocks.cells.ravel()], np.arange(len(kept)), self.rings.kept, kept)
         self.rings = self.rings._replace(kept=kept)
 
 

@@ -59,12 +59,16 @@ def blocks_are_mixed(
 
 
 @parallel_kernel
-def move_lanes(source: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
-    """Move rows of lanes, (blocks, rows LANES), to other blocks: `source` (slots,) int32 is each slot's old one."""
+def move_lanes(source: np.ndarray, blocks: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
+    """Move rows of lanes, (blocks, rows LANES), to the given `blocks` (k,) of `new`.
+
+    `source` (slots,) int32 is the old slot of each of the new ones.
+    """
     rows = old.shape[1] // LANES
-    for block in numba.prange(source.size // LANES):
-        begin = block * LANES
-        for row in range(rows):
-            for lane in range(LANES):
-                slot = source[begin + lane]
-                new[block, row * LANES + lane] = old[slot // LANES, row * LANES + slot % LANES]
+    for k in numba.prange(blocks.size):
+        block = np.uint64(blocks[k])
+        for lane in range(LANES):
+            slot = np.uint64(source[block * LANES + lane])
+            before, place = slot // np.uint64(LANES), slot % np.uint64(LANES)
+            for row in range(rows):
+                new[block, row * LANES + lane] = old[before, row * LANES + place]

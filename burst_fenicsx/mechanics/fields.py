@@ -202,8 +202,9 @@ class BurstFields:
         """
         old, new = self.blocks, self.chunks.blocks(level, highest)
         source = old.slot_of_cell[new.cells.ravel()]
-        hourglass = np.empty((len(new.cells), self.solid.hourglass.shape[1]))
-        move_lanes(source, self.solid.hourglass, hourglass)
+        hourglass = np.zeros((len(new.cells), self.solid.hourglass.shape[1]))
+        of_solids = np.flatnonzero(new.material % len(Part) != Part.CHARGE)  # a charge's cells store none
+        move_lanes(source, of_solids, self.solid.hourglass, hourglass)
         grid, solid = self.grid, self.solid
         self.blocks = new
         mixed = np.empty(len(new.cells), dtype=np.int8)

@@ -117,8 +117,8 @@ class Subcycling:
         """Level (cells,) int8 of each cell by its own allowed step (s) and, beside contact, at least that given."""
         with np.errstate(divide="ignore"):
             level = np.clip(np.ceil(np.log2(step / allowed) - 1e-9), 0, _HIGHEST).astype(np.int8)
-        level[self._beside_contact] = np.maximum(level[self._beside_contact], beside_contact)
-        return level
+        least: np.ndarray = self._beside_contact * np.int8(beside_contact)
+        return np.maximum(level, least, out=level)
 
     def _graded(self, level: np.ndarray) -> np.ndarray:
         """Raise levels until those of cells that share a node differ by one at most; collective."""
