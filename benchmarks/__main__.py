@@ -27,6 +27,7 @@ BENCHMARKS = {
     "step": ("step.step", "whole step, beside plain FEniCSx and LULESH"),
     "plain_fenicsx": ("step.plain_fenicsx", "the baseline: explicit J2 in plain dolfinx and numpy"),
     "threads": ("step.threads", "whole step on one thread, two and all"),
+    "block": ("block.block", "64,000 steel bricks that flow, without contact, in cells and steps a second"),
     "growth": ("growth.growth", "exponents of cost over cells, of searches over surface nodes"),
     "memory": ("resources.memory", "peak resident memory with 3 mm cells"),
     "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),

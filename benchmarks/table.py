@@ -59,7 +59,7 @@ def shown(key: str, value: object) -> str:
         return str(value)
     if "per_second" in key:
         unit = "B/s" if key.startswith("bytes") else "/s"
-        return f"{1e-9 * value:.3g} G{unit}"
+        return f"{1e-9 * value:.3g} G{unit}" if value >= 1e9 else f"{1e-6 * value:.3g} M{unit}"
     if "seconds" in key or key == "time_step":
         return _with_prefix(value, "s")
     if key == "cell_size":
