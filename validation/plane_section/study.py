@@ -19,7 +19,7 @@ from validation.plane_section.check import (
     single_rows,
 )
 from validation.runs import ROOT, STOPPED, StudyError, summary_of
-from validation.soundness import sound
+from validation.soundness import sound, void_where_unsound
 from validation.stack_trends.check import Focus, focus_of, varied
 
 if TYPE_CHECKING:
@@ -81,11 +81,8 @@ def _burst(folder: Path) -> dict[str, Any]:
 def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Burst single sections, the pair over cell sizes, and pairs over gaps, delays and friction."""
     sections = _Sections(runs)
-    try:
+    with void_where_unsound(sections.unsound, rows):
         _compare(sections, options, rows)
-    finally:
-        if sections.unsound:
-            rows[:] = sections.unsound  # void
 
 
 def _compare(sections: _Sections, options: Options, rows: list[Row]) -> None:

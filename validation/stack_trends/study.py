@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from validation.runs import ROOT, STOPPED, StudyError, summary_of
-from validation.soundness import sound
+from validation.soundness import sound, void_where_unsound
 from validation.stack_trends.check import (
     NAME,
     REFERENCE,
@@ -71,11 +71,8 @@ def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Burst single round, pairs over gaps and delays, and longer rows."""
     quick = "quick_" if options.quick else ""
     stacks = _Stacks(runs, options.cell_size or REFERENCE[f"{quick}size"])
-    try:
+    with void_where_unsound(stacks.unsound, rows):
         _compare(stacks, quick, rows)
-    finally:
-        if stacks.unsound:
-            rows[:] = stacks.unsound  # void
 
 
 def _compare(stacks: _Stacks, quick: str, rows: list[Row]) -> None:
