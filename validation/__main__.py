@@ -1,8 +1,9 @@
 """`python -m validation [NAME...] [--quick] [--json]`: run the cases, compare, print the table.
 
 Exit code 0 when every check passed, 1 when one failed or a result was not kept, 2 for bad input, that of fragfield when
-a run failed, 4 for a fault in a study; a case that cannot go on does not keep the others from being computed. What
-`--record` and `--readme` replace is kept case by case, and only by whole results: see `validation.keeping`.
+a run failed, 4 for a fault in a study. A case that cannot go on does not keep the others from being computed, and the
+rows that it has already stay. What `--record` and `--readme` replace is kept case by case, and only by whole results:
+see `validation.keeping`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import traceback
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_FAULT, EXIT_INPUT, nearest
@@ -26,9 +28,10 @@ from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
 from validation.plane_section import study as plane_section
 from validation.products import study as products
+from validation.readme import LADDER
 from validation.record import Outcome
 from validation.rows import print_rows
-from validation.runs import FOLDER, Runs, StudyError
+from validation.runs import FOLDER, ROOT, Runs, StudyError
 from validation.sensitivities import study as sensitivities
 from validation.solid import study as solid
 from validation.stack_trends import study as stack_trends
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from validation.options import Options
+    from validation.rows import Row
 
 CASES = {
     "products": products.study,
@@ -90,16 +94,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def computed(name: str, options: Options, runs: Runs) -> tuple[Outcome, int]:
-    """The outcome of a case and the exit code that it asks for; a study that cannot go on, or has a fault, says why."""
+    """The outcome of a case and the exit code that it asks for.
+
+    A study adds its rows to a list as it gets them. If it cannot go on, or has a fault, those that it has are kept, and
+    a message says why and how far it came.
+    """
+    rows: list[Row] = []
     try:
-        return Outcome(tuple(CASES[name](options, runs))), 0
+        CASES[name](options, runs, rows)
     except StudyError as error:
-        print(f"validation: {error}", file=sys.stderr)
-        return Outcome((), str(error)), error.code
+        print(f"validation: {name}: {error}; {_kept(rows)}", file=sys.stderr)
+        return Outcome(tuple(rows), str(error)), error.code
     except Exception as error:  # noqa: BLE001 - of one study: the others, and what is recorded, must not suffer from it
         traceback.print_exc()
-        print(f"validation: {name}: a fault in the study, see above", file=sys.stderr)
-        return Outcome((), f"{type(error).__name__}: {error}"), EXIT_FAULT
+        fault = f"{type(error).__name__}: {error}"
+        print(f"validation: {name}: a fault in {_step(error)}: {fault}; {_kept(rows)}", file=sys.stderr)
+        return Outcome(tuple(rows), fault), EXIT_FAULT
+    return Outcome(tuple(rows)), 0
+
+
+def _step(error: Exception) -> str:
+    """The innermost place of the ladder's own code that a fault came through, as `file:line, function`."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = [frame for frame in frames if Path(frame.filename).is_relative_to(LADDER.parent)][-1]
+    return f"{Path(place.filename).relative_to(ROOT)}:{place.lineno}, {place.name}"
+
+
+def _kept(rows: Sequence[Row]) -> str:
+    """How many rows there are already, and which was the last."""
+    if not rows:
+        return "no row was computed before it"
+    return f"{len(rows)} rows were computed before it, the last of them {rows[-1].quantity!r}"
 
 
 if __name__ == "__main__":

@@ -5,14 +5,15 @@ Where one of these rows fails, the comparison is void: the study returns them al
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from validation.rows import Row, within
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
-__all__ = ["all_passed", "sound"]
+__all__ = ["all_passed", "sound", "void_where_unsound"]
 
 _SOURCE = "own bound"
 
@@ -41,6 +42,16 @@ def sound(case: str, summary: Mapping[str, Any], bounds: Mapping[str, float], la
         within(case, f"{start}lost cells", float(burst["lost_cells"]), 0.0, 0.0, _SOURCE),
         within(case, f"{start}cell size", size, 0.0, coarsest, _SOURCE, "mm"),
     ]
+
+
+@contextmanager
+def void_where_unsound(unsound: list[Row], rows: list[Row]) -> Iterator[None]:
+    """A comparison of several bursts: where one of them adds a row to `unsound`, such rows are all that is left."""
+    try:
+        yield
+    finally:
+        if unsound:
+            rows[:] = unsound
 
 
 def all_passed(rows: Iterable[Row]) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from flight.arguments import real_array, require_number
 from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
-from flight.errors import DragTableWarning, InputError, nearest
+from flight.errors import CoarseMapWarning, DragTableWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
@@ -21,6 +21,7 @@ from flight.integrate.legs import legs_between
 from flight.result import FlightResult, Status
 from flight.scene.air import Air, ConstantAir, StandardAtmosphere
 from flight.scene.bounce import Bounce
+from flight.scene.height_map import HeightMap
 from flight.scene.scene import Scene
 from flight.shape import describe, shaped
 
@@ -33,13 +34,15 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.hazard.density.near_ground import NearGround
     from flight.integrate.integrator import Integrator
-    from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
     from flight.scene.wind import Wind
     from flight.shape import Shape
 
 __all__ = ["FlightProgress", "fly"]
+
+RESOLVED_TURN = 20.0  # degrees from cell to cell: slides on a parabola end within 3 % of their length
+NOTABLE_SHARE = 0.01  # of the fragments at rest
 
 
 def fly(
@@ -221,6 +224,18 @@ def _check(
         raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
 
 
+def _warn_of_coarse_cells(ground: HeightMap, rest: NDArray[np.float64]) -> None:
+    """Warn where fragments came to rest, at (n, 2) positions, on cells that do not resolve the ground's curvature."""
+    number = int((ground.turns_at(rest[:, 0], rest[:, 1]) > math.radians(RESOLVED_TURN)).sum())
+    if number > NOTABLE_SHARE * len(rest):
+        warnings.warn(
+            f"{ground.name}: {number} of {len(rest)} fragments came to rest where the ground turns by more than "
+            f"{RESOLVED_TURN:g} degrees from one cell of {ground.step[0]:g} by {ground.step[1]:g} m to the next; such "
+            "cells do not resolve it, and how far fragments slide depends on them",
+            CoarseMapWarning, stacklevel=4,
+        )  # fmt: skip
+
+
 def _summary(
     result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: FlightJob, seconds: float
 ) -> dict[str, Any]:
@@ -235,6 +250,8 @@ def _summary(
             f"table's last entry (fastest: Mach {extremes[:, 3].max():.3g}); its last coefficient was used there",
             DragTableWarning, stacklevel=3,
         )  # fmt: skip
+    if job.scene.bounce is not None and isinstance(job.scene.ground, HeightMap):
+        _warn_of_coarse_cells(job.scene.ground, at_rest + job.origin)
     return {
         "fragments": len(landing),
         "mass": float(landing["mass"].sum()),

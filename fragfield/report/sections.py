@@ -113,9 +113,7 @@ def _inputs(run: RunFiles) -> Section:
 
 
 def _validation(run: RunFiles) -> Section:
-    version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))
-    blocks = list(validation_blocks(read_record(), version, revision))
-    return Section("validation", "Validation of this version", blocks)
+    return Section("validation", "Validation of this version", list(validation_blocks(read_record(), run)))
 
 
 def _provenance(run: RunFiles) -> Section:

@@ -50,7 +50,7 @@ def alone(run):
 @pytest.mark.cores
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="a helper needs its own core")
 def test_a_helper_draws_the_same_bytes(run, alone):
-    figures = FigureQueue(run, helped=True)
+    figures = FigureQueue(run, helped=True, fewest=1)
     for name, function in DRAWINGS.items():
         figures.add(name, function)
     figures._thread.join(timeout=0.0)
@@ -58,6 +58,22 @@ def test_a_helper_draws_the_same_bytes(run, alone):
         assert figures._thread.is_alive()
         figures._thread.join(timeout=0.05)
     assert figures.finish() == {name: alone[name] for name in DRAWINGS}
+    figures.close()
+
+
+def test_a_helper_is_not_started_for_a_few_figures(run, alone, monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    figures = FigureQueue(run, helped=True)
+    for name, function in DRAWINGS.items():
+        figures.add(name, function)
+    assert figures._thread is None
+    assert figures.finish() == {name: alone[name] for name in DRAWINGS}
+    assert figures._process is None
+    started = []
+    monkeypatch.setattr(FigureQueue, "_start", lambda self: started.append(len(self._waiting)))
+    for number in range(side_by_side._FEWEST):
+        figures.add(f"figure {number}", nothing)
+    assert started == [side_by_side._FEWEST]
     figures.close()
 
 
@@ -72,7 +88,7 @@ def test_a_helper_draws_the_same_bytes(run, alone):
 def test_without_its_helper_a_report_is_whole(run, alone, monkeypatch, helper):
     monkeypatch.setattr(side_by_side, "_SERVE", helper)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
-    figures = FigureQueue(run, helped=True)
+    figures = FigureQueue(run, helped=True, fewest=1)
     for name, function in DRAWINGS.items():
         figures.add(name, function)
     assert figures.finish() == {name: alone[name] for name in DRAWINGS}
@@ -82,7 +98,7 @@ def test_without_its_helper_a_report_is_whole(run, alone, monkeypatch, helper):
 def test_an_error_of_the_report_ends_the_helper(run, monkeypatch):
     monkeypatch.setattr(side_by_side, "_SERVE", "print('ready', flush=True); input(); import time; time.sleep(600)")
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
-    figures = FigureQueue(run, helped=True)
+    figures = FigureQueue(run, helped=True, fewest=1)
     figures.add("speed_along_round", DRAWINGS["speed_along_round"])
     thread = figures._thread
     while figures._waiting or figures._process is None:

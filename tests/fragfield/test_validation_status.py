@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import json
+from functools import cache
+from itertools import product
+from pathlib import Path
 
 import pytest
 
+from fragfield.case import load_case
+from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
+from fragfield.report.findings.bearing import STUDIES, bears_on
 from fragfield.report.findings.validation_status import read_record, validation_blocks, validation_words
+from fragfield.report.reading.run_files import RunFiles
+from validation.__main__ import CASES
+from validation.runs import ROOT
 
 
 def row(quantity="speed at 19 mm", passed: bool | None = True, tolerance: float | None = 0.03) -> dict:
@@ -16,6 +25,10 @@ def row(quantity="speed at 19 mm", passed: bool | None = True, tolerance: float 
         "case": "copper_cylinder", "quantity": quantity, "ours": 1440.0, "reference": 1397.0, "error": -0.031,
         "tolerance": tolerance, "passed": passed, "source": "LLNL handbook", "unit": "m/s",
     }  # fmt: skip
+
+
+def run_of(version="0.1.0", revision="", **others):
+    return RunFiles(Path(), provenance={"program_version": version, "revision": revision}, **others)
 
 
 def record(tmp_path, *rows, revision="abcdef012345", version="0.1.0", stopped=None):
@@ -46,21 +59,21 @@ def test_evidence_is_that_of_the_run_only_from_the_same_clean_source(tmp_path, v
 
 def test_weight_follows_from_version_and_misses(tmp_path):
     passed = record(tmp_path, row(), row(passed=None))
-    assert validation_words(passed, "0.1.0", "abcdef012345")[0] == "good"
-    assert "1 of 1 checks passed" in validation_words(passed, "0.1.0", "abcdef012345")[1]
-    assert validation_words(passed, "0.1.0", "0")[0] == "note"
-    weight, words = validation_words(passed, "9.0", "")
+    assert validation_words(passed, run_of("0.1.0", "abcdef012345"))[0] == "good"
+    assert "1 of 1 checks passed" in validation_words(passed, run_of("0.1.0", "abcdef012345"))[1]
+    assert validation_words(passed, run_of("0.1.0", "0"))[0] == "note"
+    weight, words = validation_words(passed, run_of("9.0"))
     assert weight == "warning"
     assert "not all computed by version 9.0" in words
     missed = record(tmp_path, row(), row(passed=False), stopped="the ledger is open")
-    weight, words = validation_words(missed, "0.1.0", "abcdef012345")
+    weight, words = validation_words(missed, run_of("0.1.0", "abcdef012345"))
     assert weight == "note"
     assert "1 of 2 checks passed, copper_cylinder stopped, computed by the same revision as this result" in words
 
 
 def test_every_miss_is_named_with_its_error_and_source(tmp_path):
     found = record(tmp_path, row("speed at 6 mm"), row(passed=False), row("bound", passed=False, tolerance=0.0))
-    paragraph, cases, misses = validation_blocks(found, "0.1.0", "abcdef012345")
+    paragraph, cases, misses = validation_blocks(found, run_of("0.1.0", "abcdef012345"))
     assert isinstance(paragraph, Paragraph)
     assert isinstance(cases, Table)
     assert isinstance(misses, Table)
@@ -72,10 +85,10 @@ def test_every_miss_is_named_with_its_error_and_source(tmp_path):
 
 def test_program_without_a_record_says_so(tmp_path):
     found = read_record(tmp_path / "nothing.json")
-    weight, words = validation_words(found, "0.1.0", "")
+    weight, words = validation_words(found, run_of())
     assert weight == "warning"
     assert "make one by “python -m validation --record”" in words
-    assert len(list(validation_blocks(found, "0.1.0", ""))) == 1
+    assert len(list(validation_blocks(found, run_of()))) == 1
 
 
 def test_other_files_are_refused(tmp_path):
@@ -88,3 +101,79 @@ def test_other_files_are_refused(tmp_path):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=words):
             read_record(path)
+
+
+@cache
+def ready(name, products=None, geometry=None):
+    """A run of one of the cases that come with the program, as far as the choice of checks looks at it."""
+    case = load_case(ROOT / "cases" / f"{name}.toml")
+    changes = {"products": products or case.burst.products}
+    case = case.model_copy(update={"burst": case.burst.model_copy(update=changes)})
+    return run_of(case=case, geometry=geometry or burst_geometry(case).geometry)
+
+
+def near(run):
+    """Studies of the shipped record with their misses that bear on a run."""
+    found = {}
+    for row in read_record().misses():
+        if bears_on(row, run):
+            found.setdefault(row["case"], []).append(row["quantity"])
+    return found
+
+
+def test_every_study_of_the_ladder_has_subjects():
+    assert STUDIES.keys() == CASES.keys()
+
+
+def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
+    """Both are held against what holds for any casing: strength, wall speed, counts of single rounds."""
+    tube, pair = near(ready("tube")), near(ready("m107_pair"))
+    assert {"solid", "steel_tubes", "axisymmetric", "m107_1944"} == tube.keys()
+    everything = {row["case"] for row in read_record().misses()}
+    assert pair.keys() == everything - {"copper_cylinder", "plane_section"}
+    assert len(pair["m107_pair"]) == sum(row["case"] == "m107_pair" for row in read_record().misses())
+    mirrored = near(ready("m107_pair_mirrored"))
+    assert mirrored == pair  # one round before a plane of symmetry is a pair
+
+
+def test_misses_of_a_law_of_the_products_belong_to_it():
+    assert "copper_cylinder" in near(ready("grenade_155_tnt"))
+    assert ready("grenade_155_tnt").case.burst.products == "landau"
+    assert all("landau_cj" not in name for name in near(ready("tube", "jwl"))["axisymmetric"])
+
+
+def test_given_fragments_are_held_against_the_flight_alone():
+    arena = run_of(summary={"flight": {"fragments_file": "fragments.h5"}})
+    checks = [row for case in read_record().cases.values() for row in case["rows"] if bears_on(row, arena)]
+    assert checks
+    assert {row["case"] for row in checks} == {"m107_1944"}
+    assert all(row["quantity"].startswith("law prescribed") for row in checks)
+
+
+def test_no_miss_vanishes_from_every_report():
+    names = ("tube", "grenade_155_tnt", "m107_tnt", "m107_pair", "m107_row4", "m107_pallet_2x4")
+    laws = ("landau", "landau_cj", "jwl")
+    runs = [ready(name, law) for name, law in product(names, laws)] + [ready("m107_pair", None, "plane")]
+    for row in read_record().misses():
+        assert any(bears_on(row, run) for run in runs), row["quantity"]
+
+
+def test_a_check_of_an_unknown_study_or_a_run_without_its_case_leaves_nothing_out():
+    assert bears_on({"case": "a new study", "quantity": "speed"}, ready("tube"))
+    bare, misses = near(run_of()), read_record().misses()
+    geometries = ("plane_section", "axisymmetric")  # which it has is known without the case
+    assert {row["case"] for row in misses} - bare.keys() <= set(geometries)
+    for study in bare.keys() - set(geometries):
+        assert len(bare[study]) == sum(row["case"] == study for row in misses)
+
+
+def test_the_section_names_what_bears_on_the_case_and_counts_the_others():
+    misses = len(read_record().misses())
+    for name in ("tube", "m107_pair"):
+        run = ready(name)
+        paragraph, _, table, rest = validation_blocks(read_record(), run)
+        shown = sum(map(len, near(run).values()))
+        assert f"Of the {misses} missed {shown} bear on this case." in paragraph.text
+        assert len(table.lines) == shown
+        assert rest.text.startswith(f"{misses - shown} more checks were missed")
+        assert "fragfield/data/validation.json" in rest.text

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import h5py
@@ -141,14 +143,26 @@ def test_a_mirrored_ensemble_is_symmetric(runs):
         assert abs(difference.value) < 4.0 * difference.error
 
 
-def study(runs, *options):
+def study(runs, *options, realisations=2):
     given = [f"--{name}={folder}" for name, folder in runs.items()]
-    return main(["paper_3_2", *given, "--realisations", "40", "--json", *options])
+    return main(["paper_3_2", *given, "--realisations", str(realisations), "--json", *options])
 
 
-def test_the_study_compares_given_runs(runs, capsys, tmp_path):
-    code = study(runs, "--out", str(tmp_path / "made"))
-    rows = {row["quantity"].split(" (")[0]: row for row in json.loads(capsys.readouterr().out)}
+@pytest.fixture(scope="module")
+def compared(runs, tmp_path_factory):
+    """Exit code, rows by quantity, tables for the README and folder of a study of the three runs."""
+    folder, tables, printed = tmp_path_factory.mktemp("compared"), {}, StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
+        patch.setattr("validation.paper_3_2.study.insert_tables", tables.update)
+        patch.setattr("validation.keeping.insert_tables", lambda *_: None)
+        patch.setattr("validation.paper_3_2.study.PICTURES", folder / "pictures")
+        code = study(runs, "--readme", "--out", str(folder / "made"), realisations=40)
+    rows = {row["quantity"].split(" (")[0]: row for row in json.loads(printed.getvalue())}
+    return code, rows, tables, folder
+
+
+def test_the_study_compares_given_runs(compared):
+    code, rows, _, folder = compared
     assert code == (1 if any(row["passed"] is False for row in rows.values()) else 0)
     number = rows["ring: number ratio within 20 deg of 90 and 270"]
     assert number["ours"] > 3.0  # everything thrown inwards goes there
@@ -158,22 +172,17 @@ def test_the_study_compares_given_runs(runs, capsys, tmp_path):
     same = [row for name, row in rows.items() if name.startswith("one round with a plane of symmetry")]
     assert len(same) == 6
     assert all(row["passed"] for row in same)
-    assert (tmp_path / "made" / "paper_3_2_ring.png").is_file()
-    assert "ring" in (tmp_path / "made" / "paper_3_2.txt").read_text(encoding="utf-8")
+    assert (folder / "made" / "paper_3_2_ring.png").is_file()
+    assert "ring" in (folder / "made" / "paper_3_2.txt").read_text(encoding="utf-8")
 
 
-def test_the_readme_gets_tables_sentence_and_picture(runs, capsys, monkeypatch, tmp_path):
-    given = {}
-    monkeypatch.setattr("validation.paper_3_2.study.insert_tables", given.update)
-    monkeypatch.setattr("validation.keeping.insert_tables", lambda *_: None)
-    monkeypatch.setattr("validation.paper_3_2.study.PICTURES", tmp_path / "pictures")
-    study({name: runs[name] for name in ("single", "pair")}, "--readme", "--out", str(tmp_path / "made"))
+def test_the_readme_gets_tables_sentence_and_picture(compared):
+    _, _, given, folder = compared
     assert set(given) == {"paper_3_2", "paper_3_2_sentence", "paper_3_2_versions"}
     assert given["paper_3_2"].startswith("| pair over single | ±5° |")
     assert "half-width" in given["paper_3_2_sentence"]
     assert "cells of 10 mm, products landau_cj" in given["paper_3_2_versions"]
-    assert (tmp_path / "pictures" / "paper_3_2_ring.png").read_bytes().startswith(b"\x89PNG")
-    capsys.readouterr()
+    assert (folder / "pictures" / "paper_3_2_ring.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_an_open_ledger_makes_the_comparison_void(runs, capsys, tmp_path):

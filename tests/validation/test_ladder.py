@@ -13,6 +13,8 @@ import pytest
 
 from validation import __main__ as ladder
 from validation import keeping, record
+from validation.mean_mass import study as mean_mass
+from validation.mean_mass.check import check_laws
 from validation.rows import compare, rows_table, within
 from validation.runs import StudyError
 from validation.soundness import all_passed, sound
@@ -52,6 +54,11 @@ def test_rows_that_inform_do_not_fail():
     assert all_passed([compare("case", "x", 2.0, 1.0, None, "book")])
 
 
+def _gives(*rows):
+    """A study that computes these rows."""
+    return lambda options, runs, found: found.extend(rows)
+
+
 def _run(monkeypatch, tmp_path, arguments, studies):
     monkeypatch.setattr(ladder, "CASES", studies)
     monkeypatch.setattr(ladder, "IN_FULL", tuple(studies))
@@ -63,7 +70,7 @@ def _stops(*_):
 
 
 def test_a_case_that_stops_does_not_keep_the_others_from_being_computed(monkeypatch, tmp_path, capsys):
-    studies = {"stops": _stops, "passes": lambda *_: [_row(True)]}
+    studies = {"stops": _stops, "passes": _gives(_row(True))}
     assert _run(monkeypatch, tmp_path, ["--json"], studies) == 3
     reported = capsys.readouterr()
     assert [row["case"] for row in json.loads(reported.out)] == ["case"]
@@ -72,7 +79,7 @@ def test_a_case_that_stops_does_not_keep_the_others_from_being_computed(monkeypa
 
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1)])
 def test_the_exit_code_shows_failure(monkeypatch, tmp_path, capsys, passed, code):
-    assert _run(monkeypatch, tmp_path, [], {"one": lambda *_: [_row(passed)]}) == code
+    assert _run(monkeypatch, tmp_path, [], {"one": _gives(_row(passed))}) == code
     assert ("MISSED" in capsys.readouterr().out) is not passed
 
 
@@ -90,7 +97,7 @@ def kept(monkeypatch, tmp_path, capsys):
 
 
 def test_the_record_keeps_the_cases_that_were_not_computed_again(kept):
-    studies = {"one": lambda *_: [_row(True)], "two": lambda *_: [_row(False)]}
+    studies = {"one": _gives(_row(True)), "two": _gives(_row(False))}
     assert kept(["two", "--quick", "--record"], studies)[0] == 1
     code, words, entries = kept(["one", "--record"], studies)
     assert (code, words, list(entries)) == (0, "", ["one", "two"])
@@ -108,8 +115,9 @@ def test_a_case_that_had_stopped_is_shown_so():
     assert "stopped: the burst ended with exit code 3" in record.overview({"one": stopped}, ("one",))
 
 
-def _faulty(*_):
-    return [_row(True), 1 // 0]
+def _faulty(options, runs, rows):
+    rows += [_row(True), replace(_row(True), quantity="mass")]
+    rows.append(1 // 0)
 
 
 _NO_NUMBER = within("one", "n", math.nan, 0.0, 2.0, "own")
@@ -119,15 +127,15 @@ _NO_NUMBER = within("one", "n", math.nan, 0.0, 2.0, "own")
     ("study", "arguments", "code", "why", "rows"),
     [
         (_stops, [], 3, "stopped: the burst ended with exit code 3", []),
-        (_faulty, [], 4, "stopped: ZeroDivisionError: integer division or modulo by zero", []),
-        (lambda *_: [], [], 1, "there are no rows", []),
-        (lambda *_: [_row(True), _row(True), _NO_NUMBER], [], 1, "rows without a number: n", ["speed", "speed", "n"]),
-        (lambda *_: [_row(True)], [], 1, "1 rows, the record has 2, among them mass", ["speed"]),
-        (lambda *_: [_row(True), _row(True)], ["--quick"], 1, "these are coarse cells (--quick)", ["speed", "speed"]),
+        (_faulty, [], 4, "stopped: ZeroDivisionError: integer division or modulo by zero", ["speed", "mass"]),
+        (_gives(), [], 1, "there are no rows", []),
+        (_gives(_row(True), _row(True), _NO_NUMBER), [], 1, "rows without a number: n", ["speed", "speed", "n"]),
+        (_gives(_row(True)), [], 1, "1 rows, the record has 2, among them mass", ["speed"]),
+        (_gives(_row(True), _row(True)), ["--quick"], 1, "these are coarse cells (--quick)", ["speed", "speed"]),
     ],
 )
 def test_only_a_whole_result_replaces_the_record(kept, tmp_path, study, arguments, code, why, rows):
-    good = {"one": lambda *_: [_row(True), replace(_row(True), quantity="mass")], "two": lambda *_: [_row(True)]}
+    good = {"one": _gives(_row(True), replace(_row(True), quantity="mass")), "two": _gives(_row(True))}
     _, _, before = kept(["--record"], good)
     found, words, entries = kept(["--record", *arguments], {"one": study, "two": good["two"]})
     beside = tmp_path / "data" / "validation.partial.json"
@@ -143,24 +151,50 @@ def test_only_a_whole_result_replaces_the_record(kept, tmp_path, study, argument
     assert not beside.exists()
 
 
+def test_a_fault_is_reported_with_study_place_and_the_rows_before_it(kept):
+    code, words, _ = kept(["--record"], {"one": _faulty, "two": _gives(_row(True))})
+    assert code == 4
+    message = next(line for line in words.splitlines() if line.startswith("validation: one: a fault in "))
+    assert message.startswith("validation: one: a fault in validation/__main__.py:")
+    assert message.endswith(
+        ": ZeroDivisionError: integer division or modulo by zero; "
+        "2 rows were computed before it, the last of them 'mass'"
+    )
+
+
+def test_a_real_study_with_a_fault_keeps_its_rows(monkeypatch, kept, tmp_path):
+    """The laws of the mean mass are compared before a burst is asked for; here that burst has a fault."""
+
+    def run(*_, **__):
+        raise RuntimeError("no burst here")
+
+    monkeypatch.setattr("validation.runs.Runs.run", run)
+    code, words, entries = kept(["--record", "--json"], {"mean_mass": mean_mass.study})
+    assert (code, entries) == (4, {})
+    assert "validation: mean_mass: a fault in validation/mean_mass/study.py:" in words
+    assert ", study: RuntimeError: no burst here; " in words
+    (partial,) = record.read_record(tmp_path / "data" / "validation.partial.json").values()
+    assert [row["quantity"] for row in partial["rows"]] == [row.quantity for row in check_laws()]
+
+
 def test_an_interruption_keeps_what_was_whole_before_it(kept, tmp_path):
     def interrupted(*_):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        kept(["--record"], {"one": lambda *_: [_row(True)], "two": interrupted})
+        kept(["--record"], {"one": _gives(_row(True)), "two": interrupted})
     assert list(record.read_record(tmp_path / "data" / "validation.json")) == ["one"]
 
 
 @pytest.mark.parametrize("arguments", [["--quick"], []])
 def test_fewer_rows_and_coarse_cells_replace_the_record_where_that_is_asked_for(kept, arguments):
-    kept(["--record"], {"one": lambda *_: [_row(True), _row(True)]})
-    code, words, entries = kept(["--record", "--replace", *arguments], {"one": lambda *_: [_row(True)]})
+    kept(["--record"], {"one": _gives(_row(True), _row(True))})
+    code, words, entries = kept(["--record", "--replace", *arguments], {"one": _gives(_row(True))})
     assert (code, words, len(entries["one"]["rows"])) == (0, "", 1)
 
 
 def test_replace_takes_no_result_with_a_fault(kept):
-    kept(["--record"], {"one": lambda *_: [_row(True)]})
+    kept(["--record"], {"one": _gives(_row(True))})
     code, _, entries = kept(["--record", "--replace"], {"one": _stops})
     assert (code, len(entries["one"]["rows"])) == (3, 1)
 
@@ -181,7 +215,7 @@ def test_the_tables_of_the_readmes_are_written(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(keeping, "RECORD", tmp_path / "none.json")
     monkeypatch.setattr(keeping, "README", front)
     rows = [_row(True), within("one", "n", 3.0, 0.0, 2.0, "own")]
-    _run(monkeypatch, tmp_path, ["--readme"], {"one": lambda *_: rows})
+    _run(monkeypatch, tmp_path, ["--readme"], {"one": _gives(*rows)})
     capsys.readouterr()
     assert "| `one` | 2 | 1 | n +1 |" in front.read_text(encoding="utf-8")
     assert "| speed | 101 m/s | 100 m/s | +1.0 % | 2 % | passed | book |" in full.read_text(encoding="utf-8")

@@ -14,6 +14,7 @@ from validation.m107_pair.sectors import fast_speed, focus, mean_speed, per_degr
 from validation.m107_pair.tables import convergence_table, reading_table, symmetry_table
 from validation.options import Options
 from validation.paper_3_2.ratios import Estimate, integral_above_one
+from validation.rows import Row
 from validation.runs import ROOT, STOPPED, StudyError, changed_case
 
 SHARE = 2.5  # of the hits in the lobes of 20 degrees, over that of even hits
@@ -178,7 +179,13 @@ def made(monkeypatch, tmp_path):
 
     monkeypatch.setattr(study, "summary_of", summary)
     monkeypatch.setattr(study, "ring_ensemble_of_run", lambda *_, **__: few)
-    return lambda **options: (study.study(Options(**options), Runs()), asked)
+
+    def make(**options):
+        rows: list[Row] = []
+        study.study(Options(**options), Runs(), rows)
+        return rows, asked
+
+    return make
 
 
 def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):

@@ -248,7 +248,7 @@ def test_a_burst_that_stops_or_is_open_is_reported_and_the_others_go_on(monkeypa
 def test_a_base_that_stops_ends_the_study_with_its_code(monkeypatch, tmp_path, capsys):
     code, _ = _run(monkeypatch, tmp_path, [], stops=("sensitivities_base",))
     assert code == STOPPED
-    assert capsys.readouterr().err == "validation: stopped\n"
+    assert capsys.readouterr().err == "validation: sensitivities: stopped; no row was computed before it\n"
 
 
 def test_the_quick_study_is_a_few_coarse_bursts(monkeypatch, tmp_path, capsys):

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["study"]
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Run every round in its meridian at every cell size, and two of them in three dimensions as well."""
-    rows: list[Row] = []
     bursts: dict[str, dict[str, dict[str, Any]]] = {}
     for name, entry in REFERENCE["rounds"].items():
         bursts[name] = {}
@@ -37,7 +36,6 @@ def study(options: Options, runs: Runs) -> list[Row]:
                 rows += beside(f"{name}, {products}", size, allowed, (folders[0], folders[1]), (one, two))
     if options.readme and not options.quick:
         insert_tables({NAME + "_convergence": convergence_table(bursts)})
-    return rows
 
 
 def _run(runs: Runs, name: str, size: str, geometry: str, products: str | None = None) -> Path:

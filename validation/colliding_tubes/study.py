@@ -16,10 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["study"]
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Burst one tube before a plane at every cell size, and in full two tubes without a plane at one of them."""
     sizes = [options.cell_size] if options.cell_size else REFERENCE["quick_sizes" if options.quick else "sizes"]
-    rows: list[Row] = []
     computed: dict[str, Metal] = {}
     for size in sizes:
         folder = runs.run(NAME, REFERENCE["case"], size, stage="burst")
@@ -39,4 +38,3 @@ def study(options: Options, runs: Runs) -> list[Row]:
         if all_passed(found):
             pair = middle_of(folder / "burst_snapshot.h5")
             rows += check_pair(f"two tubes, {size}", pair, computed[size], summary["burst"])
-    return rows

@@ -26,7 +26,7 @@ THREE: Geometry = "3d"
 MERIDIAN: Geometry = "axisymmetric"
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Burst the cylinder with every product model; in full also the default model with larger cells, to inform."""
     size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
     wanted = [(model, size, THREE) for model in MODELS]
@@ -34,7 +34,6 @@ def study(options: Options, runs: Runs) -> list[Row]:
         wanted.append((DEFAULT, COARSER_SIZE, THREE))
     meridian = (size,) if options.quick or options.cell_size else MERIDIAN_SIZES
     wanted += [(model, cells, MERIDIAN) for model in MODELS for cells in meridian]
-    rows: list[Row] = []
     records: dict[str, Streak] = {}
     for model, cells, geometry in wanted:
         judged = cells == size and geometry == THREE
@@ -56,4 +55,3 @@ def study(options: Options, runs: Runs) -> list[Row]:
         path = draw(records, runs.folder / f"{NAME}.png")
         if options.readme:
             keep_picture(path)
-    return rows

@@ -31,11 +31,11 @@ MERIDIAN = "from the axisymmetric burst"
 MERIDIAN_SIZE = "1.5 mm"
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Count the table's fragments and those of the burst at the table's distances."""
     realisations = QUICK_REALISATIONS if options.quick else REALISATIONS
     found = {LAW: count(prescribed(REFERENCE, SEED, realisations), TABLE, REFERENCE, options.threads)}
-    rows = check(LAW, found[LAW], from_burst=False)
+    rows += check(LAW, found[LAW], from_burst=False)
     size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
     folder = runs.run(NAME, REFERENCE["case"], size, stage="burst")
     bounds = sound(NAME, summary_of(folder), REFERENCE["sound"], BURST)
@@ -47,7 +47,6 @@ def study(options: Options, runs: Runs) -> list[Row]:
     path = draw(found, runs.folder / f"{NAME}.png")
     if options.readme:
         keep_picture(path)
-    return rows
 
 
 def _meridian(options: Options, runs: Runs, size: str, realisations: int) -> list[Row]:

@@ -16,10 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["study"]
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Run both fills at every cell size to the report, and compare sizes with the finest one."""
     sizes = [options.cell_size] if options.cell_size else REFERENCE["quick_sizes" if options.quick else "sizes"]
-    rows: list[Row] = []
     for fill, case in REFERENCE["cases"].items():
         hazards: dict[str, dict[str, Any]] = {}
         profiles: dict[str, WallProfile] = {}
@@ -36,4 +35,3 @@ def study(options: Options, runs: Runs) -> list[Row]:
             rows += check_distances(fill, hazards)
         if profiles and fill == REFERENCE["wall"]["case"]:
             rows += check_wall(profiles)
-    return rows

@@ -46,7 +46,7 @@ class _Pairs:
 
     options: Options
     runs: Runs
-    rows: list[Row] = field(default_factory=list)
+    rows: list[Row]
     folders: dict[tuple[str, str, float], Path | None] = field(default_factory=dict)
     ensembles: dict[tuple[str, str, float], RingEnsemble | None] = field(default_factory=dict)
 
@@ -119,10 +119,9 @@ def _sizes(options: Options, part: str) -> list[str]:
     return found
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Compare the forms of the burst, then the quarter over cell sizes, then its peaks with the paper's."""
-    pairs = _Pairs(options, runs)
-    rows: list[Row] = []
+    pairs = _Pairs(options, runs, rows)
     profiles, bursts = {}, {}
     for size in _sizes(options, "symmetry"):
         made = {form: pairs.ensemble(form, size) for form in ("quarter", "mirrored", "full")}
@@ -151,4 +150,3 @@ def study(options: Options, runs: Runs) -> list[Row]:
                 f"{NAME}_reading": reading_table(readings),
             }
         )
-    return pairs.rows + rows

@@ -28,16 +28,17 @@ SEEDS = {"pair": 1, "single": 2, "mirrored": 3}
 """Ensembles that are compared have seeds of their own."""
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Compare pair and single round; or only compute the sensitivities, or the scaling, where they are asked for."""
     if options.sensitivities or options.scaling:
-        found = _sensitivities(options, runs) if options.sensitivities else []
-        return found + (_scaling(options, runs) if options.scaling else [])
+        rows += _sensitivities(options, runs) if options.sensitivities else []
+        rows += _scaling(options, runs) if options.scaling else []
+        return
     folders = _folders(options, runs)
     summaries = {name: summary_of(folder) for name, folder in folders.items()}
-    rows = sound(summaries)
-    if not all(row.passed for row in rows):
-        return rows  # an open ledger, lost cells or unlike cells make the comparison void
+    rows += (found := sound(summaries))
+    if not all(row.passed for row in found):
+        return  # an open ledger, lost cells or unlike cells make the comparison void
     ensembles = {
         name: ring_ensemble_of_run(
             folder, ROUNDS[name], seed=SEEDS[name], realisations=options.realisations, threads=options.threads
@@ -60,7 +61,6 @@ def study(options: Options, runs: Runs) -> list[Row]:
         insert_tables(
             {NAME: ratio_table(pair, single), f"{NAME}_sentence": text, f"{NAME}_versions": versions(summaries["pair"])}
         )
-    return rows
 
 
 def _folders(options: Options, runs: Runs) -> dict[str, Path]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from transition.law.mean_mass import gurney_speed
@@ -19,7 +19,7 @@ from validation.plane_section.check import (
     single_rows,
 )
 from validation.runs import ROOT, STOPPED, StudyError, summary_of
-from validation.soundness import all_passed, sound
+from validation.soundness import sound, void_where_unsound
 from validation.stack_trends.check import Focus, focus_of, varied
 
 if TYPE_CHECKING:
@@ -35,17 +35,16 @@ __all__ = ["study"]
 
 @dataclass
 class _Sections:
-    """Runs in a section, and what must hold for each."""
+    """Runs in a section, and the rows of those that are not sound."""
 
     runs: Runs
-    rows: list[Row]
+    unsound: list[Row] = field(default_factory=list)
 
     def folder(self, name: str, case: str, size: str, **changes: Any) -> Path:
         """Run one; a row is added for what is not sound."""
         folder = self.runs.run(f"{NAME}_{name}", case, size, changes, stage="burst", geometry="plane")
-        self.rows += [
-            row for row in sound(NAME, summary_of(folder), REFERENCE["sound"], f"{name} {size}") if row.passed is False
-        ]
+        checks = sound(NAME, summary_of(folder), REFERENCE["sound"], f"{name} {size}")
+        self.unsound += [row for row in checks if row.passed is False]
         return folder
 
     def row_of(
@@ -79,17 +78,23 @@ def _burst(folder: Path) -> dict[str, Any]:
     return found
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Burst single sections, the pair over cell sizes, and pairs over gaps, delays and friction."""
+    sections = _Sections(runs)
+    with void_where_unsound(sections.unsound, rows):
+        _compare(sections, options, rows)
+
+
+def _compare(sections: _Sections, options: Options, rows: list[Row]) -> None:
+    """Add the rows of each kind of sections as soon as these have burst."""
     quick = "quick_" if options.quick else ""
-    sections = _Sections(runs, [])
     sizes = [options.cell_size] if options.cell_size else REFERENCE[f"{quick}sizes"]
     usual = options.cell_size or REFERENCE[f"{quick}whole"]
     found = [_burst(sections.folder("mirrored", REFERENCE["mirrored"], size)) for size in sizes]
-    rows = convergence_rows(sizes, found) if len(sizes) > 1 else []
+    rows += convergence_rows(sizes, found) if len(sizes) > 1 else []
 
     single = sections.folder("single", REFERENCE["single"], usual)
-    meridian = runs.run(
+    meridian = sections.runs.run(
         f"{NAME}_meridian", REFERENCE["single"], REFERENCE["meridian_size"], stage="burst", geometry="axisymmetric"
     )
     speed = float(_burst(single)["mean_initial_speed"])
@@ -120,7 +125,6 @@ def study(options: Options, runs: Runs) -> list[Row]:
         for angle in REFERENCE[f"{quick}frictions"]
     }
     rows += friction_rows(frictions, _ratio(whole))
-    return rows if all_passed(sections.rows) else sections.rows  # void
 
 
 def _ratio(folder: Path) -> float:

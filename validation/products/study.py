@@ -20,9 +20,9 @@ __all__ = ["study"]
 FULL_SIZES, QUICK_SIZES = ("10 mm", "5 mm", "3 mm"), ("5 mm",)
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Check the laws, then initiate a charge with each model; the finest cells are compared, the others drawn."""
-    rows = check_laws()
+    rows += check_laws()
     sizes = (options.cell_size,) if options.cell_size else QUICK_SIZES if options.quick else FULL_SIZES
     balances: dict[tuple[str, float], float] = {}
     for model in MODELS:
@@ -42,4 +42,3 @@ def study(options: Options, runs: Runs) -> list[Row]:
     path = draw(balances, runs.folder / f"{NAME}.png")
     if options.readme:
         keep_picture(path)
-    return rows

@@ -26,15 +26,17 @@ if TYPE_CHECKING:
 __all__ = ["study"]
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Vary one parameter at a time; a variation whose burst stops or is not sound is reported, and left out."""
-    bench = _Bench(options, runs)
+    bench = _Bench(options, runs, rows)
     origin = bench.response(base(quick=options.quick, size=options.cell_size))
     if origin is None:
-        return bench.void  # nothing to hold the others against
-    found = [bench.answers(one, origin) for one in parameters(quick=options.quick, size=options.cell_size)]
-    rows = [*bench.void, *bench.worst()]
-    rows += [row for answers in found for one in answers.responses for row in rows_of(one, answers.base)]
+        return  # nothing to hold the others against
+    found = []
+    for parameter in parameters(quick=options.quick, size=options.cell_size):
+        found.append(bench.answers(parameter, origin))
+        rows += [row for one in found[-1].responses for row in rows_of(one, origin)]
+    rows += bench.worst()
     family = _family(found, origin)
     if family:
         rows += grid_rows(family)
@@ -47,21 +49,20 @@ def study(options: Options, runs: Runs) -> list[Row]:
         shown = ("grid convergence index", "against its limit")
         kept = [row for row in rows if row.passed is not None or any(words in row.quantity for words in shown)]
         insert_tables({NAME: rows_table(kept), f"{NAME}_values": table}, LADDER)
-    return rows
 
 
 class _Bench:
     """Bursts made once each, with what speaks against them."""
 
-    def __init__(self, options: Options, runs: Runs) -> None:
+    def __init__(self, options: Options, runs: Runs, rows: list[Row]) -> None:
         self.quick, self.threads, self.runs = options.quick, options.threads, runs
         self.realisations = REFERENCE["quick_realisations" if options.quick else "realisations"]
-        self.void: list[Row] = []
+        self.rows = rows
         self.sound: list[Mapping[str, Any]] = []
         self.base: Path | None = None
 
     def response(self, variation: Variation) -> Response | None:
-        """The answer to a variation; None, with rows in `void` that say why, where its burst cannot be used.
+        """The answer to a variation; None, with rows that say why, where its burst cannot be used.
 
         Raises
         ------
@@ -78,13 +79,13 @@ class _Bench:
                 if error.code != STOPPED or self.base is None:
                     raise
                 quantity = f"{variation.label}: bursts that stopped"
-                self.void.append(within(NAME, quantity, 1.0, 0.0, 0.0, "own bound"))
+                self.rows.append(within(NAME, quantity, 1.0, 0.0, 0.0, "own bound"))
                 return None
         summary = summary_of(folder)
         if variation.burst:
             rows = sound_rows(summary, variation, quick=self.quick)
             if not all_passed(rows):
-                self.void += [row for row in rows if row.passed is False]
+                self.rows += [row for row in rows if row.passed is False]
                 return None
             self.sound.append(summary["burst"])
         if self.base is None:

@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 __all__ = ["study"]
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Compute the bodies in this process, coarse ones only where it shall be quick."""
     # Bodies of a few cells are slower on several threads; results are the same.
     threads = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
-        return _computed(options, runs)
+        _compute(options, runs, rows)
     finally:
         numba.set_num_threads(threads)
 
 
-def _computed(options: Options, runs: Runs) -> list[Row]:
+def _compute(options: Options, runs: Runs, rows: list[Row]) -> None:
     from validation.solid.bar import bar_on_wall
     from validation.solid.figure import draw
     from validation.solid.impact import final_length, impact
@@ -37,7 +37,7 @@ def _computed(options: Options, runs: Runs) -> list[Row]:
 
     cells = "quick_cells" if options.quick else "cells"
     bar = bar_on_wall(REFERENCE["bar"], REFERENCE["bar"][cells])
-    rows = check_bar(bar)
+    rows += check_bar(bar)
     values = REFERENCE["tube"]
     elastic, plastic = elastic_tube(values, values[cells]), plastic_tube(values, values[cells])
     rows += check_tube(elastic, plastic)
@@ -54,4 +54,3 @@ def _computed(options: Options, runs: Runs) -> list[Row]:
     path = draw(bar, elastic, (sound or rods)[-1], expected, softened, runs.folder / f"{NAME}.png")
     if options.readme:
         keep_picture(path)
-    return rows

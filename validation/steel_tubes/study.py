@@ -24,10 +24,9 @@ MERIDIAN_SIZES = ("6 mm", "3 mm")
 """Of the axisymmetric bursts, beside the three-dimensional ones."""
 
 
-def study(options: Options, runs: Runs) -> list[Row]:
+def study(options: Options, runs: Runs, rows: list[Row]) -> None:
     """Burst a tube for every charge ratio and compare its middle with Gurney's formula."""
     size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    rows: list[Row] = []
     tubes: dict[float, Along] = {}
     for ratio in REFERENCE["quick_charge_ratios" if options.quick else "charge_ratios"]:
         folder = runs.run(f"{NAME}_{ratio:g}", REFERENCE["case"], size, tube_of(ratio), stage="burst")
@@ -44,7 +43,6 @@ def study(options: Options, runs: Runs) -> list[Row]:
         path = draw(tubes, runs.folder / f"{NAME}.png")
         if options.readme:
             keep_picture(path)
-    return rows
 
 
 def _meridian(runs: Runs, ratio: float, size: str) -> list[Row]:

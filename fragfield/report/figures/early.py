@@ -39,7 +39,7 @@ def early_figures(folder: Path) -> FigureQueue | None:
     """A queue for the figures of the run that is computed in a folder; None where one core has to do it all."""
     if len(os.sched_getaffinity(0)) < 2:
         return None
-    return FigureQueue(RunFiles(folder), helped=True)
+    return FigureQueue(RunFiles(folder), helped=True, fewest=1)
 
 
 def draw_early(figures: FigureQueue, folder: Path, stage: str) -> None:

@@ -33,8 +33,7 @@ def findings(run: RunFiles) -> list[Finding]:
     ]
     found += [*convergence_findings(run), *_recorded(run)]
     if run.provenance:
-        version = (run.provenance.get(key, "") for key in ("program_version", "revision"))
-        found.append(Finding(*validation_words(read_record(), *version)))
+        found.append(Finding(*validation_words(read_record(), run)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 

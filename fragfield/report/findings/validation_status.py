@@ -7,12 +7,14 @@ reads the file and is independent of how the cases are computed.
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import dataclass
 from importlib import resources
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
+from fragfield.report.findings.bearing import bears_on
 from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
     from fragfield.report.blocks import Block
+    from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["Record", "read_record", "validation_blocks", "validation_words"]
 
@@ -75,27 +78,34 @@ def read_record(path: Traversable | None = None) -> Record:
         raise InputError(f"{file}: no record of the validation ({error}); write it again by {_COMMAND}") from error
 
 
-def validation_words(record: Record, version: str, revision: str) -> tuple[Literal["warning", "note", "good"], str]:
-    """The weight and the words of what the record means for a run of that version and revision."""
+def validation_words(record: Record, run: RunFiles) -> tuple[Literal["warning", "note", "good"], str]:
+    """The weight and the words of what the record means for a run."""
     if not record.cases:
         return "warning", f"No validation record comes with this program; make one by {_COMMAND}."
+    version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))
     kinship = record.kinship(version, revision)
     misses, stopped = len(record.misses()), record.stopped()
     judged = sum(row["passed"] is not None for case in record.cases.values() for row in case["rows"])
     text = f"Validation: {number(judged - misses)} of {number(judged)} checks passed"
     if stopped:
         text += f", {', '.join(stopped)} stopped"
+    bearing = ""
+    if misses:
+        near = sum(bears_on(row, run) for row in record.misses())
+        bearing = f" Of the {number(misses)} missed {number(near)} bear on this case."
     if kinship == "same":
-        return ("note" if misses or stopped else "good"), f"{text}, computed by the same revision as this result."
+        weight: Literal["note", "good"] = "note" if misses or stopped else "good"
+        return weight, f"{text}, computed by the same revision as this result.{bearing}"
     if kinship == "version":
         whose = f"version {version}, but by another revision of the source than this result"
-        return "note", f"{text}, computed by {whose}."
-    return "warning", f"{text}, but not all computed by version {version or 'of this result, which is not known'}."
+        return "note", f"{text}, computed by {whose}.{bearing}"
+    whose = f"version {version or 'of this result, which is not known'}"
+    return "warning", f"{text}, but not all computed by {whose}.{bearing}"
 
 
-def validation_blocks(record: Record, version: str, revision: str) -> Iterator[Block]:
-    """The section: what the record says of this version, a line a case, and every miss by name."""
-    yield Paragraph(validation_words(record, version, revision)[1])
+def validation_blocks(record: Record, run: RunFiles) -> Iterator[Block]:
+    """The section: what the record says of this version, a line a study, and the misses that bear on the run."""
+    yield Paragraph(validation_words(record, run)[1])
     if not record.cases:
         return
     lines = []
@@ -111,7 +121,9 @@ def validation_blocks(record: Record, version: str, revision: str) -> Iterator[B
         "Validation cases", ("Case", "Checks passed", "Computed", "Version", "Revision", "Date"), tuple(lines),
         f"The cases are described in validation/README.md of the source. {_COMMAND} computes them again.",
     )  # fmt: skip
-    if misses := record.misses():
+    misses = record.misses()
+    near = [row for row in misses if bears_on(row, run)]
+    if near:
         shown = tuple(
             (
                 f"{row['case']}: {row['quantity']}",
@@ -120,11 +132,17 @@ def validation_blocks(record: Record, version: str, revision: str) -> Iterator[B
                 _size(row, "error"),
                 _size(row, "tolerance"),
             )
-            for row in misses
+            for row in near
         )
-        sources = "; ".join(dict.fromkeys(f"{row['case']}: {row['source']}" for row in misses))
+        sources = "; ".join(dict.fromkeys(f"{row['case']}: {row['source']}" for row in near))
         head = ("Check", "Computed", "Reference", "Error", "Tolerance")
-        yield Table("Checks missed", head, shown, f"References: {sources}.")
+        yield Table("Checks missed that bear on this case", head, shown, f"References: {sources}.")
+    if others := Counter(row["case"] for row in misses if row not in near):
+        studies = ", ".join(f"{study} {count}" for study, count in others.items())
+        yield Paragraph(
+            f"{number(others.total())} more checks were missed on what this case does not have: other arrangements, "
+            f"geometries, laws of the products ({studies}). They are in fragfield/data/validation.json of the source."
+        )
 
 
 def _with_unit(value: float | None, row: Mapping[str, Any]) -> str:
