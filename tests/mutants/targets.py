@@ -14,17 +14,18 @@ __all__ = ["AREAS", "Area", "modules_of", "files_of"]
 _BURST = "tests/burst_fenicsx"
 _RINGS = f"{_BURST}/axisymmetric"
 _PARTS = [f"{_BURST}/test_parts_by_hand.py"]
+_SOLVER = [f"{_BURST}/test_solver_by_hand.py"]
 _CELLS = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "tresca", "elements", "solids", "subcycling")]
 _CHARGE = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "products", "detonation", "elements", "initiation")]
 _TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "slide_points", "contact", "sliding")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
     "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce",
-    "contact", "surroundings", "walls", "arguments",
+    "contact", "surroundings", "walls", "arguments", "allowed_values",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
     "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls",
-    "arguments",
+    "arguments", "allowed_values",
 )]  # fmt: skip
 
 
@@ -88,13 +89,16 @@ AREAS = (
             )
         ),
         (
-            ("*/contact/*", [*_PARTS, *_TOUCH, f"{_BURST}/test_interior_contact.py"]),
+            (
+                "*/contact/*",
+                [*_PARTS, f"{_BURST}/test_contact_by_hand.py", *_TOUCH, f"{_BURST}/test_interior_contact.py"],
+            ),
             ("*/exposure.py", [f"{_BURST}/test_exposure.py"]),
             ("*/measures.py", [*_PARTS, f"{_BURST}/test_simulation.py", f"{_BURST}/test_output.py"]),
             ("*/detonation.py", [f"{_BURST}/test_detonation.py"]),
             ("*/initiation.py", [f"{_BURST}/test_initiation.py"]),
             ("*/ledger.py", [f"{_BURST}/test_simulation.py", *_CHARGE]),
-            ("*/mechanics/[bfmns]*.py", [*_PARTS, *_STEP, f"{_BURST}/test_solids.py"]),
+            ("*/mechanics/[bfmns]*.py", [*_PARTS, *_SOLVER, *_STEP, f"{_BURST}/test_solids.py"]),
         ),
         left_out=("*/__init__.py", "*/halo.py", "*/restart.py"),
     ),
