@@ -189,7 +189,7 @@ def on(comm, **rest):
     return SimpleNamespace(fields=SimpleNamespace(mesh=SimpleNamespace(comm=comm)), **rest)
 
 
-def test_two_ranks_agree_on_the_least_and_on_what_holds_somewhere():
+def test_two_ranks_agree_on_the_minimum_and_on_what_holds_somewhere():
     assert BurstSolver._minimum(on(Least(2.0, 7.0)), np.array([3.0, 5.0])) == 2.0
     assert BurstSolver._minimum(on(MPI.COMM_SELF), np.array([3.0, 5.0])) == 3.0
     assert BurstSolver._minimum(on(MPI.COMM_SELF), np.zeros(0)) == np.inf

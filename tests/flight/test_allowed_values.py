@@ -1,4 +1,4 @@
-"""Which numbers are taken and which are refused: at their limits, beyond them, and what is no number or infinite."""
+"""Which numbers are taken and which are refused: at their limits, beyond them, and what is NaN or infinite."""
 
 from __future__ import annotations
 
@@ -230,11 +230,11 @@ def test_widths_that_divide_the_circle_are_taken(whole):
 
 @pytest.mark.parametrize("width", [0.0, -5.0, 7.0, 400.0, 720.0, math.nan, 5.0 + 1e-7])
 def test_widths_that_do_not_divide_the_circle_are_refused(width):
-    hits, nobody = np.zeros(0, dtype=HITS), np.zeros(0, dtype=np.int64)
-    whole = count_by_azimuth(hits, nobody, 1)
+    hits, no_one = np.zeros(0, dtype=HITS), np.zeros(0, dtype=np.int64)
+    whole = count_by_azimuth(hits, no_one, 1)
     for call in (
         lambda: sectors_of(np.zeros(1), width),
-        lambda: count_by_azimuth(hits, nobody, 1, width=width),
+        lambda: count_by_azimuth(hits, no_one, 1, width=width),
         lambda: whole.in_bins_of(width),
         lambda: ArenaTable.of([CLOUD], width=width),
     ):

@@ -24,7 +24,7 @@ from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_st
 from flight.kernels.near_ground import _cell_of, _nearest
 from flight.kernels.number_text import LARGEST, _scaled, powers_of_ten
 from flight.kernels.rebound import _leave_on_chord
-from flight.kernels.roots import STACK_SHAPE
+from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE
 from flight.kernels.terrain import Terrain
 from flight.scene.air import ConstantAir
@@ -221,3 +221,25 @@ def test_numbers_are_scaled_by_powers_of_ten_in_twice_the_precision() -> None:
         exact = Fraction(float(value)) * Fraction(10) ** power
         assert abs(Fraction(total) + Fraction(rest) - exact) <= exact / 2**100
         assert total == float(exact) or abs(rest) <= abs(np.spacing(total))
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "expected"),
+    [
+        ([1e-17, -1e-17, 1e-17, -1e-17], [0.5]),  # noise that ends on the other side: once, in the middle
+        ([-1e-17, 1e-17, -1e-17, 1e-17], [0.5]),
+        ([1e-17, -1e-17, 1e-17], []),
+        ([0.0, 0.0, 0.0, 0.0], []),  # zeros count as positive
+        ([0.0, 0.0, -1.0], [0.0]),
+        ([0.0, 1.0, 2.0], []),
+        ([-1.0, 0.9, -1.0], []),  # a parabola that stays below zero
+        ([-1.0, 1.5, -1.0], [0.2763932, 0.7236068]),  # (5 -+ sqrt 5) / 10
+        ([-1.0, -1.0, 1.0], [math.sqrt(0.5)]),  # 2 t^2 = 1
+    ],
+)
+def test_signs_change_where_bernstein_polynomials_cross_zero(coefficients, expected) -> None:
+    degree = len(coefficients) - 1
+    stack, roots = np.zeros(STACK_SHAPE), np.full(4, np.nan)
+    stack[0, : degree + 1] = coefficients
+    found = sign_changes(stack, degree, 1.0, roots)
+    assert roots[:found].tolist() == pytest.approx(expected, abs=1e-7)
