@@ -16,13 +16,9 @@ from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.contact.accounting import CONTACT_FORCES, NodeContact, PlaneImpulse
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.forces import Penetrations, stable_budget
-from burst_fenicsx.contact.planes import held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
-from burst_fenicsx.contact.surfaces import contact_surfaces
-from burst_fenicsx.contact.torn_faces import TornFaces, sides_beside
 from burst_fenicsx.kernels.exact import quantise, rounding_constant
-from burst_fenicsx.meshing import merge
-from burst_fenicsx.problem import ContactSettings, Part, RigidPlane, TimeStep
+from burst_fenicsx.problem import ContactSettings, RigidPlane, TimeStep
 from tests.burst_fenicsx.boxes import BARE, box, burst
 
 pytestmark = pytest.mark.dolfinx
@@ -316,33 +312,6 @@ def test_torn_faces_are_known_to_what_there_is():
     assert dropped == [(torn.tolist(), None), (torn.tolist(), "opened")]
 
 
-def test_what_lies_in_a_plane_of_symmetry_for_good_never_meets_it():
-    """To a nanometre, and only where it is held."""
-    height = np.array([0.0, 0.9e-9, -0.9e-9, 1.1e-9, -1.1e-9, 0.0])
-    normal = np.array([0.0, 0.6, 0.8])
-    nodes = np.outer(height + 0.3, normal)
-    held = np.array([1, 2, 1, 1, 1, 0], dtype=np.uint8)
-    mesh = SimpleNamespace(nodes=nodes, held=held)
-    plane = RigidPlane("cut", tuple(0.3 * normal), tuple(5.0 * normal))
-    every = np.arange(6)
-    assert held_in_plane(mesh, every, plane).tolist() == [True, True, True, False, False, False]
-    assert held_in_plane(mesh, every[::-1][:4], plane).tolist() == [False, False, False, True]
-    mesh.held = None
-    assert not held_in_plane(mesh, every, plane).any()
-
-
-def test_a_plane_stops_all_of_a_casing_and_the_outside_of_a_charge():
-    casing, charge = box((3, 3, 3), (0.03,) * 3), box((3, 3, 3), (0.03,) * 3, Part.CHARGE)
-    away = {"nodes": charge.nodes + np.array([0.5, 0.0, 0.0]), "round": charge.round + 1, "segments": ((),)}
-    both = merge([replace(casing, segments=((),)), replace(charge, **away)])
-    nodes, interior = nodes_at_planes(both, contact_surfaces(both))
-    of_charge = both.nodes[nodes, 0] > 0.4
-    assert len(nodes) == 64 + 56
-    assert (of_charge.sum(), interior.sum(), (interior & of_charge).sum()) == (56, 8, 0)
-    within = np.abs(both.nodes[nodes] - 0.015).max(axis=1) < 0.014
-    np.testing.assert_array_equal(interior, within)
-
-
 def test_contacts_are_counted_as_bonded_touching_or_gone():
     """Of this rank's own alone."""
     contacts = SimpleNamespace(
@@ -365,56 +334,3 @@ def test_surfaces_are_searched_again_before_two_of_them_can_have_met(speed, step
     assert due == [False] * (steps - 1) + [True]
     surfaces.travel, surfaces._local = 0.0, np.array([1, 2], dtype=np.int32)
     assert not any(CollidingSurfaces.search_is_due(surfaces, 1e-6) for _ in range(steps))
-
-
-def opened(mesh, torn):
-    """Faces that open, as nodes of the mesh in outward order, with their bodies, cells and edges (m)."""
-    surfaces = contact_surfaces(mesh)
-    found = TornFaces(mesh, surfaces).opened(torn)
-    known = len(surfaces.faces)
-    np.testing.assert_array_equal(found.faces[:known], surfaces.faces)
-    assert found.on_surface == surfaces.on_surface
-    return found.node[found.faces[known:]], found.face_body[known:], found.cell[known:], found.edge[known:]
-
-
-def test_a_torn_cell_opens_the_sides_of_its_neighbours_towards_it():
-    """Of a cell in the middle of a block's top: four sides; that below lies between layers and is known already."""
-    size = 0.01
-    block = replace(box((3, 3, 3), (3 * size,) * 3), segments=((),))
-    other = replace(block, nodes=block.nodes + 1.0, round=block.round + 1)
-    mesh = merge([block, other])
-    centre = mesh.nodes[mesh.cells].mean(axis=1)
-    torn = np.linalg.norm(centre - (1.0 + size * np.array([1.5, 1.5, 2.5])), axis=1) < 1e-6
-    assert torn.sum() == 1
-    faces, body, cell, edge = opened(mesh, torn)
-    assert len(faces) == 4
-    assert body.tolist() == [2] * 4
-    np.testing.assert_allclose(edge, size)
-    hole = centre[torn][0]
-    for nodes, owner in zip(faces, cell, strict=True):
-        corner = mesh.nodes[nodes]
-        normal = np.cross(corner[2] - corner[0], corner[3] - corner[1])
-        np.testing.assert_allclose(normal / np.linalg.norm(normal), (hole - centre[owner]) / size, atol=1e-9)
-        np.testing.assert_allclose(corner.mean(axis=0), 0.5 * (hole + centre[owner]), atol=1e-9)
-    neither = opened(mesh, np.zeros(len(torn), dtype=bool))[0]
-    assert len(neither) == 0
-    # A second hole beside the first, at the edge: the side between both belongs to no whole cell.
-    torn |= np.linalg.norm(centre - (1.0 + size * np.array([2.5, 1.5, 2.5])), axis=1) < 1e-6
-    assert len(opened(mesh, torn)[0]) == 3 + 3
-
-
-def test_torn_metal_on_a_charge_opens_the_face_between_both():
-    """By the metal's nodes, which keep its mass, looking out of the charge."""
-    size = 0.01
-    mesh = box((1, 1, 2), (size, size, 2 * size))
-    above = mesh.nodes[mesh.cells].mean(axis=1)[:, 2] > size
-    mesh = replace(mesh, part=np.where(above, Part.CASING, Part.CHARGE).astype(np.int32))
-    faces, body, cell, edge = opened(mesh, above)
-    (nodes,) = faces
-    assert set(nodes.tolist()) == set(mesh.cells[above][0][mesh.nodes[mesh.cells[above][0], 2] < 1.5 * size].tolist())
-    corner = mesh.nodes[nodes]
-    assert np.cross(corner[2] - corner[0], corner[3] - corner[1])[2] > 0.0
-    assert (body.tolist(), cell.tolist()) == ([0], np.flatnonzero(~above).tolist())
-    np.testing.assert_allclose(edge, size)
-    beside = sides_beside(mesh.neighbours, above)
-    assert (beside[~above].sum(), beside[above].sum()) == (1, 0)

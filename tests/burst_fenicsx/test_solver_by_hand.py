@@ -12,14 +12,12 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.materials.products import make_products
 from burst_fenicsx.mechanics.burning_times import BurningTimes
-from burst_fenicsx.mechanics.material_tables import FUZE, density_of_fuze, material_tables
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
 from burst_fenicsx.mechanics.solver import BurstSolver, _halvings
 from burst_fenicsx.mechanics.subcycling import Subcycling
-from burst_fenicsx.problem import Hourglass, IgnitionPoint, Part, Round, Viscosity
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, box, burst, turned_inside_out, with_fixed_step
+from burst_fenicsx.problem import IgnitionPoint, Part
+from tests.burst_fenicsx.boxes import BARE, box, burst, turned_inside_out, with_fixed_step
 
 pytestmark = pytest.mark.dolfinx
 
@@ -257,48 +255,6 @@ def test_work_of_a_force_and_of_damping_is_what_the_motion_gains_and_loses(part)
 
 def test_without_loads_cells_may_take_steps_of_their_own():
     assert burst(box((1, 1, 1), (0.01,) * 3), BARE).subcycles
-
-
-def test_what_stands_in_for_the_fuze_is_an_aluminium_alloy():
-    """As 6061-T6 (E 68.9 GPa, nu 0.33, tensile strength 310 MPa), which shears at half its tension by Tresca's law.
-
-    With steel parts it is somewhat denser than the alloy's 2700 kg/m3.
-    """
-    assert FUZE.elastic_modulus == pytest.approx(68.9e9, rel=0.05)
-    assert FUZE.poisson_ratio == pytest.approx(0.33, abs=0.01)
-    assert FUZE.tensile_strength == pytest.approx(310e6, rel=0.05)
-    assert FUZE.shear_strength == pytest.approx(0.5 * FUZE.tensile_strength, rel=1e-12)
-    assert 2700.0 < FUZE.density < 3200.0
-
-
-def test_every_part_gets_the_numbers_of_its_material():
-    soft = ELASTIC.__class__(**{**vars(STEEL), "shear_softening_strain": 0.4, "tensile_softening_strain": None})
-    rounds = [Round("one", TNT, STEEL), Round("two", TNT, soft)]
-    settings = BARE.__class__(
-        **{**vars(BARE), "viscosity": Viscosity(0.1, 1.5), "burn": "time",
-           "hourglass": Hourglass(charge_viscous=0.2, casing_viscous=0.3, casing_stiffness=0.4)}
-    )  # fmt: skip
-    products = [make_products(TNT, "jwl")] * 2
-    solid, charge, density = material_tables(rounds, settings, products, [3100.0, 3200.0])
-    assert density.tolist() == [7850.0, TNT.density, 3100.0, 7850.0, TNT.density, 3200.0]
-    assert (Part.CASING, Part.CHARGE, Part.FUZE) == (0, 1, 2)
-    assert solid[3].tolist() == [210e9, 0.3, 8e8, 8e8, 2.5, 0.0, 0.1, 1.5, 0.3, 0.4]
-    assert (solid[[1, 4]] == 0.0).all()
-    assert (charge[[0, 2, 3, 5]] == 0.0).all()
-    assert solid[2, :4].tolist() == [
-        FUZE.elastic_modulus,
-        FUZE.poisson_ratio,
-        FUZE.shear_strength,
-        FUZE.tensile_strength,
-    ]
-    assert charge[1, 8] == 0.0  # nothing burns by compression
-    (by_compression, *_) = material_tables(rounds[:1], BARE, products, [3000.0])[1][1:2, 8]
-    # Burnt as a whole at the compression of Chapman and Jouguet, at which JWL's isentrope meets its Rayleigh line.
-    assert by_compression * (1.0 - products[0].cj_volume) == pytest.approx(1.0, rel=1e-12)
-    profile = SimpleNamespace(fuze_density=2500.0)
-    assert density_of_fuze(SimpleNamespace(profile=profile)) == 2500.0
-    profile.fuze_density = 0.0
-    assert density_of_fuze(SimpleNamespace(profile=profile)) == density_of_fuze(rounds[0]) == FUZE.density
 
 
 def choosing(edges):
