@@ -25,11 +25,11 @@ _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "s
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "torn_metal", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
     "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce",
-    "contact", "surroundings", "walls", "arguments", "allowed_values",
+    "contact", "surroundings", "walls", "arguments", "allowed_values", "published_values",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
     "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls",
-    "arguments", "allowed_values",
+    "arguments", "allowed_values", "published_values",
 )]  # fmt: skip
 
 
