@@ -17,8 +17,12 @@ _BURST = "tests/burst_fenicsx"
 _RINGS = f"{_BURST}/axisymmetric"
 _PARTS = [f"{_BURST}/test_parts_by_hand.py"]
 _SOLVER = [f"{_BURST}/test_solver_by_hand.py"]
-_CELLS = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "tresca", "elements", "solids", "subcycling")]
-_CHARGE = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "products", "detonation", "elements", "initiation")]
+_CELLS = [f"{_BURST}/test_{name}.py" for name in (
+    "cells_by_hand", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
+)]  # fmt: skip
+_CHARGE = [f"{_BURST}/test_{name}.py" for name in (
+    "cells_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
+)]  # fmt: skip
 _TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "slide_points", "contact", "sliding")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
@@ -71,6 +75,7 @@ AREAS = (
             ("*/applicability.py", ["tests/fragfield/test_burst_geometry.py"]),
             ("*/slide_line.py", [f"{_RINGS}/test_ring_contacts_by_hand.py"]),
             ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
+            ("*/kernels/*", [f"{_BURST}/test_cells_side_by_side.py"]),
             ("*/kernels/*", [f"{_BURST}/plane_section/test_plane_{name}.py" for name in ("cells", "contact")]),
         ),
         left_out=("*/__init__.py",),
