@@ -13,7 +13,7 @@ import pytest
 
 from tests.mutants import __main__ as mutants
 from tests.mutants.faults import KINDS, faults_of
-from tests.mutants.targets import AREAS, files_of, modules_of
+from tests.mutants.targets import AREAS, files_of, modules_of, names_imported, on_ranks
 from tests.mutants.workshop import Outcome, Workshop, importers, is_compiled
 from tests.warm_up import gather, link
 
@@ -28,6 +28,7 @@ _SHARE: float = 0.5
 def area(r: float, n: int = 3) -> float:
     """The area: 4.0 pi."""
     total = 0.0
+    prefetch(n + 3.0)
     for k in range(n):
         total += _SHARE * pi * r ** 2 - r
     if r < 1.0 and n > 2:
@@ -46,15 +47,15 @@ def test_every_kind_of_fault_is_found_and_its_text_is_a_module():
         assert len(text.splitlines()) == len(SOURCE.splitlines())
     reported = {str(fault) for fault in found}
     assert "line 5: 0.5 -> 0.4" in reported
-    assert "line 10: range(n) -> range(n - 1)" in reported
-    assert "line 11: total += _SHARE * pi * r ** 2 - r -> total -= _SHARE * pi * r ** 2 - r" in reported
-    assert "line 11: total += _SHARE * pi * r ** 2 - r -> pass" in reported
-    assert "line 11: _SHARE * pi * r ** 2 - r -> (_SHARE * pi * r ** 2)" in reported
-    assert "line 12: r < 1.0 -> (r >= 1.0)" in reported
-    assert "line 12: r < 1.0 and n > 2 -> (r < 1.0 or n > 2)" in reported
-    assert "line 14: min(total, -r) -> max(total, -r)" in reported
-    assert "line 14: [r, total][0] -> [r, total][1]" in reported
-    assert "line 14: -r -> r" in reported
+    assert "line 11: range(n) -> range(n - 1)" in reported
+    assert "line 12: total += _SHARE * pi * r ** 2 - r -> total -= _SHARE * pi * r ** 2 - r" in reported
+    assert "line 12: total += _SHARE * pi * r ** 2 - r -> pass" in reported
+    assert "line 12: _SHARE * pi * r ** 2 - r -> (_SHARE * pi * r ** 2)" in reported
+    assert "line 13: r < 1.0 -> (r >= 1.0)" in reported
+    assert "line 13: r < 1.0 and n > 2 -> (r < 1.0 or n > 2)" in reported
+    assert "line 15: min(total, -r) -> max(total, -r)" in reported
+    assert "line 15: [r, total][0] -> [r, total][1]" in reported
+    assert "line 15: -r -> r" in reported
 
 
 def test_what_computes_nothing_is_left_alone():
@@ -64,6 +65,7 @@ def test_what_computes_nothing_is_left_alone():
         for kept in ('"""A module of 2.0 words."""', "from math import pi", '["area"]', '"""The area: 4.0 pi."""'):
             assert kept in text
         assert 'raise ValueError(f"{r + 1.0} is small")' in text
+        assert "    prefetch(n + 3.0)\n" in text
         assert '"é".count("e")' in text or fault.before.startswith(("min", '"é"'))
 
 
@@ -88,6 +90,27 @@ def test_modules_with_physics_are_in_one_area_each():
         "flight/hazard/density/expected.py",
     ):
         assert module in together
+
+
+def test_the_tests_of_a_module_are_those_of_its_area_and_those_that_import_it():
+    found = files_of("burst_fenicsx/kernels/boxes.py")
+    assert {"tests/burst_fenicsx/test_search.py", "tests/burst_fenicsx/test_boxes.py"} <= set(found)
+    for area in AREAS:
+        for module in modules_of(area, ROOT):
+            name, tests = module.removesuffix(".py").replace("/", "."), files_of(module)
+            folder = ROOT / "tests" / module.partition("/")[0]
+            for path in folder.rglob("test_*.py"):
+                given = any(path.is_relative_to(ROOT / test) for test in tests)
+                assert given or name not in names_imported(path), (module, path)
+    assert files_of("burst_fenicsx/kernels/__init__.py") == []
+
+
+def test_modules_that_send_messages_are_tried_on_ranks_as_well():
+    assert "tests/burst_fenicsx/test_ranks.py" in on_ranks("burst_fenicsx/contact/collisions.py")
+    assert on_ranks("burst_fenicsx/contact/slide_surface.py") == []
+    assert on_ranks("flight/hazard/bands.py") == []
+    for area in AREAS:
+        assert all("on_ranks" in (ROOT / test).read_text() for test in area.ranks)
 
 
 def test_the_same_seed_gives_the_same_faults_from_all_areas_and_kinds():
@@ -187,6 +210,22 @@ def test_a_fault_in_a_kernel_is_tried_in_plain_python_first(trial):
     assert module.read_text() == KERNEL
 
 
+def test_what_is_noticed_on_several_ranks_alone_is_tried_last(trial):
+    """Tests marked `mpi` are left out before, and alone then."""
+    module, alone, ranks = trial.tree / "flight/one.py", "tests/test_one.py", "tests/test_ranks.py"
+    text = (trial.tree / alone).read_text()
+    (trial.tree / ranks).write_text(
+        "import pytest\n" + text + "\n\n@pytest.mark.mpi\ndef test_many():\n    assert twice(4) == 8\n"
+    )
+    module.write_text("def twice(x):\n    return x + x\n")
+    wrong = "def twice(x):\n    return x + min(x, 3)\n"
+    assert list(trial.usual([ranks], "ranks")) == [f"{ranks}::test_many"]
+    assert trial.with_fault("flight/one.py", wrong, [alone, ranks]).state == "passed"
+    found = trial.with_fault("flight/one.py", wrong, [alone, ranks], [ranks])
+    assert (found.state, found.test.split(" - ")[0]) == ("failed", f"{ranks}::test_many")
+    assert trial.with_fault("flight/one.py", "def twice(x):\n    return 2 * x\n", [alone], [alone]).state == "passed"
+
+
 def test_what_takes_too_long_in_plain_python_ends_in_every_thread(trial):
     """Whoever has started a thread waits for it: it must end as well."""
     (trial.tree / "tests/test_one.py").write_text(
@@ -196,7 +235,7 @@ def test_what_takes_too_long_in_plain_python_ends_in_every_thread(trial):
         "def test_quick():\n    pass\n"
     )
     used = sum(os.times()[2:4])
-    assert list(trial.usual(["tests/test_one.py"], plain=True)) == ["tests/test_one.py::test_quick"]
+    assert list(trial.usual(["tests/test_one.py"], "plain")) == ["tests/test_one.py::test_quick"]
     assert sum(os.times()[2:4]) - used < 15.0
 
 
@@ -208,7 +247,7 @@ def test_a_test_that_goes_on_waiting_ends_its_process(trial, monkeypatch):
         "def test_stuck():\n    try:\n        while True:\n            pass\n"
         "    finally:\n        threading.Event().wait()\n"
     )
-    assert list(trial.usual(["tests/test_one.py"], plain=True)) == ["tests/test_one.py::test_quick"]
+    assert list(trial.usual(["tests/test_one.py"], "plain")) == ["tests/test_one.py::test_quick"]
 
 
 def test_a_test_that_fails_without_a_fault_decides_nothing(trial):
@@ -246,7 +285,8 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
         def digest_of(self, tests):
             return " ".join(tests)
 
-        def with_fault(self, module, text, tests):
+        def with_fault(self, module, text, tests, ranks):
+            assert ranks == []
             tried.append(module)
             return Outcome("passed" if len(tried) == 2 else "failed", 1.0, "test_x")
 

@@ -131,6 +131,24 @@ def test_an_unreacted_charge_parts_in_tension_at_its_strength():
         assert solver.fields.charge.pressure[0] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("burnt", [0.0, 0.25, 0.9])
+def test_the_charges_strength_fades_as_it_burns(burnt):
+    """Sheared far: the strength of what has not burnt; sheared little: G times the shear. All of its work is lost."""
+    for shear in (0.2, 0.05 * (1.0 - burnt) * TNT.shear_strength / TNT.shear_modulus):
+        solver = cube(Part.CHARGE, replace(BARE, burn="time"))
+        solver.fields.charge.burn_fraction[:] = burnt
+        solver.add_forces(0.0)
+        before = solver.ledger.sums[0]
+        moved(solver, lambda start, s=shear: start @ np.array([[1.0, 0.0, s], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), 1e-8)
+        stress = solver.fields.charge.stress[0, 0]
+        largest = np.sqrt(0.5 * (stress[:3] ** 2).sum() + (stress[3:] ** 2).sum())
+        limit = (1.0 - burnt) * TNT.shear_strength
+        expected = min(limit, TNT.shear_modulus * shear)
+        assert largest == pytest.approx(expected, rel=1e-3 if shear == 0.2 else 1e-6)
+        # From no stress to that one in the step: the mean of both over the shear.
+        assert solver.ledger.sums[0] - before == pytest.approx(0.5 * expected * shear * EDGE**3, rel=0.02)
+
+
 def test_a_cell_may_burn_by_compression_from_three_cells_ahead_of_the_front():
     """Two burning times of 3/2 h / D each, before which a neighbour's shock burns nothing."""
     cells, size = 12, 2e-3

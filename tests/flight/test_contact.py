@@ -95,6 +95,33 @@ def test_oblique_impact_slides_or_rolls(angle: float, sticks: bool) -> None:
     assert result.summary["contact"]["energy_of_spin"] > 0.0
 
 
+@pytest.mark.parametrize("turn", [0, 1, 2])
+@pytest.mark.parametrize("aside", [0.0, 0.3, 5.0])
+def test_two_that_were_struck_strike_each_other(turn: int, aside: float) -> None:
+    """Four equal spheres on a line, of which the outer two fly at the inner ones: those meet halfway, and come back.
+
+    Perfectly elastic spheres of one mass exchange their velocities; what else flies along beside them changes nothing.
+    """
+    radius, speed = 5e-3, 100.0
+    place = np.array([-2.0, -1.0, 1.0, 2.0])[:, None] * np.eye(3)[turn] + [aside, 2.0 * aside, -aside]
+    velocity = speed * np.array([1.0, 0.0, 0.0, -1.0])[:, None] * np.eye(3)[turn]
+    beside = np.random.default_rng(1).uniform(-3.0, 3.0, (60, 3))
+    beside[:, (turn + 1) % 3] += 9.0 + 2.0 * aside
+    every = Fragments.from_arrays(
+        mass_of(radius), np.concatenate([place, beside]), np.concatenate([velocity, 0.0 * beside + [1.0, 0.5, -1.0]])
+    )
+    result = fly(every, contact=Contact(restitution=1.0, distance=50.0, min_speed=5.0), **STILL)
+    pairs = [(int(one["first"]), int(one["second"])) for one in result.contacts if one["second"] < 4]
+    assert sorted(pairs[:2]) == [(0, 1), (2, 3)]
+    assert pairs[2] == (1, 2)
+    assert sorted(pairs[3:]) == [(0, 1), (2, 3)]
+    times = [one["time"] for one in result.contacts if one["second"] < 4]
+    way = np.array([1.0 - 2.0 * radius] * 2 + [2.0 - 3.0 * radius] + [3.0 - 4.0 * radius] * 2)
+    assert times == pytest.approx(way / speed, rel=1e-9)
+    ends = result.landing["velocity"][:4] @ np.eye(3)[turn]
+    assert ends == pytest.approx([-speed, 0.0, 0.0, speed], abs=1e-9 * speed)
+
+
 def test_balances_and_every_fragment_is_there() -> None:
     fragments = stack(3000)
     result = fly(fragments, witnesses=[Cylinder(7.62, name="ring")], contact=Contact())

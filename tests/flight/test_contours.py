@@ -59,6 +59,14 @@ def test_points_lie_at_their_distance_and_bearing(site: Site) -> None:
     assert (np.abs((bearing + azimuth - site.bearing + 180.0) % 360.0 - 180.0) < 1e-6).all()
 
 
+@pytest.mark.parametrize("site", [SITE, Site(-33.0, 179.9999, -120.0), Site(70.0, -180.0, 400.0), Site(0.0, 0.0, 0.0)])
+def test_places_on_the_map_lead_back_to_where_they_came_from(site: Site) -> None:
+    x, y = np.meshgrid([-900.0, 0.0, 40.0], [-1.0, 700.0, 30.0])
+    azimuth, distance = np.degrees(np.arctan2(y, x)).ravel(), np.hypot(x, y).ravel()
+    back = site.offsets(*site.coordinates(azimuth, distance).T)
+    assert back == pytest.approx(np.column_stack([x.ravel(), y.ravel()]), abs=1e-6)
+
+
 def test_longitudes_do_not_jump_at_the_date_line() -> None:
     longitude = Site(10.0, 179.9999, 90.0).coordinates(np.arange(0.0, 360.0, 5.0), 2000.0)[:, 0]
     assert np.ptp(longitude) < 0.1

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -14,13 +16,15 @@ from flight.hazard.criteria import Criteria
 from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.kernels import motion
+from flight.kernels.cells import cells_of, home
 from flight.kernels.collision import _closing
 from flight.kernels.events import ending
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
 from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
 from flight.kernels.near_ground import _cell_of, _nearest
+from flight.kernels.number_text import LARGEST, _scaled, powers_of_ten
 from flight.kernels.rebound import _leave_on_chord
-from flight.kernels.roots import STACK_SHAPE
+from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE
 from flight.kernels.terrain import Terrain
 from flight.scene.air import ConstantAir
@@ -184,3 +188,58 @@ def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
         np.testing.assert_allclose(found[motion.NEW : motion.NEW + 6, lane], new, rtol=1e-12, atol=1e-12)
         assert found[motion.PLACE_ERROR, lane] == pytest.approx(float(error[:3] @ error[:3]), rel=1e-6)
         assert found[motion.VELOCITY_ERROR, lane] == pytest.approx(float(error[3:] @ error[3:]), rel=1e-6)
+
+
+def test_two_boxes_that_share_cells_meet_in_the_lowest_of_them_alone() -> None:
+    """Of random boxes, each in the cells that its corners and all between them lie in."""
+    generator, met = np.random.default_rng(4), 0
+    for _ in range(200):
+        boxes, ranges = [], np.zeros((2, 6), dtype=np.int64)
+        for cells in ranges:
+            low = generator.uniform(-0.8, 0.8, 3)
+            box = np.concatenate([low, low + generator.uniform(0.0, 1.5, 3)])
+            boxes.append(box)
+            number = cells_of(box, 0.7, cells)
+            assert (cells == np.floor(box / 0.7)).all()
+            assert number == np.prod(cells[3:] - cells[:3] + 1)
+        each = [set(itertools.product(*(range(r[k], r[3 + k] + 1) for k in range(3)))) for r in ranges]
+        shared = each[0] & each[1]
+        for cell in each[0] | each[1]:
+            assert home(ranges[0], ranges[1], *cell) == (bool(shared) and cell == min(shared))
+        met += bool(shared)
+    assert 20 < met < 180
+
+
+def test_numbers_are_scaled_by_powers_of_ten_in_twice_the_precision() -> None:
+    """Product and table beside exact fractions: each number is the sum of two doubles, to 2^-100 of it."""
+    generator, table = np.random.default_rng(5), powers_of_ten()
+    for value in generator.uniform(1.0, 2.0, 300) * 2.0 ** generator.integers(-100, 100, 300):
+        power = int(generator.integers(-LARGEST, LARGEST + 1))
+        high, low = table[LARGEST + power]
+        assert abs(Fraction(high) + Fraction(low) - Fraction(10) ** power) <= Fraction(10) ** power / 2**104
+        total, rest = _scaled(value, high, low)
+        exact = Fraction(float(value)) * Fraction(10) ** power
+        assert abs(Fraction(total) + Fraction(rest) - exact) <= exact / 2**100
+        assert total == float(exact) or abs(rest) <= abs(np.spacing(total))
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "expected"),
+    [
+        ([1e-17, -1e-17, 1e-17, -1e-17], [0.5]),  # noise that ends on the other side: once, in the middle
+        ([-1e-17, 1e-17, -1e-17, 1e-17], [0.5]),
+        ([1e-17, -1e-17, 1e-17], []),
+        ([0.0, 0.0, 0.0, 0.0], []),  # zeros count as positive
+        ([0.0, 0.0, -1.0], [0.0]),
+        ([0.0, 1.0, 2.0], []),
+        ([-1.0, 0.9, -1.0], []),  # a parabola that stays below zero
+        ([-1.0, 1.5, -1.0], [0.2763932, 0.7236068]),  # (5 -+ sqrt 5) / 10
+        ([-1.0, -1.0, 1.0], [math.sqrt(0.5)]),  # 2 t^2 = 1
+    ],
+)
+def test_signs_change_where_bernstein_polynomials_cross_zero(coefficients, expected) -> None:
+    degree = len(coefficients) - 1
+    stack, roots = np.zeros(STACK_SHAPE), np.full(4, np.nan)
+    stack[0, : degree + 1] = coefficients
+    found = sign_changes(stack, degree, 1.0, roots)
+    assert roots[:found].tolist() == pytest.approx(expected, abs=1e-7)

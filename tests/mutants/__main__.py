@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tests.mutants.faults import KINDS, Fault, faults_of
-from tests.mutants.targets import AREAS, files_of, modules_of
+from tests.mutants.targets import AREAS, files_of, modules_of, on_ranks
 from tests.mutants.workshop import Workshop, shared_digest, test_files
 
 if TYPE_CHECKING:
@@ -157,18 +157,19 @@ def main() -> int:
     print(f"{number} faults, seed {seed}; results in {record}", flush=True)
     for area, module, fault in islice(chosen_faults(workshop.tree, seed), number):
         tests = files_of(module)
-        if known := known_result(before, workshop, module, fault, tests):
+        if known := known_result(before, workshop, module, fault, [*tests, *on_ranks(module)]):
             results.append(known)
             continue
         if time.monotonic() > end:
             print("the time is over: the same call goes on from here")
             break
         try:
-            outcome = workshop.with_fault(module, fault.applied((workshop.tree / module).read_text()), tests)
+            text = fault.applied((workshop.tree / module).read_text())
+            outcome = workshop.with_fault(module, text, tests, on_ranks(module))
         except RuntimeError as error:
             print(f"{error}; nothing can be said of {module}", file=sys.stderr)
             return 1
-        caught_by = [outcome.test.partition("::")[0]] if "::" in outcome.test else tests
+        caught_by = [outcome.test.partition("::")[0]] if "::" in outcome.test else [*tests, *on_ranks(module)]
         results.append({
             "area": area, "module": module, "kind": fault.kind, "fault": str(fault), "begin": fault.begin,
             "state": outcome.state, "test": outcome.test, "seconds": round(outcome.seconds, 1), "plain": outcome.plain,

@@ -1,7 +1,7 @@
 """Small faults in a source file: where one can be, and the text with it.
 
 A fault is found in the syntax tree and put into the text, so that all other lines stay as they are. Left alone is what
-computes nothing: annotations, decorators, docstrings, messages, logging, imports.
+computes nothing: annotations, decorators, docstrings, messages, logging, imports, addresses to fetch ahead.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _COMPARISONS = {
 }
 _BOUNDS = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
 _SKIPPED = (ast.Raise, ast.Assert, ast.Import, ast.ImportFrom, ast.JoinedStr)
-_MESSENGERS = ("_log", "InputError", "NumericalStop", "RuntimeError", "ValueError")
+_MESSENGERS = ("_log", "InputError", "NumericalStop", "RuntimeError", "ValueError", "prefetch")
 
 
 @dataclass(frozen=True)

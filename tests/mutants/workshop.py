@@ -9,7 +9,6 @@ through others.
 
 from __future__ import annotations
 
-import ast
 import fcntl
 import hashlib
 import json
@@ -21,17 +20,25 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from tests.mutants.targets import names_imported
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["Outcome", "Workshop", "importers", "is_compiled", "shared_digest", "test_files"]
 
 _FOLDERS = ("burst_fenicsx", "transition", "flight", "fragfield", "fragfield_base", "validation", "cases", "tests")
 _PACKAGES = ("burst_fenicsx", "transition", "flight", "fragfield_base")
 _FILES = ("pyproject.toml",)
+_PLUGINS = ("plan.py", "interpreted.py")
 # kB of address space: a fault may ask for any amount; processor seconds, since other processes may take the cores.
 _LIMITED = 'ulimit -v 16000000; ulimit -c 0; ulimit -t "$1"; shift; exec "$@"'
 _COMPILING = 300.0  # processor s that kernels may take to compile, besides three times what the tests take usually
 _WAITING = 10.0  # times the processor seconds that a trial may last
+_ATTEMPTS = 2  # at the tests of a file without a fault: one that waits for something may fail on a busy machine
+_NO_TESTS = 5  # exit status of pytest where no test was chosen
 _HUNG = 30.0  # s that a test may still wait once it has been stopped
 _INTERPRETED = 0.6  # processor s a test may take in plain Python
 _CACHES = """
@@ -61,7 +68,7 @@ def is_compiled(text: str) -> bool:
     return re.search(r"^@(\w*kernel|lane_function|numba\.njit|njit)\b", text, re.MULTILINE) is not None
 
 
-def test_files(root: Path, tests: list[str]) -> list[str]:
+def test_files(root: Path, tests: Sequence[str]) -> list[str]:
     """Files (paths from the root) for files and folders, each once, in their order."""
     found: dict[str, None] = {}
     for test in tests:
@@ -76,7 +83,9 @@ def shared_digest(root: Path, *, tests: bool = True) -> str:
     found = hashlib.sha256()
     paths = [path for package in _PACKAGES for path in (root / package).rglob("*.py")]
     if tests:
-        paths += [path for path in (root / "tests").rglob("*.py") if not path.name.startswith("test_")]
+        helpers = [path for path in (root / "tests").rglob("*.py") if not path.name.startswith("test_")]
+        # Of this folder the plugins alone take part in a trial: which faults are tried by what changes no test.
+        paths += [path for path in helpers if path.parent.name != "mutants" or path.name in _PLUGINS]
     for path in sorted(paths):
         found.update(path.read_bytes())
     return found.hexdigest()[:12]
@@ -126,15 +135,17 @@ class Workshop:
             if path.relative_to(self.tree) not in wanted:
                 path.unlink()
 
-    def digest_of(self, tests: list[str]) -> str:
+    def digest_of(self, tests: Sequence[str]) -> str:
         """Names the state of test files and of what they share."""
         found = hashlib.sha256(self._shared.encode())
         for test in test_files(self.tree, tests):
             found.update((self.tree / test).read_bytes())
         return found.hexdigest()[:12]
 
-    def usual(self, tests: list[str], *, plain: bool = False) -> dict[str, float]:
+    def usual(self, tests: Sequence[str], kind: str = "compiled") -> dict[str, float]:
         """Processor seconds of the tests that pass without a fault, measured once for a state of their file.
+
+        `kind` is "compiled", "plain" (in plain Python) or "ranks" (the tests on several ranks alone).
 
         Raises
         ------
@@ -143,30 +154,38 @@ class Workshop:
         """
         found: dict[str, float] = {}
         for test in test_files(self.tree, tests):
-            key = f"{test} {self.digest_of([test])} {'plain' if plain else 'compiled'}"
+            key = f"{test} {self.digest_of([test])} {kind}"
             if key not in self._usual:
+                plain = kind == "plain"
                 limit = 3600.0 if not plain else 1200.0
-                state, lines = self._run([test], {}, limit, plain=plain, cap=_INTERPRETED if plain else 0.0)
-                failed = [line["test"] for line in lines if line["state"] in ("failed", "error")]
-                if not plain and (failed or state):
-                    raise RuntimeError(f"without a fault {test} fails: {' '.join(failed)} (exit code {state})")
+                for attempt in range(_ATTEMPTS):
+                    state, lines = self._run([test], {}, limit, kind, cap=_INTERPRETED if plain else 0.0)
+                    failed = [line["test"] for line in lines if line["state"] in ("failed", "error")]
+                    if plain or (not failed and state in (0, _NO_TESTS)):
+                        break
+                    if attempt == _ATTEMPTS - 1:
+                        raise RuntimeError(f"without a fault {test} fails: {' '.join(failed)} (exit code {state})")
                 self._usual[key] = {line["test"]: line["seconds"] for line in lines if line["state"] == "passed"}
                 self._times.write_text(json.dumps({self._shared: self._usual}, indent=1))
             found |= self._usual[key]
         return found
 
-    def with_fault(self, module: str, text: str, tests: list[str]) -> Outcome:
-        """The tests with another text of a module (its path from the root), which is put back afterwards."""
+    def with_fault(self, module: str, text: str, tests: Sequence[str], ranks: Sequence[str] = ()) -> Outcome:
+        """The tests with another text of a module (its path from the root), which is put back afterwards.
+
+        Of `ranks`, the tests on several ranks follow where nothing has been noticed.
+        """
         path = self.tree / module
         before, times = path.read_bytes(), path.stat()
-        plain = self.usual(tests, plain=True) if is_compiled(text) else {}
+        plain = self.usual(tests, "plain") if is_compiled(text) else {}
         usual = self.usual(tests)
+        of_ranks = self.usual(ranks, "ranks")
         caches = self._caches
         try:
             path.write_text(text)
             spent = 0.0
             if plain:
-                found = self._tried(tests, plain, plain=True)
+                found = self._tried(tests, plain, "plain")
                 if found.state == "failed":
                     return found
                 spent = found.seconds
@@ -174,22 +193,26 @@ class Workshop:
                 for known, own in zip(self._caches, caches, strict=True):
                     if known != own:
                         self._share(self.cache / known, self.cache / own, module)
-            found = self._tried(tests, usual, plain=False)
-            return Outcome(found.state, found.seconds + spent, found.test)
+            found = self._tried(tests, usual)
+            if found.state == "passed" and ranks:
+                spent += found.seconds
+                found = self._tried(ranks, of_ranks, "ranks")
+            return Outcome(found.state, round(found.seconds + spent, 1), found.test)
         finally:
             path.write_bytes(before)
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
             for own in set(caches) - set(self._caches):
                 shutil.rmtree(self.cache / own, ignore_errors=True)
 
-    def _tried(self, tests: list[str], usual: dict[str, float], *, plain: bool) -> Outcome:
+    def _tried(self, tests: Sequence[str], usual: dict[str, float], kind: str = "compiled") -> Outcome:
+        plain = kind == "plain"
         limit = 3.0 * sum(usual.values()) + (60.0 if plain else _COMPILING)
         cap = 3.0 * max(usual.values(), default=0.0) + 1.0 if plain else 0.0
         files = test_files(self.tree, tests)
         if plain:
             files = [file for file in files if any(test.startswith(f"{file}::") for test in usual)]
         used = _children()
-        status, lines = self._run(files, usual, limit, plain=plain, cap=cap, decisive=plain)
+        status, lines = self._run(files, usual, limit, kind, cap=cap, decisive=plain)
         seconds = round(_children() - used, 1)
         failed = [line for line in lines if line["state"] == "failed" or (line["state"] == "error" and not plain)]
         if failed:
@@ -198,7 +221,11 @@ class Workshop:
             return Outcome("passed", seconds, plain=True)
         if status in (-signal.SIGXCPU, -signal.SIGKILL, 128 + signal.SIGXCPU, 128 + signal.SIGKILL):
             return Outcome("time", seconds, "ran past its time")
-        return Outcome("passed", seconds) if status == 0 else Outcome("failed", seconds, f"exit code {status}")
+        return (
+            Outcome("passed", seconds)
+            if status in (0, _NO_TESTS)
+            else Outcome("failed", seconds, f"exit code {status}")
+        )
 
     def _cache_names(self) -> list[str]:
         """Folders of the cache for the sources as they are."""
@@ -229,10 +256,11 @@ class Workshop:
         }
 
     def _run(
-        self, tests: list[str], order: dict[str, float], limit: float, *, plain: bool, cap: float,
+        self, tests: Sequence[str], order: dict[str, float], limit: float, kind: str, *, cap: float,
         decisive: bool | None = None,
     ) -> tuple[int, list[dict[str, Any]]]:  # fmt: skip
         """Run tests, to the end where `decisive` is None; exit status, and a record of each test."""
+        plain = kind == "plain"
         plan, record = self._folder / "plan.json", self._folder / "record.jsonl"
         record.unlink(missing_ok=True)
         plan.write_text(
@@ -241,7 +269,8 @@ class Workshop:
                  "record": str(record)}
             )
         )  # fmt: skip
-        options = ["-q", "--tb=no", "-p", "no:cacheprovider", "-p", "tests.mutants.plan", "-m", "not slow and not mpi"]
+        marked = "not slow and mpi" if kind == "ranks" else "not slow and not mpi"
+        options = ["-q", "--tb=no", "-p", "no:cacheprovider", "-p", "tests.mutants.plan", "-m", marked]
         environment = {**self._environment(), "MUTANTS_PLAN": str(plan)}
         if plain:
             options += ["-p", "tests.mutants.interpreted"]
@@ -271,15 +300,7 @@ def _children() -> float:
 def importers(package: Path, module: str) -> set[str]:
     """A module (path from the folder above the package) and all modules of its package that come to import it."""
     root = package.parent
-    imported = {}
-    for path in package.rglob("*.py"):
-        names = set()
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-            elif isinstance(node, ast.Import):
-                names |= {alias.name for alias in node.names}
-        imported[str(path.relative_to(root))] = names
+    imported = {str(path.relative_to(root)): names_imported(path) for path in package.rglob("*.py")}
     found = {module}
     while True:
         known = {name.removesuffix(".py").replace("/", ".") for name in found}

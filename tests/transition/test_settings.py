@@ -1,7 +1,8 @@
-"""Messages of the settings."""
+"""Messages of the settings, and the ends of what they take."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 
 import pytest
@@ -50,3 +51,57 @@ def test_accepted():
         expected = given.get(field.name, getattr(usual, field.name))
         assert getattr(settings, field.name) == expected, field.name
         assert field.name not in given or expected != getattr(usual, field.name)
+
+
+@pytest.mark.parametrize(
+    ("name", "lowest", "highest"),
+    [
+        ("mixed_fraction", 0.0, 1.0),
+        ("critical_strain", 0.0, 5.0),
+        ("tilt", 0.0, 0.5),
+        ("graded_m0", 0.0, 1e300),
+        ("mean_mass_factor", 1.0, 1e300),
+        *((name, 5e-324, 1e300) for name in (
+            "mean_mass", "prefactor", "fracture_energy", "fracture_stress", "fracture_gamma", "graded_dm",
+            "shape_factor", "explosive_constant",
+        )),
+    ],
+)  # fmt: skip
+def test_numbers_are_taken_up_to_their_limits(name, lowest, highest):
+    for value in (lowest, highest):
+        assert getattr(BreakUpSettings(**{name: value}), name) == value
+    beyond = math.nextafter(highest, math.inf) if highest < 1e300 else math.inf
+    for value in (math.nextafter(lowest, -math.inf), beyond, math.nan, True, [1.0], -1.0):
+        with pytest.raises(InputError, match=f"break_up.{name}: found "):
+            BreakUpSettings(**{name: value})
+
+
+def test_a_rate_of_the_burst_needs_its_speed():
+    for rate, speed in (("burst", "burst"), ("speed", "gurney"), ("speed", "burst")):
+        assert BreakUpSettings(strain_rate=rate, velocity_source=speed).strain_rate == rate
+    with pytest.raises(
+        InputError, match=r"break_up.strain_rate: found 'burst' together with velocity_source = 'gurney"
+    ):
+        BreakUpSettings(strain_rate="burst", velocity_source="gurney")
+
+
+@pytest.mark.parametrize("stations", [(0.1,), (0.1, 0.2), ()])
+def test_stations_that_rise_are_taken(stations):
+    assert BreakUpSettings(segments=stations).segments == stations
+    assert BreakUpSettings(segments={"a": stations}).segments == {"a": stations}
+
+
+@pytest.mark.parametrize("stations", [(0.1, 0.1), (0.1, math.inf), (math.nan,), (-0.1,), (0.0,), 0.3])
+def test_stations_that_do_not_rise_are_refused(stations):
+    for segments in (stations, {"a": stations}):
+        with pytest.raises(InputError, match=r"break_up\.segments"):
+            BreakUpSettings(segments=segments)
+
+
+def test_whether_a_choice_is_right_goes_by_its_kind_too():
+    """1 is not True, and True is neither 2 nor 3."""
+    for given in ({"random_turn": 0}, {"random_turn": "True"}, {"dimension": True}, {"dimension": "2"}):
+        with pytest.raises(InputError, match=f"break_up.{next(iter(given))}: found "):
+            BreakUpSettings(**given)
+    assert [BreakUpSettings(dimension=value).dimension for value in (2, 3, "mixed")] == [2, 3, "mixed"]
+    assert [BreakUpSettings(random_turn=value).random_turn for value in (True, False)] == [True, False]

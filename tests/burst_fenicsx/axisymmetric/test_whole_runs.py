@@ -83,6 +83,8 @@ def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
     settled = given > 0.03 * going.ledger.chemical_energies[0]
     assert errors[settled].max() < 0.01, errors
     assert errors[-1] < 5e-3
+    # Of the one round is what the charge of the whole has given, and turned to heat by its own viscosity.
+    np.testing.assert_allclose(going.ledger.released, going.ledger.sums[None, 3:], rtol=1e-12)
     assert entries[-1].mean_casing_speed > 300.0
     assert (going.leakage.factor < 0.95).any()
 

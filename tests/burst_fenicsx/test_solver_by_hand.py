@@ -1,0 +1,324 @@
+"""How steps are chosen, by hand: bounds of the macro step, when levels are chosen again, cells near a front, stops."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.mechanics.burning_times import BurningTimes
+from burst_fenicsx.mechanics.nodal_loads import NodalLoads
+from burst_fenicsx.mechanics.solver import BurstSolver, _halvings
+from burst_fenicsx.mechanics.subcycling import Subcycling
+from burst_fenicsx.problem import IgnitionPoint, Part
+from tests.burst_fenicsx.boxes import BARE, box, burst, turned_inside_out, with_fixed_step
+
+pytestmark = pytest.mark.dolfinx
+
+STABLE, CFL = 1e-7, 0.8
+WANTED = CFL * STABLE
+
+
+def stepper(*, local=False, fixed=None, **changed):
+    """A solver as far as the choice of a step asks for it; after 1 ms nothing burns."""
+    one = SimpleNamespace(
+        settings=SimpleNamespace(time_step=SimpleNamespace(fixed=fixed, cfl=CFL)), stable_step=STABLE, subcycles=local,
+        subcycling=SimpleNamespace(step=np.inf), time=2e-3, chosen_at=0.0, choose_again=np.inf, free_step=0.0,
+        burning=SimpleNamespace(end=1e-3, fastest=1e9), choices=0,
+    )  # fmt: skip
+    one.__dict__.update(changed)
+
+    def choose():
+        one.choices += 1
+        one.stable_step, one.subcycling.step = 2.0 * STABLE, 0.9 * STABLE
+
+    one.choose_levels = choose
+    return one
+
+
+def test_a_step_is_a_share_of_the_stable_one_or_fixed():
+    assert BurstSolver.choose_step(stepper(), np.inf) == pytest.approx(WANTED, rel=1e-12)
+    assert BurstSolver.choose_step(stepper(fixed=7e-8), np.inf) == 7e-8
+
+
+@pytest.mark.parametrize(("time", "step"), [(0.9e-3, 2.5e-10), (1.1e-3, WANTED)])
+def test_no_cell_burns_by_more_than_a_quarter_in_a_step(time, step):
+    """While anything burns; a fixed step stays what it is."""
+    assert BurstSolver.choose_step(stepper(time=time), np.inf) == pytest.approx(step, rel=1e-12)
+    assert BurstSolver.choose_step(stepper(time=time, fixed=7e-8), np.inf) == 7e-8
+    slow = SimpleNamespace(end=1e-3, fastest=1e6)
+    assert BurstSolver.choose_step(stepper(time=time, burning=slow), np.inf) == pytest.approx(WANTED, rel=1e-12)
+
+
+def test_a_step_is_at_most_a_twentieth_longer_than_the_one_before():
+    assert BurstSolver.choose_step(stepper(free_step=1e-8), np.inf) == pytest.approx(1.05e-8, rel=1e-12)
+    assert BurstSolver.choose_step(stepper(free_step=1e-6), np.inf) == pytest.approx(WANTED, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("left", "expected"), [(0.7, 0.7), (1.0, 1.0), (1.5, 0.75), (1.9, 0.95), (2.5, 1.0), (40, 1.0)]
+)
+def test_an_output_is_met_by_two_equal_steps_rather_than_a_tiny_one(left, expected):
+    """And what was wanted is remembered, so that the next step need not grow from what was left."""
+    one = stepper()
+    found = BurstSolver.choose_step(one, one.time + left * WANTED)
+    assert found == pytest.approx(expected * WANTED, rel=1e-8)
+    assert one.free_step == pytest.approx(WANTED, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "since", "due", "choices"),
+    [
+        (1.05, 20, False, 0),  # hardly longer than what cells bear now
+        (1.05, 16, True, 1),  # its time has come
+        (1.2, 3, False, 0),  # much longer, but chosen just now
+        (1.2, 5, False, 1),
+        (2.2, 1, False, 1),  # more than twice as long: at once
+        (0.5, 9, False, 0),
+    ],
+)  # fmt: skip
+def test_levels_are_chosen_again_when_due_and_early_where_cells_have_got_thin(chosen, since, due, choices):
+    """`chosen` macro step over the wanted one, and how many of those ago."""
+    step = chosen * WANTED
+    time = 1e-3
+    one = stepper(
+        local=True, time=time, chosen_at=time - since * step, choose_again=time if due else np.inf,
+        subcycling=SimpleNamespace(step=step),
+    )  # fmt: skip
+    found = BurstSolver.choose_step(one, np.inf)
+    assert one.choices == choices
+    expected = 0.9 * STABLE if choices else min(step, WANTED)
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_number_is_halved_as_often_as_it_is_even():
+    for number in range(1, 130):
+        count = _halvings(number)
+        assert number % 2**count == 0
+        assert number // 2**count % 2 == 1
+
+
+def charge_of(cells=6, size=2e-3):
+    mesh = box((1, 1, cells), (size, size, cells * size), Part.CHARGE)
+    return burst(mesh, BARE, ignition=(IgnitionPoint(0.0, (0.5 * size, 0.5 * size)),))
+
+
+def test_cells_that_a_front_may_reach_before_the_next_choice_and_those_behind_it_step_with_the_burn():
+    """A front may come sooner than timed by the square root of 27/32; products are kept for twenty burning times."""
+    solver = charge_of()
+    charge, state = solver.fields.charge, solver.fields
+    rate, step, now = 1e8, 1e-8, 1e-5
+    horizon = now + 16 * step
+    charge.burn_rate[:] = rate
+    sooner = np.sqrt(27.0 / 32.0)
+    charge.ignition_time[:] = [horizon / sooner, 1.25 * horizon, now - 19.0 / rate, now - 21.0 / rate, now, np.inf]
+    state.grid.stable[:] = 1e-6
+    solver.time = now
+    seen = {}
+
+    def choose(allowed, whole, contact_step):
+        seen["own"], seen["whole"], seen["contact"] = allowed(step), whole, contact_step
+        return np.zeros(6, dtype=np.int8)
+
+    solver.subcycling.choose = choose
+    solver.subcycling.step = step
+    solver.choose_levels()
+    burns = 0.25 / rate
+    held = np.array([True, False, True, False, True, False])
+    assert seen["own"][held] == pytest.approx(burns, rel=1e-12)
+    # Below sin(pi/4) of its stable step a cell does not resonate with a neighbour's of half its length.
+    free = seen["own"][~held] / 1e-6
+    assert (free < np.sin(np.pi / 4.0)).all()
+    assert (free > 0.95 * np.sin(np.pi / 4.0)).all()
+    assert seen["whole"] == pytest.approx(burns, rel=1e-12)
+    assert seen["contact"] is None
+    assert solver.chosen_at == now
+    assert solver.choose_again == pytest.approx(now + 16 * step, rel=1e-12)
+    charge.ignition_time[:] = np.inf
+    solver.choose_levels()
+    assert seen["whole"] == pytest.approx(BARE.time_step.cfl * 1e-6, rel=1e-12)
+
+
+def burning(ignition, rate):
+    charge = SimpleNamespace(ignition_time=np.array(ignition), burn_rate=np.array(rate))
+    return BurningTimes(SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=MPI.COMM_SELF)))
+
+
+def test_the_burn_ends_with_the_last_cell_and_its_front_is_reflected_for_ten_microseconds():
+    found = burning([1e-5, 3e-5, np.inf, 0.0], [1e6, 5e5, 1e9, 0.0])
+    assert found.fastest == 1e6
+    assert found.end == pytest.approx(3.2e-5, rel=1e-12)
+    assert found.front_near(0.0)
+    assert found.front_near(4.1e-5)
+    assert not found.front_near(4.3e-5)
+    nothing = burning([np.inf], [1e6])
+    assert nothing.end == 0.0
+    assert np.isfinite(0.25 / nothing.fastest)
+    assert 0.25 / nothing.fastest > 1e9
+
+
+class Least:
+    """A communicator of two ranks; the other's numbers are given, and are to be met in the same order."""
+
+    size, rank = 2, 0
+
+    def __init__(self, *others):
+        self.others = list(others)
+
+    def allreduce(self, value, op=MPI.SUM):
+        """As mpi4py's, for what is summed or compared here."""
+        other = self.others.pop(0)
+        if op == MPI.SUM:
+            return value + other
+        return value or other if op == MPI.LOR else (min if op == MPI.MIN else max)(value, other)
+
+    def allgather(self, value):
+        """As mpi4py's."""
+        return [value, self.others.pop(0)]
+
+
+def on(comm, **rest):
+    return SimpleNamespace(fields=SimpleNamespace(mesh=SimpleNamespace(comm=comm)), **rest)
+
+
+def test_two_ranks_agree_on_the_minimum_and_on_what_holds_somewhere():
+    assert BurstSolver._minimum(on(Least(2.0, 7.0)), np.array([3.0, 5.0])) == 2.0
+    assert BurstSolver._minimum(on(MPI.COMM_SELF), np.array([3.0, 5.0])) == 3.0
+    assert BurstSolver._minimum(on(MPI.COMM_SELF), np.zeros(0)) == np.inf
+    assert BurstSolver._somewhere(on(Least(True)), False) is True
+    assert BurstSolver._somewhere(on(Least(False)), False) is False
+    charge = SimpleNamespace(ignition_time=np.array([1e-5]), burn_rate=np.array([1e6]))
+    found = BurningTimes(SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=Least(4e6, 1e-6))))
+    assert (found.fastest, found.end) == (4e6, pytest.approx(1.1e-5))
+
+
+def test_a_cell_that_another_rank_has_lost_stops_this_one_too():
+    smallest = SimpleNamespace(smallest_volume=np.array([1.0, 2.0]))
+    solver = on(Least("", "cell 7 has turned inside out"), _totals=smallest, stable_step=1.0, time=3e-6)
+    BurstSolver.check_cells(solver)
+    with pytest.raises(NumericalStop, match="lost cell: cell 7 has turned inside out"):
+        BurstSolver.check_cells(solver)
+    solver.fields.mesh.comm, solver.stable_step = MPI.COMM_SELF, np.nan
+    with pytest.raises(NumericalStop, match="the stable step is NaN"):
+        BurstSolver.check_cells(solver)
+    # A rank without a cell has nothing to lose.
+    none = on(MPI.COMM_SELF, _totals=SimpleNamespace(smallest_volume=np.zeros(0)), stable_step=np.inf, time=0.0)
+    BurstSolver.check_cells(none)
+
+
+def test_the_message_says_which_cell_is_lost_and_where_it_is_now():
+    """Number, part, round, station from the nose (mm), and its centre now (mm)."""
+    solver = burst(box((1, 1, 5), (0.02, 0.04, 0.1)))
+    solver.fields.nodes.position[:] += [1.0, -2.0, 0.5]
+    turned_inside_out(solver, 3)
+    with pytest.raises(NumericalStop) as caught:
+        solver.check_cells()
+    words = "cell 3 of the casing of round 0, station 30.0 mm from the nose, now at (1010.0, -1980.0, 570.0) mm"
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
+def test_work_of_a_force_and_of_damping_is_what_the_motion_gains_and_loses(part):
+    """A rigid flight under a constant weight and a drag c m v: v follows m dv/dt = m g - c m v; energies close."""
+    rate, weight = 2e4, 1e5
+    solver = burst(box((1, 1, 1), (0.01,) * 3, part), with_fixed_step(BARE, 1e-7))
+    mass = solver.fields.mass[:, None]
+
+    def external(time, force):
+        force += mass * [0.0, 0.0, weight]
+
+    solver.loads = NodalLoads(solver.fields, rate, external)
+    assert solver.loads.any
+    assert NodalLoads(solver.fields, rate, None).any
+    assert NodalLoads(solver.fields, 0.0, external).any
+    assert not NodalLoads(solver.fields, 0.0, None).any
+    assert not solver.subcycles
+    solver.add_forces(0.0)
+    end = 1e-4
+    while solver.time < end * (1.0 - 1e-12):
+        solver.step(end)
+    whole = float(mass.sum())
+    speed = weight / rate * (1.0 - np.exp(-rate * end))
+    height = weight / rate * end - speed / rate
+    found = solver.fields.nodes.velocity + 0.5 * solver.time_step * solver.resultant / mass
+    assert found[:, 2] == pytest.approx(speed, rel=1e-3)
+    assert solver.ledger.external_work == pytest.approx(whole * weight * height, rel=1e-3)
+    lost = whole * weight * height - 0.5 * whole * speed**2
+    assert solver.ledger.damping == pytest.approx(lost, rel=2e-3)
+
+
+def test_without_loads_cells_may_take_steps_of_their_own():
+    assert burst(box((1, 1, 1), (0.01,) * 3), BARE).subcycles
+
+
+def choosing(edges):
+    """A row of cells with these edges (m), for the choice of levels: a body none of whose nodes touch anything."""
+    mesh = box((len(edges), 1, 1), (1.0, 0.01, 0.01))
+    return Subcycling(burst(mesh, BARE).fields)
+
+
+def graded(level):
+    """The lowest levels not below the given ones that differ by one at most between neighbours in a row."""
+    level = list(level)
+    for k in [*range(1, len(level)), *range(len(level) - 2, -1, -1)]:
+        near = [level[j] for j in (k - 1, k + 1) if 0 <= j < len(level)]
+        level[k] = max(level[k], max(near) - 1)
+    return level
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_other_macro_step_costs_less(seed):
+    """Of all the smallest step times a power of two, up to a microsecond, with cells in steps that each bears."""
+    random = np.random.default_rng(seed)
+    bears = 1e-8 * 2.0 ** random.uniform(0.0, 9.0, 9)
+    cycles = choosing(bears)
+    whole = 1.1 * bears.min()
+    level = cycles.choose(lambda step: bears, whole, None)
+    costs = {whole: len(bears) / whole}
+    for candidate in range(10):
+        step = bears.min() * 2**candidate
+        if step <= 1e-6:
+            costs[step] = sum(2.0 ** max(int(np.ceil(np.log2(step / one) - 1e-9)), 0) for one in bears) / step
+    best = min(costs, key=costs.get)
+    assert cycles.step == pytest.approx(best, rel=1e-12)
+    assert (cycles.step / 2.0**level <= bears * (1.0 + 1e-6)).all() or cycles.step == whole
+    wanted = [max(int(np.ceil(np.log2(best / one) - 1e-9)), 0) for one in bears] if best != whole else [0] * 9
+    assert level.tolist() == graded(wanted)
+    assert cycles.contact_level == 0
+
+
+def test_no_macro_step_is_longer_than_a_microsecond():
+    cycles = choosing(np.ones(3))
+    cycles.choose(lambda step: np.full(3, 0.9e-7), 1e-9, None)
+    assert cycles.step == pytest.approx(0.9e-7, rel=1e-12)
+    cycles.choose(lambda step: np.array([0.6e-7, 1e-3, 1e-3]), 1e-9, None)
+    assert cycles.step == pytest.approx(0.96e-6, rel=1e-12)
+    cycles.choose(lambda step: np.array([0.45e-7, 1e-3, 1e-3]), 1e-9, None)
+    assert cycles.step == pytest.approx(0.72e-6, rel=1e-12)
+
+
+@pytest.mark.parametrize(("slow", "level", "steady"), [(1e-9, 0, False), (16e-9, 2, False), (1e-9, 0, True)])
+def test_contact_keeps_its_step_and_the_macro_step_is_at_most_four_times_that(slow, level, steady):
+    cycles = choosing(np.ones(4))
+    cycles.steady_contact = steady
+    found = cycles.choose(lambda step: np.full(4, slow), 1e-9 if not steady else 1e-3, 1e-9)
+    assert cycles.contact_level == level
+    assert cycles.step == pytest.approx(2.0**level * 1e-9, rel=1e-12)
+    assert (cycles.step / 2.0**found <= slow * (1.0 + 1e-6)).all()
+
+
+def test_cells_beside_contact_lie_one_level_below_it_at_most():
+    cycles = choosing(np.ones(8))
+    cycles._beside_contact[5] = True
+    found = cycles.choose(lambda step: np.full(8, 1.0), 1e-12, 1e-9)
+    assert cycles.contact_level == 2
+    assert found.tolist() == [0, 0, 0, 0, 0, 1, 0, 0]
+    # Where one step for all costs less, contact takes it as well.
+    cycles.choose(lambda step: np.full(8, 1e-9), 5e-9, 1e-9)
+    assert (cycles.step, cycles.contact_level) == (5e-9, 0)

@@ -1,0 +1,204 @@
+"""Constants and defaults beside their sources, beside each other, and beside closed forms."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import norm, t
+
+import flight
+from burst_fenicsx.problem import ContactSettings
+from flight import Bounce, Contact, StandardAtmosphere, Wind
+from flight.arena import ArenaTable
+from flight.fragments import check_possible
+from flight.hazard.assessment import assess, hit_probability
+from flight.hazard.bands import HIGH, LOW
+from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import RADIAL, SPACING, Directions, _raised_cosine
+from flight.hazard.density.estimate import _student
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import tally
+from flight.hazard.exposed import Prism
+from flight.hazard.stack_rules import effective_number
+from flight.scene.bounce import SURFACES
+from flight.scene.obstacles import count_by_face
+from flight.scene.walls import FRAGMENT_DENSITY
+
+FOOT, POUND_FORCE = 0.3048, 4.4482216
+
+
+def default(function, name):
+    return inspect.signature(function).parameters[name].default
+
+
+def test_the_criterion_is_fifty_eight_foot_pounds_and_one_in_six_hundred_square_feet():
+    criteria = Criteria()
+    assert criteria.energy == pytest.approx(58.0 * FOOT * POUND_FORCE, rel=0.01)
+    assert criteria.density == pytest.approx(1.0 / (600.0 * FOOT**2), rel=1e-3)
+    assert criteria.person_area == pytest.approx(6.2 * FOOT**2, rel=0.01)
+    assert criteria.person_height == pytest.approx(6.0 * FOOT, rel=0.02)
+
+
+def test_what_is_left_out_is_that_criterion_everywhere():
+    energies = [
+        default(one, "energy") for one in (ArenaTable.by_zone, flight.FlightResult.by_face, count_by_face, Prism)
+    ]
+    assert energies == [Criteria().energy] * 4
+    assert default(Prism, "height") == Criteria().person_height
+    assert default(hit_probability, "person_area") == Criteria().person_area
+
+
+def test_tables_are_cut_alike_where_nothing_is_said():
+    """72 sectors and cells of 10 m, as the grid on which paths near the ground are counted."""
+    grid = PolarGrid()
+    for function in (assess, tally):
+        assert 360.0 / default(function, "sector_width") == grid.sectors == 72
+        assert default(function, "distance") == grid.cell == 10.0
+    assert default(ArenaTable.of, "width") == 360.0 / grid.sectors
+    assert (pytest.approx(0.05), pytest.approx(0.95)) == (LOW, HIGH)
+
+
+@pytest.mark.parametrize(
+    ("name", "normal", "tangential"),
+    [("rock", 0.53, 0.99), ("asphalt", 0.40, 0.90), ("hard_soil", 0.32, 0.82), ("soft_soil", 0.30, 0.80)],
+)
+def test_restitution_is_that_of_hoeks_table(name, normal, tangential):
+    """Clean hard bedrock, asphalt roadway, talus cover, soft soil with some vegetation (Hoek 1987)."""
+    surface = SURFACES[name]
+    assert (surface.normal, surface.tangential) == (normal, tangential)
+    assert surface.friction == SURFACES["rock"].friction
+    assert "Hoek" in surface.source
+
+
+def test_assumed_surfaces_lie_between_those_of_the_table():
+    rock, asphalt, soft, concrete, sand = (SURFACES[n] for n in ("rock", "asphalt", "soft_soil", "concrete", "sand"))
+    assert asphalt.normal < concrete.normal < rock.normal
+    assert concrete.tangential == asphalt.tangential
+    assert concrete.friction == pytest.approx(0.57)  # steel on concrete: Rabbat and Russell 1985
+    assert sand.normal < 0.5 * soft.normal
+    assert sand.tangential < 0.7 * soft.tangential
+    assert sand.friction > rock.friction
+    # Its bounce ends where it would rise by half a millimetre.
+    assert Bounce(0.5, 0.5, 0.5).rest_speed == pytest.approx(math.sqrt(2.0 * 9.80665 * 0.5e-3), rel=0.02)
+
+
+def test_steel_and_its_friction_are_those_of_the_burst():
+    assert Contact().density == FRAGMENT_DENSITY == 7850.0
+    assert Contact().friction_angle_deg == ContactSettings().surface_friction_angle
+
+
+def test_air_of_one_density_is_that_of_the_sea_level():
+    air, standard = flight.ConstantAir(), StandardAtmosphere()
+    assert air.density(0.0) == pytest.approx(float(standard.density(0.0)), rel=1e-4)
+    assert air.sound_speed(0.0) == pytest.approx(float(standard.sound_speed(0.0)), rel=1e-5)
+
+
+def test_wind_grows_with_the_seventh_root_from_ten_metres():
+    wind = Wind.power_law(5.0, 90.0)
+    assert wind.at(10.0) == pytest.approx([0.0, 5.0], abs=0.02)
+    for height in (2.0, 40.0, 300.0):
+        assert wind.at(height)[1] == pytest.approx(5.0 * (height / 10.0) ** (1.0 / 7.0), rel=5e-3)
+    assert wind.at(1e5) == pytest.approx(wind.at(1000.0))
+    assert wind.at(999.0)[1] < wind.at(1000.0)[1]
+    assert wind.at(0.0) == pytest.approx([0.0, 0.0])
+    assert wind.at(1.5e-3)[1] < 0.4 * wind.at(0.1)[1]
+
+
+@pytest.mark.parametrize(("side", "top", "open_", "earth"), [(10, 0, 9.0, 7.0), (0, 10, 1.0, 1.0), (4, 2, 3.8, 3.0)])
+def test_the_effective_number_of_a_stack_is_the_published_one(side, top, open_, earth):
+    """0.9 of the side and 0.1 of the top in the open, 0.7 and 0.1 under earth."""
+    assert effective_number(side, top) == effective_number(side, top, "open") == pytest.approx(open_)
+    assert effective_number(side, top, "earth") == pytest.approx(earth)
+
+
+@pytest.mark.parametrize("freedom", [5, 8, 12, 30, 300])
+def test_students_quantile_is_that_of_its_expansion(freedom):
+    """To the next term of the series (Abramowitz and Stegun 26.7.5), and the normal one's without end."""
+    z = norm.ppf(0.95)
+    rest = (79 * z**9 + 776 * z**7 + 1482 * z**5 - 1920 * z**3 - 945 * z) / (92160.0 * freedom**4)
+    assert _student(freedom) == pytest.approx(t.ppf(0.95, freedom), abs=1.2 * rest + 1e-12)
+    assert _student(10**7) == pytest.approx(z, rel=1e-6)
+    assert _student(0) == _student(1)
+
+
+def test_the_azimuth_kernel_has_unit_area_and_its_own_second_moment():
+    """A raised cosine (1 + cos(pi x / h)) / 2 h; on a grid narrowed so that both together are as wide as it was."""
+    for half in (3.0, 10.0):
+        ends = _raised_cosine(np.array([-2.0 * half, -half, 0.0, half, 5.0 * half]), half)
+        assert ends == pytest.approx([0.0, 0.0, 0.5, 1.0, 1.0], abs=1e-15)
+        for gap in (-0.7 * half, 0.2 * half):
+            area = quad(lambda x, h=half: (1.0 + math.cos(math.pi * x / h)) / (2.0 * h), -half, gap)[0]
+            assert _raised_cosine(np.array([gap]), half) == pytest.approx([area], rel=1e-10)
+    moment = quad(lambda x: x * x * (1.0 + math.cos(math.pi * x)) / 2.0, -1.0, 1.0)[0]
+    for kernel, sectors in ((10.0, 72), (20.0, 72), (30.0, 24)):
+        grid = PolarGrid.of(sectors, kernel, 10.0, 500.0)
+        directions = Directions(grid, "worst_direction", kernel)
+        weights = directions.weights
+        assert weights.sum(axis=1) == pytest.approx(1.0, rel=1e-12)
+        centre = grid.start + grid.width * (np.arange(grid.turns) + 0.5)
+        away = (centre - directions.azimuth[0] + 180.0) % 360.0 - 180.0
+        assert weights[0] @ away**2 == pytest.approx(moment * kernel**2, rel=0.01)
+
+
+def test_smoothing_over_distance_keeps_numbers_and_its_slope_is_a_derivative():
+    """Of a cell in the middle: unit integral over ln r, a mean in the cell, and the spread of kernel and cell."""
+    radial = Directions(PolarGrid(cells=40)).radial
+    grid = Directions(PolarGrid(cells=40)).grid
+    cell = int(np.searchsorted(grid.edges, 205.0)) - 1
+    low, high = np.log(grid.edges[cell : cell + 2])
+    numbers = radial.smooth[cell]
+    assert np.diff(radial.places) == pytest.approx(SPACING, rel=1e-9)
+    assert numbers.sum() * SPACING == pytest.approx(1.0, rel=1e-9)
+    mean = (numbers * radial.places).sum() * SPACING
+    assert mean == pytest.approx(0.5 * (low + high), abs=1e-9)
+    spread = (numbers * (radial.places - mean) ** 2).sum() * SPACING
+    assert spread == pytest.approx(RADIAL**2 + (high - low) ** 2 / 12.0, rel=1e-6)
+    assert radial.slope[cell][1:-1] == pytest.approx(
+        (numbers[2:] - numbers[:-2]) / (2.0 * SPACING), abs=0.07 * numbers.max() / RADIAL
+    )
+    assert radial.slope[cell].sum() == pytest.approx(0.0, abs=1e-9 * np.abs(radial.slope[cell]).sum())
+    assert np.abs(radial.slope[cell] * SPACING).sum() == pytest.approx(2.0 * numbers.max(), rel=0.02)
+    ring = 2.0 * math.pi * np.exp(2.0 * radial.places)  # ground per ln r all round
+    assert radial.area * grid.turns == pytest.approx(ring, rel=1e-12)
+    # As far as four standard deviations beyond the last cell.
+    assert radial.places[-1] == pytest.approx(math.log(grid.edges[-1]) + 4.0 * RADIAL, abs=SPACING)
+
+
+@pytest.mark.parametrize(
+    ("name", "lowest", "highest"),
+    [("mass", 1e-15, 1e6), ("shape_factor", 1e-3, 1e9), ("position", -1e7, 1e7), ("velocity", -5e4, 5e4)],
+)
+def test_a_file_may_hold_what_is_possible_at_all(name, lowest, highest):
+    """From a picogram to a kiloton, to 10,000 km and 50 km/s; the message names both ends."""
+    for value, refused in (
+        (lowest, False),
+        (highest, False),
+        (lowest * (1.001 if lowest < 0 else 0.999), True),
+        (highest * 1.001, True),
+    ):
+        given = {"mass": 0.1, "position": (0.0, 0.0, 1.0), "velocity": (1.0, 0.0, 0.0), "shape_factor": 2600.0}
+        given[name] = (value, 0.0, 0.0) if name in ("position", "velocity") else value
+        one = flight.Fragments.from_arrays(**given)
+        if refused:
+            ends = re.escape(f"needed: from {lowest:g} to {highest:g} ")
+            with pytest.raises(flight.InputError, match=f"file: {name} of fragment 0 .*; {ends}"):
+                check_possible(one, "file")
+        else:
+            check_possible(one, "file")
+
+
+def test_single_values_of_arguments_are_those_documented():
+    """The paper's fixed step of 0.1 ms; an hour of flight at most; masses groups from 10 mg on, two to an octave."""
+    assert flight.FixedStep().step == pytest.approx(1e-4)
+    assert default(flight.fly, "time_limit") == 3600.0
+    fragments = flight.Fragments.from_arrays([0.9e-5, 1e-5, 1.5e-5, 2e-5], (0, 0, 1), (0.0, 0.0, 5.0))
+    table = ArenaTable.of([fragments])
+    full = table.number > 0.0
+    root = math.sqrt(2.0)
+    assert table.mass_from[full] == pytest.approx([0.0, 1e-5, 1e-5 * root, 2e-5], rel=1e-9)
+    assert table.mass_to[full] == pytest.approx([1e-5, 1e-5 * root, 2e-5, 2e-5 * root], rel=1e-9)
