@@ -21,7 +21,7 @@ from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather, gather_
 from burst_fenicsx.kernels.rows import (
     add_rows,
     clear_rows,
-    copy_rows,
+    copy_motion,
     largest_speed,
     place_rows,
     sum_columns,
@@ -85,10 +85,15 @@ def test_lanes_move_with_all_their_rows():
     rows, blocks = 5, 4
     old = np.random.default_rng(3).normal(size=(blocks, rows * LANES))
     source = np.random.default_rng(4).integers(0, blocks * LANES, 3 * LANES).astype(np.int32)
-    new = np.full((3, rows * LANES), np.nan)
-    move_lanes(source, old, new)
     by_slot = old.reshape(blocks, rows, LANES).transpose(0, 2, 1).reshape(-1, rows)
-    np.testing.assert_array_equal(new.reshape(3, rows, LANES).transpose(0, 2, 1).reshape(-1, rows), by_slot[source])
+    for chosen in ([0, 1, 2], [0, 2], [1]):
+        new = np.full((3, rows * LANES), np.nan)
+        move_lanes(source, np.array(chosen), old, new)
+        found = new.reshape(3, rows, LANES).transpose(0, 2, 1)
+        np.testing.assert_array_equal(
+            found[chosen].reshape(-1, rows), by_slot[source.reshape(3, LANES)[chosen].ravel()]
+        )
+        assert np.isnan(np.delete(found, chosen, axis=0)).all()
 
 
 @pytest.mark.parametrize("words", [1, 2])
@@ -208,9 +213,11 @@ def test_rows_are_added_copied_and_searched_for_the_fastest():
     expected = before.copy()
     expected[rows] += 0.3 * source[rows]
     np.testing.assert_array_equal(target, expected)
-    copy_rows(source, rows, to, target)
-    expected[to] = source[rows]
+    speeds, expected_speeds = 2.0 * target, 2.0 * expected
+    copy_motion(source, -source, rows, to, target, speeds)
+    expected[to], expected_speeds[to] = source[rows], -source[rows]
     np.testing.assert_array_equal(target, expected)
+    np.testing.assert_array_equal(speeds, expected_speeds)
     for axis in range(3):
         velocity = np.full((30, 3), 0.1)
         velocity[11, axis] = -5.0
