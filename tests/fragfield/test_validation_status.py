@@ -11,6 +11,7 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.tables.plane import PlaneTable
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.findings.bearing import STUDIES, bears_on
@@ -134,6 +135,10 @@ def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
     assert len(pair["m107_pair"]) == sum(row["case"] == "m107_pair" for row in read_record().misses())
     mirrored = near(ready("m107_pair_mirrored"))
     assert mirrored == pair  # one round before a plane of symmetry is a pair
+    single = ready("m107_tnt")
+    ground = PlaneTable(name="ground", kind="ground")
+    standing = run_of(case=single.case.model_copy(update={"plane": [ground]}), geometry="3d")
+    assert near(standing).keys() == near(run_of(case=single.case, geometry="3d")).keys() | {"colliding_tubes"}
 
 
 def test_misses_of_a_law_of_the_products_belong_to_it():

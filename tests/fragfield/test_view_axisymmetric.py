@@ -131,7 +131,7 @@ def test_pages_and_pictures_are_written(run):
 
 
 def test_the_report_is_written_and_names_the_cells(run):
-    page = write_report(run, pictures=False).read_text(encoding="utf-8")  # whose pictures are those written below
+    page = write_report(run, pictures=False).read_text(encoding="utf-8")  # whose pictures are those written above
     assert "Quadrilaterals of the meridian" in page
     assert "180" in str(mesh_rows(read_run(run)).rows[1])
 

@@ -23,7 +23,15 @@ def _has_burst(run: RunFiles) -> bool:
 
 def _collides(run: RunFiles) -> bool:
     """Whether a casing can meet another one or a plane; of a run without its case that is not known."""
-    return _has_burst(run) and (run.case is None or len(run.case.round) > 1 or bool(run.case.plane))
+    return _has_several_rounds(run) or (_has_burst(run) and run.case is not None and bool(run.case.plane))
+
+
+def _has_several_rounds(run: RunFiles) -> bool:
+    """Whether there is more than one round, images behind planes of symmetry among them; alike."""
+    if run.case is None:
+        return _has_burst(run)
+    images = any(plane.kind == "symmetry" for plane in run.case.plane)
+    return _has_burst(run) and (len(run.case.round) > 1 or images)
 
 
 def _products(law: str) -> Callable[[RunFiles], bool]:
@@ -41,6 +49,7 @@ SUBJECTS: dict[str, Callable[[RunFiles], bool]] = {
     "meridian": lambda run: _has_burst(run) and run.is_axisymmetric,
     "plane section": lambda run: _has_burst(run) and run.is_section,
     "casings that collide": _collides,
+    "several rounds": _has_several_rounds,
     "landau": _products("landau"),
     "landau_cj": _products("landau_cj"),
     "jwl": _products("jwl"),
@@ -48,7 +57,7 @@ SUBJECTS: dict[str, Callable[[RunFiles], bool]] = {
 }
 """What a run may have: kinds of burst, laws of the products, fragments that fly."""
 
-_STACKS = ("casings that collide", "three dimensions")
+_STACKS = ("several rounds", "three dimensions")
 _ROUNDS = ("whole rounds",)
 
 STUDIES: dict[str, tuple[str, ...]] = {
