@@ -193,6 +193,28 @@ def test_a_fault_is_tried_in_a_copy_and_taken_back(trial):
         Trial(trial.tree.parent.parent / "project", trial.tree.parent)
 
 
+def test_a_single_test_is_tried_alone(trial):
+    """As those of `chosen.tsv`; what another test of its file would notice is not noticed by it."""
+    module, file = trial.tree / "flight/one.py", trial.tree / "tests/test_one.py"
+    module.write_text(KERNEL)
+    file.write_text(
+        "import pytest\n" + file.read_text() + "\n\n@pytest.mark.parametrize('x', [0, 1])\n"
+        "def test_twice_of(x):\n    assert twice(x) == 2 * x\n"
+    )
+    wrong = KERNEL.replace("x + x", "x + min(x, 2)")
+    both, small = (
+        trial.with_fault("flight/one.py", wrong, [f"tests/test_one.py{name}"]) for name in ("", "::test_twice_of")
+    )
+    assert (both.state, both.test.split(" - ")[0]) == ("failed", "tests/test_one.py::test_twice")
+    assert small.state == "passed"
+    found = trial.with_fault("flight/one.py", KERNEL.replace("x + x", "x"), ["tests/test_one.py::test_twice_of"])
+    assert (found.state, found.plain, found.test.split(" - ")[0]) == (
+        "failed",
+        True,
+        "tests/test_one.py::test_twice_of[1]",
+    )
+
+
 KERNEL = "from numba import njit\n\n\n@njit\ndef twice(x):\n    return x + x\n"
 
 

@@ -149,6 +149,19 @@ def test_the_charges_strength_fades_as_it_burns(burnt):
         assert solver.ledger.sums[0] - before == pytest.approx(0.5 * expected * shear * EDGE**3, rel=0.02)
 
 
+@pytest.mark.parametrize("stretch", [(1.0, 1.0, 1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (-0.5, 0.3, 0.8)])
+def test_the_charges_strength_resists_changes_of_shape_alone(stretch):
+    """2 G times the deviator of the strain, which has no trace; nothing where all sides grow alike."""
+    strain = 0.2 * TNT.shear_strength / TNT.shear_modulus * np.array(stretch)
+    solver = cube(Part.CHARGE, replace(BARE, burn="time"))
+    solver.add_forces(0.0)
+    moved(solver, lambda start: start @ np.diag(np.exp(strain)), 1e-8)
+    stress = solver.fields.charge.stress[0, 0]
+    expected = 2.0 * TNT.shear_modulus * (strain - strain.mean())
+    np.testing.assert_allclose(stress[:3], expected, rtol=0.0, atol=1e-3 * TNT.shear_strength)
+    np.testing.assert_allclose(stress[3:], 0.0, atol=1e-9 * TNT.shear_strength)
+
+
 def test_a_cell_may_burn_by_compression_from_three_cells_ahead_of_the_front():
     """Two burning times of 3/2 h / D each, before which a neighbour's shock burns nothing."""
     cells, size = 12, 2e-3

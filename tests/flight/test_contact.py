@@ -97,13 +97,15 @@ def test_oblique_impact_slides_or_rolls(angle: float, sticks: bool) -> None:
 
 @pytest.mark.parametrize("turn", [0, 1, 2])
 @pytest.mark.parametrize("aside", [0.0, 0.3, 5.0])
-def test_two_that_were_struck_strike_each_other(turn: int, aside: float) -> None:
-    """Four equal spheres on a line, of which the outer two fly at the inner ones: those meet halfway, and come back.
+@pytest.mark.parametrize(("inner", "ahead"), [(1.0, 0.0), (0.04, 0.0), (0.04, 4e-3), (0.04, -4e-3)])
+def test_two_that_were_struck_strike_each_other(turn: int, aside: float, inner: float, ahead: float) -> None:
+    """Four equal spheres on a line, of which the outer two fly at the inner ones: those meet, and come back.
 
     Perfectly elastic spheres of one mass exchange their velocities; what else flies along beside them changes nothing.
+    Inner ones close to each other meet within the window in which they were struck, in cells where neither stood.
     """
     radius, speed = 5e-3, 100.0
-    place = np.array([-2.0, -1.0, 1.0, 2.0])[:, None] * np.eye(3)[turn] + [aside, 2.0 * aside, -aside]
+    place = np.array([-2.0, -inner, inner, 2.0 - ahead])[:, None] * np.eye(3)[turn] + [aside, 2.0 * aside, -aside]
     velocity = speed * np.array([1.0, 0.0, 0.0, -1.0])[:, None] * np.eye(3)[turn]
     beside = np.random.default_rng(1).uniform(-3.0, 3.0, (60, 3))
     beside[:, (turn + 1) % 3] += 9.0 + 2.0 * aside
@@ -116,8 +118,9 @@ def test_two_that_were_struck_strike_each_other(turn: int, aside: float) -> None
     assert pairs[2] == (1, 2)
     assert sorted(pairs[3:]) == [(0, 1), (2, 3)]
     times = [one["time"] for one in result.contacts if one["second"] < 4]
-    way = np.array([1.0 - 2.0 * radius] * 2 + [2.0 - 3.0 * radius] + [3.0 - 4.0 * radius] * 2)
-    assert times == pytest.approx(way / speed, rel=1e-9)
+    struck = (2.0 - inner - 2.0 * radius - np.array([0.0, ahead])) / speed
+    middle = struck.mean() + (inner - radius) / speed
+    assert times == pytest.approx([*sorted(struck), middle, *sorted(2.0 * middle - struck)], rel=1e-9)
     ends = result.landing["velocity"][:4] @ np.eye(3)[turn]
     assert ends == pytest.approx([-speed, 0.0, 0.0, speed], abs=1e-9 * speed)
 

@@ -131,7 +131,7 @@ def try_chosen(workshop: Workshop, word: str) -> int:
     rows = chosen_by_hand(workshop.tree, word)
     for number, row in enumerate(rows, start=1):
         text = (workshop.tree / row["module"]).read_text().replace(row["before"], row["after"])
-        outcome = workshop.with_fault(row["module"], text, row["tests"].split())
+        outcome = workshop.with_fault(row["module"], text, row["tests"].split(), row["tests"].split())
         survived += outcome.state == "passed"
         print(
             f"{number:3d} {outcome.state:6s} {outcome.seconds:4.0f} s  {row['module']}: {row['fault']}  {outcome.test}",

@@ -69,7 +69,7 @@ def is_compiled(text: str) -> bool:
 
 
 def test_files(root: Path, tests: Sequence[str]) -> list[str]:
-    """Files (paths from the root) for files and folders, each once, in their order."""
+    """Files (paths from the root) for files and folders, each once, in their order; single tests stay."""
     found: dict[str, None] = {}
     for test in tests:
         path = root / test
@@ -139,7 +139,7 @@ class Workshop:
         """Names the state of test files and of what they share."""
         found = hashlib.sha256(self._shared.encode())
         for test in test_files(self.tree, tests):
-            found.update((self.tree / test).read_bytes())
+            found.update((self.tree / test.partition("::")[0]).read_bytes())
         return found.hexdigest()[:12]
 
     def usual(self, tests: Sequence[str], kind: str = "compiled") -> dict[str, float]:
@@ -210,7 +210,7 @@ class Workshop:
         cap = 3.0 * max(usual.values(), default=0.0) + 1.0 if plain else 0.0
         files = test_files(self.tree, tests)
         if plain:
-            files = [file for file in files if any(test.startswith(f"{file}::") for test in usual)]
+            files = [file for file in files if any(f"{test}[".startswith((f"{file}::", f"{file}[")) for test in usual)]
         used = _children()
         status, lines = self._run(files, usual, limit, kind, cap=cap, decisive=plain)
         seconds = round(_children() - used, 1)
