@@ -8,7 +8,7 @@ import sys
 import threading
 import warnings
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from fragfield.errors import InputError
 from fragfield.terminal.visible_text import visible
@@ -24,6 +24,7 @@ LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 """Those of our packages, and that of Python's warnings."""
 _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 _lock = threading.Lock()
+_shown_before: list[tuple[Any, Any]] = []  # as often as warnings are captured: what showed and captured them before
 _before: dict[str, tuple[int, int, bool]] = {}  # of each logger in use: by how many, its level and propagation before
 
 
@@ -130,30 +131,44 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
 
 @contextmanager
 def _captured_warnings() -> Iterator[None]:
-    """Python's warnings as records of the logger "py.warnings"; may be nested.
+    """Python's warnings as records of the logger "py.warnings"; may be nested, and overlap in threads.
 
     `logging.captureWarnings` keeps one state for the whole process, which `warnings.catch_warnings` elsewhere undoes.
+    No library may call it meanwhile, as ffcx does when the burst loads it: our warnings would lose their code, and with
+    it their place in summary.json and on the terminal.
     """
-    before = warnings.showwarning
-
-    def show(
-        message: Warning | str,
-        category: type[Warning],
-        filename: str,
-        lineno: int,
-        file: TextIO | None = None,
-        line: str | None = None,
-    ) -> None:
-        if file is not None:
-            before(message, category, filename, lineno, file, line)
-            return
-        text = warnings.formatwarning(message, category, filename, lineno, line)
-        code = getattr(category, "code", category.__name__)
-        extra = {"words": str(message), "category": category, "code": code}
-        logging.getLogger("py.warnings").warning("%s", text, extra=extra)
-
-    warnings.showwarning = show
+    with _lock:
+        if not _shown_before:
+            _shown_before.append((warnings.showwarning, logging.captureWarnings))
+        else:
+            _shown_before.append(_shown_before[0])
+        warnings.showwarning, logging.captureWarnings = _show, _leave_warnings
     try:
         yield
     finally:
-        warnings.showwarning = before
+        with _lock:
+            before = _shown_before.pop()
+            if not _shown_before:
+                warnings.showwarning, logging.captureWarnings = before
+
+
+def _show(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Log a warning with its kind and its code."""
+    if file is not None:
+        file.write(warnings.formatwarning(message, category, filename, lineno, line))
+        return
+    text = warnings.formatwarning(message, category, filename, lineno, line)
+    code = getattr(category, "code", category.__name__)
+    extra = {"words": str(message), "category": category, "code": code}
+    logging.getLogger("py.warnings").warning("%s", text, extra=extra)
+
+
+def _leave_warnings(capture: bool) -> None:
+    """Stand in for `logging.captureWarnings`: warnings go where they go already."""

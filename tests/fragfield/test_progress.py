@@ -137,6 +137,25 @@ def test_the_log_keeps_messages_and_warnings_and_stderr_shows_what_concerns_the_
     assert path.read_text() == ""
 
 
+def test_a_library_that_captures_warnings_while_it_loads_takes_none_of_ours(tmp_path, capsys):
+    """As ffcx does when the burst loads it: they would be no warnings of ours any more, neither shown nor recorded."""
+    before, capture = warnings.showwarning, logging.captureWarnings
+    first, second = logged(tmp_path / "first.log", fresh=True), to_stderr(quiet=False)
+    first.__enter__()
+    second.__enter__()
+    logging.captureWarnings(capture=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.warn("cells too coarse", OurWarning, stacklevel=1)
+        first.__exit__(None, None, None)  # as of runs in threads, which end in any order
+        warnings.warn("fragments too fast", OurWarning, stacklevel=1)
+    second.__exit__(None, None, None)
+    assert capsys.readouterr().err == "warning: cells too coarse\nwarning: fragments too fast\n"
+    assert "cells too coarse" in (tmp_path / "first.log").read_text()
+    assert "fragments too fast" not in (tmp_path / "first.log").read_text()
+    assert (warnings.showwarning, logging.captureWarnings) == (before, capture)
+
+
 def test_quiet_shows_errors_only(capsys):
     with to_stderr(quiet=True):
         logging.getLogger("fragfield").warning("doubtful")
