@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FlightProgress", "fly"]
 
-RESOLVED_TURN = 20.0  # degrees from cell to cell: slides on a parabola end within 3 % of their length
+RESOLVED_TURN = 20.0  # degrees from cell to cell: a slide from rest on a parabola ends within about 4 % of its length
 NOTABLE_SHARE = 0.01  # of the fragments at rest
 
 

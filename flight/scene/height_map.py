@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -182,6 +183,14 @@ class HeightMap:
 
     def turns_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         """Largest angle (rad) at positions on the map by which its surface turns from the cell there to a next one."""
+        turns = self._turns
+        row = np.clip((np.asarray(y) - self.corner[1]) / self.step[1], 0, turns.shape[0] - 1).astype(int)
+        column = np.clip((np.asarray(x) - self.corner[0]) / self.step[0], 0, turns.shape[1] - 1).astype(int)
+        return np.asarray(turns[row, column])
+
+    @cached_property
+    def _turns(self) -> NDArray[np.float64]:
+        """The angles of `turns_at` by cell; once a map, which all realisations share."""
         h = self.heights
         east, north = np.diff(h, axis=1) / self.step[0], np.diff(h, axis=0) / self.step[1]
         level = np.ones((h.shape[0] - 1, h.shape[1] - 1))
@@ -194,9 +203,7 @@ class HeightMap:
             before, after = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
             before[axis], after[axis] = (1, 0), (0, 1)
             turns = np.maximum(turns, np.maximum(np.pad(turn, before), np.pad(turn, after)))
-        row = np.clip((np.asarray(y) - self.corner[1]) / self.step[1], 0, turns.shape[0] - 1).astype(int)
-        column = np.clip((np.asarray(x) - self.corner[0]) / self.step[0], 0, turns.shape[1] - 1).astype(int)
-        return np.asarray(turns[row, column])
+        return np.asarray(turns)
 
     def table(self) -> Terrain:
         """The map for the kernels, with the greatest heights of its cells and of blocks of them."""
