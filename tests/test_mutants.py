@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from tests.mutants import __main__ as mutants
 from tests.mutants.faults import KINDS, faults_of
@@ -331,23 +332,33 @@ def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
 
 
 def test_caches_of_workers_are_linked_and_taken_over(tmp_path):
-    """What a worker has compiled besides comes into the common cache; what both have stays the common one's."""
+    """What a worker has compiled besides comes into the common cache, also a known function for other types."""
     root, worker = tmp_path / "cache", tmp_path / "cache" / "workers" / "gw0"
-    (root / "burst-1" / "kernels_x").mkdir(parents=True)
-    (root / "burst-1" / "kernels_x" / "solid.f-1.py311.nbi").write_text("common")
-    (root / "burst-1" / "kernels_x" / "solid.f-1.py311.1.nbc").write_text("code")
+
+    def kept(folder: Path, name: str) -> IndexDataCacheFile:
+        place = folder / "burst-1" / "kernels_x"
+        place.mkdir(parents=True, exist_ok=True)
+        return IndexDataCacheFile(str(place), name, "state of the source")
+
+    solid, charge = "solid.f-1.py311", "charge.g-7.py311"
+    kept(root, solid).save("float64", "common")
     link(root, worker, ["burst-1"])
     shared = worker / "burst-1" / "kernels_x"
-    assert shared.joinpath("solid.f-1.py311.nbi").stat().st_nlink == 2
-    # numba replaces files, it never writes into one.
-    for name, text in (
-        ("solid.f-1.py311.nbi", "own"),
-        ("charge.g-7.py311.nbi", "new"),
-        ("charge.g-7.py311.1.nbc", "c"),
-    ):
-        (shared / "new").write_text(text)
-        (shared / "new").replace(shared / name)
-    assert gather(root, worker, ["burst-1"]) == 1
-    assert (root / "burst-1" / "kernels_x" / "solid.f-1.py311.nbi").read_text() == "common"
-    assert (root / "burst-1" / "kernels_x" / "charge.g-7.py311.1.nbc").read_text() == "c"
+    assert shared.joinpath(f"{solid}.nbi").stat().st_nlink == 2
     assert gather(root, worker, ["burst-1"]) == 0
+    # Two workers compile the same function for other types, one of them a function besides.
+    other = tmp_path / "cache" / "workers" / "gw1"
+    link(root, other, ["burst-1"])
+    kept(worker, solid).save("float32", "single")
+    kept(worker, charge).save("int64", "new")
+    kept(other, solid).save("int64", "whole")
+    kept(other, solid).save("float32", "single")
+    assert [gather(root, folder, ["burst-1"]) for folder in (worker, other)] == [2, 1]
+    for name, key, code in (
+        (solid, "float64", "common"),
+        (solid, "float32", "single"),
+        (solid, "int64", "whole"),
+        (charge, "int64", "new"),
+    ):
+        assert kept(root, name).load(key) == code
+    assert [gather(root, folder, ["burst-1"]) for folder in (worker, other)] == [0, 0]

@@ -9,18 +9,22 @@ what is there. What the workers have compiled besides is taken into the common c
 from __future__ import annotations
 
 import os
+import pickle
 import shutil
 import subprocess
 import sys
 import time
+from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from numba.core.serialize import dumps
 
 from fragfield.compile_ahead import FOLDER, MARKS, compile_ahead
 from fragfield_base.kernel_cache import cache_root
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 __all__ = ["folder_of", "gather", "link"]
 
@@ -52,22 +56,47 @@ def link(root: Path, folder: Path, names: Iterable[str]) -> None:
 
 
 def gather(root: Path, folder: Path, names: Iterable[str]) -> int:
-    """Take over the functions that a worker has compiled and the common cache does not know; how many there were.
+    """Take over the code of functions that a worker has compiled and the common cache does not know; how much it was.
 
-    A function's index and the code that it names are moved together: two indices cannot be joined.
+    Code is known by its function and its types of arguments: a worker may have compiled a function of the common cache
+    for other types.
     """
-    found = 0
-    for name in names:
-        for index in (folder / name).rglob("*.nbi"):
-            place = root / index.relative_to(folder)
-            if place.exists():
-                continue
-            place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            for code in index.parent.glob(f"{index.stem}.*.nbc"):
-                shutil.copy2(code, place.parent / code.name)
-            shutil.copy2(index, place)
-            found += 1
-    return found
+    return sum(
+        _join(index, root / index.relative_to(folder)) for name in names for index in (folder / name).rglob("*.nbi")
+    )
+
+
+def _join(index: Path, common: Path) -> int:
+    """Add what a worker's index names to the common one, its code under numbers that are free there."""
+    if common.exists() and common.samefile(index):
+        return 0
+    version, stamp, compiled = _read(index)
+    known: dict[Any, str] = {}
+    if common.exists():
+        common_version, common_stamp, ours = _read(common)
+        # numba takes an index of another version or source for an empty one.
+        known = ours if (common_version, common_stamp) == (version, stamp) else {}
+    missing = {key: name for key, name in compiled.items() if key not in known}
+    common.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for key, name in missing.items():
+        known[key] = next(free for free in _names(index.stem) if free not in known.values())
+        shutil.copy2(index.parent / name, common.parent / known[key])
+    if missing:
+        new = common.with_suffix(".new")
+        new.write_bytes(pickle.dumps(version) + dumps((stamp, known)))
+        new.replace(common)
+    return len(missing)
+
+
+def _names(stem: str) -> Iterator[str]:
+    """Names of files of code as numba gives them."""
+    return (f"{stem}.{number}.nbc" for number in count(1))
+
+
+def _read(index: Path) -> tuple[str, Any, dict[Any, str]]:
+    """numba's version, the stamp of the source, and the file of each signature's code."""
+    with index.open("rb") as file:
+        return (pickle.load(file), *pickle.loads(file.read()))
 
 
 def main() -> None:

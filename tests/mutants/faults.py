@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import copy
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ class Fault:
         return f"line {self.line}: {' '.join(self.before.split())} -> {' '.join(self.after.split())}"
 
 
-def faults_of(source: str) -> list[Fault]:
+@cache
+def faults_of(source: str) -> tuple[Fault, ...]:
     """All faults that can be put into a module's source, in the order of the text."""
     starts = [0]
     for line in source.encode().splitlines(keepends=True):
@@ -71,7 +73,7 @@ def faults_of(source: str) -> list[Fault]:
             before, text = data[begin:end].decode(), ast.unparse(changed)
             after = f"({text})" if isinstance(changed, (ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare)) else text
             found.append(Fault(kind, node.lineno, begin, end, before, after))
-    return sorted(found, key=lambda fault: (fault.begin, fault.end, fault.kind, fault.after))
+    return tuple(sorted(found, key=lambda fault: (fault.begin, fault.end, fault.kind, fault.after)))
 
 
 def _computing(node: ast.AST) -> Iterator[ast.AST]:

@@ -242,6 +242,7 @@ def _imports(package: str) -> dict[Path, set[str]]:
     return {path.relative_to(_ROOT): names_imported(path) for path in files}
 
 
+@cache
 def names_imported(path: Path) -> set[str]:
     """Modules that a file imports, and what it imports from them, with dots."""
     names = set()
