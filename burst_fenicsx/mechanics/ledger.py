@@ -149,8 +149,8 @@ class Ledger:
         self.entries.append(entry)
         if not entry.energy_error <= self.energy_tolerance:
             raise NumericalStop(
-                f"the energy ledger is open by {100 * entry.energy_error:.2f} % of the work done "
-                f"(allowed {100 * self.energy_tolerance:.2g} %): the cells hold {stored:.6g} J, "
+                f"the energy ledger is open by {100 * entry.energy_error:.6g} % of the work done "
+                f"(allowed {100 * self.energy_tolerance:.6g} %): the cells hold {stored:.6g} J, "
                 f"the charge gave {supplied:.6g} J",
                 time,
             )

@@ -67,7 +67,8 @@ class Wind:
                 raise
             raise InputError(f"wind: heights, speeds and azimuths do not fit together ({error})") from None
         position, amount, angle = arrays
-        velocity = np.stack([amount * np.cos(np.radians(angle)), amount * np.sin(np.radians(angle))], axis=1)
+        with np.errstate(invalid="ignore"):  # what is not finite is refused below
+            velocity = np.stack([amount * np.cos(np.radians(angle)), amount * np.sin(np.radians(angle))], axis=1)
         return cls(np.ascontiguousarray(position), velocity)
 
     @classmethod

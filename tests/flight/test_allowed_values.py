@@ -94,7 +94,7 @@ FINITE = {
     "base of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, 1.0, base=v),
     "corner of a map": lambda v: flight.HeightMap(FLAT, 1.0, (v, 0.0)),
     "wind's height": lambda v: flight.Wind.profile([-9.0, v], 5.0, 0.0),
-    "wind's speed": lambda v: flight.Wind.constant(v, 45.0),
+    "wind's speed": lambda v: flight.Wind.constant(v, 0.0),
     "exponent of the wind": lambda v: flight.Wind.power_law(5.0, 0.0, exponent=v),
     "corner of a prism": lambda v: Prism([(0, 0), (1, 0), (1, 1), (v, 2.0)], 0.0, 3.0),
     "bearing": lambda v: Site(0.0, 0.0, v),

@@ -7,6 +7,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -47,7 +48,8 @@ def test_a_fault_outside_of_a_run_has_a_log_of_its_own(tmp_path, monkeypatch):
         (errors.InputError("mine.toml: no such case file"), ""),  # which the first rank reports
     ],
 )
-def test_a_fault_of_another_rank_is_reported(error, words, monkeypatch, capsys):
+def test_a_fault_of_another_rank_is_reported(error, words, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # where its log goes
     monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "3")
     with pytest.raises(typer.Exit) as ended, guarded(json=False, quiet=True):
         raise error
