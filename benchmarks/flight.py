@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmarks.clouds import burst_cloud, two_tubes
 from benchmarks.flight_growth import grown
 from benchmarks.flight_plain import PlainFlight, plain_seconds
 from benchmarks.goal import at_least, at_most
@@ -21,7 +22,7 @@ from flight.scene.scene import Scene
 if TYPE_CHECKING:
     from benchmarks.options import Options
 
-__all__ = ["burst_cloud", "crossing_faults", "flight", "two_tubes"]
+__all__ = ["crossing_faults", "flight"]
 
 _NUMBER = 100_000
 _TARGET = 1.0  # s
@@ -42,17 +43,6 @@ def flight(options: Options) -> dict[str, Any]:
         "growth": grown((100_000, 1_000_000) if options.quick else (100_000, 1_000_000, 10_000_000)),
         "contact": _contact(),
     }
-
-
-def burst_cloud(number: int, seed: int = 0) -> Fragments:
-    """0.1 g to 0.5 kg (uniform in the logarithm), 300 to 2000 m/s, all directions, up and down, from 1 m height."""
-    generator = np.random.default_rng(seed)
-    mass = np.exp(generator.uniform(math.log(1e-4), math.log(0.5), number))
-    direction = generator.normal(size=(number, 3))
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return Fragments.from_arrays(
-        mass, (0.0, 0.0, 1.0), direction * generator.uniform(300.0, 2000.0, number)[:, None]
-    )  # fmt: skip
 
 
 def _to_the_ground() -> dict[str, Any]:
@@ -139,19 +129,6 @@ def _crossings() -> dict[str, Any]:
         "invented": invented,
         **at_most(float(missed), 0.0, "crossings missed of thin strips and a ring"),
     }
-
-
-def two_tubes(number: int, seed: int = 0) -> Fragments:
-    """The fragments of two casings of 32 kg that burst side by side, by Mott's law, at 800 to 1200 m/s."""
-    generator = np.random.default_rng(seed)
-    mass = generator.exponential(size=number) ** 2
-    azimuth = generator.uniform(0.0, 2.0 * np.pi, number)
-    outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(number)], axis=1)
-    side = np.where(np.arange(number) % 2, 0.2, -0.2)
-    position = 0.13 * outward + np.stack([side, 0.0 * side, generator.uniform(1.2, 1.8, number)], axis=1)
-    velocity = outward * generator.uniform(800.0, 1200.0, number)[:, None]
-    velocity[:, 2] = generator.normal(0.0, 60.0, number)
-    return Fragments.from_arrays(mass * (64.0 / mass.sum()), position, velocity)
 
 
 def _contact() -> dict[str, Any]:

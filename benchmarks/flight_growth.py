@@ -35,7 +35,7 @@ def grown(numbers: Sequence[int]) -> dict[str, Any]:
 
 
 def _main(number: int) -> None:
-    from benchmarks.flight import burst_cloud
+    from benchmarks.clouds import burst_cloud
     from benchmarks.fresh import peak_bytes
     from flight import fly
 

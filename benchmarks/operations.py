@@ -213,7 +213,7 @@ def _replace_intrinsics() -> None:
 
 
 def _main(path: Path) -> None:
-    from burst_fenicsx.kernels.assembly import ONE_POINT, add_element_forces, make_scratch
+    from burst_fenicsx.kernels.step.assembly import ONE_POINT, add_element_forces, make_scratch
 
     step, time, nodes, grid, schedule, solid, charge = pickle.loads(path.read_bytes())
     rounds = len(np.unique(grid.material)) + int(grid.material.max())  # no fewer than there are

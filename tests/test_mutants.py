@@ -85,7 +85,7 @@ def test_modules_with_physics_are_in_one_area_each():
     together = [module for modules in of_area for module in modules]
     assert len(set(together)) == len(together)
     for module in (
-        "burst_fenicsx/kernels/solid.py",
+        "burst_fenicsx/kernels/cells/solid.py",
         "burst_fenicsx/mechanics/solver.py",
         "transition/law/mott.py",
         "flight/hazard/density/expected.py",
@@ -94,7 +94,7 @@ def test_modules_with_physics_are_in_one_area_each():
 
 
 def test_the_tests_of_a_module_are_those_of_its_area_and_those_that_import_it():
-    found = files_of("burst_fenicsx/kernels/boxes.py")
+    found = files_of("burst_fenicsx/kernels/geometry/boxes.py")
     assert {"tests/burst_fenicsx/test_search.py", "tests/burst_fenicsx/test_boxes.py"} <= set(found)
     for area in AREAS:
         for module in modules_of(area, ROOT):
@@ -145,10 +145,10 @@ def test_faults_that_change_nothing_are_known_by_text_and_reason():
 
 
 def test_importers_are_found_through_others():
-    found = importers(ROOT / "burst_fenicsx", "burst_fenicsx/kernels/tensors.py")
-    assert "burst_fenicsx/kernels/solid.py" in found
-    assert "burst_fenicsx/kernels/assembly.py" in found
-    assert "burst_fenicsx/kernels/springs.py" not in found
+    found = importers(ROOT / "burst_fenicsx", "burst_fenicsx/kernels/vectors/tensors.py")
+    assert "burst_fenicsx/kernels/cells/solid.py" in found
+    assert "burst_fenicsx/kernels/step/assembly.py" in found
+    assert "burst_fenicsx/kernels/contact/springs.py" not in found
     assert importers(ROOT / "flight", "flight/hazard/density/expected.py") >= {
         "flight/hazard/density/expected.py",
         "flight/hazard/stack_rules.py",

@@ -94,7 +94,7 @@ def _names(stem: str) -> Iterator[str]:
 
 
 def _read(index: Path) -> tuple[str, Any, dict[Any, str]]:
-    """numba's version, the stamp of the source, and the file of each signature's code."""
+    """Version of numba, stamp of the source, and the file of each signature's code."""
     with index.open("rb") as file:
         return (pickle.load(file), *pickle.loads(file.read()))
 

@@ -13,7 +13,7 @@ from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_areas, nodal_volumes, ring_volumes
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS, Rings
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.levels import move_lanes
+from burst_fenicsx.kernels.step.levels import move_lanes
 from burst_fenicsx.mechanics.fields import BurstFields, Element, make_fields
 from burst_fenicsx.meshing.distributed import DistributedMesh
 from burst_fenicsx.problem import Part

@@ -17,7 +17,7 @@ from burst_fenicsx.contact.sliding import INTERFACE_STATE
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.step import LineSettings
-from burst_fenicsx.kernels.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.assembly import make_scratch
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
+from burst_fenicsx.kernels.step.assembly import make_scratch
 from burst_fenicsx.mechanics.solver import BurstSolver
 
 if TYPE_CHECKING:

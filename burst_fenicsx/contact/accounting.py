@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.exact import quantum, two_constants
-from burst_fenicsx.kernels.rows import sum_columns
+from burst_fenicsx.kernels.vectors.exact import quantum, two_constants
+from burst_fenicsx.kernels.vectors.rows import sum_columns
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from burst_fenicsx.kernels.planes import PlaneState
-    from burst_fenicsx.kernels.springs import Collisions
+    from burst_fenicsx.kernels.contact.planes import PlaneState
+    from burst_fenicsx.kernels.contact.springs import Collisions
     from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["CONTACT_FORCES", "NodeContact", "PlaneImpulse"]

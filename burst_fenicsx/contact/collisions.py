@@ -10,12 +10,12 @@ from mpi4py import MPI
 from burst_fenicsx.contact.accounting import CONTACT_FORCES, NodeContact
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.near_faces import NearFaces
-from burst_fenicsx.kernels.boxes import are_inside, around_rounds, meet_others
-from burst_fenicsx.kernels.collisions import find_contacts
-from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import clear_rows, copy_motion, largest_speed
-from burst_fenicsx.kernels.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
-from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, take_reactions
+from burst_fenicsx.kernels.contact.collisions import find_contacts
+from burst_fenicsx.kernels.contact.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, take_reactions
+from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, meet_others
+from burst_fenicsx.kernels.vectors.exact import rounding_constant
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces

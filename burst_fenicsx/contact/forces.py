@@ -15,7 +15,7 @@ from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_p
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
 from burst_fenicsx.contact.torn_faces import TornFaces
-from burst_fenicsx.kernels.rows import add_rows, clear_rows, place_rows, take_means
+from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

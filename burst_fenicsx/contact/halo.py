@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.rows import add_to_rows
+from burst_fenicsx.kernels.vectors.rows import add_to_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.boxes import box_around, meet
+from burst_fenicsx.kernels.geometry.boxes import box_around, meet
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.accounting import NodeContact
-from burst_fenicsx.kernels.planes import (
+from burst_fenicsx.kernels.contact.planes import (
     PLANE_SUMS,
     PlaneLaw,
     PlaneState,
@@ -15,7 +15,7 @@ from burst_fenicsx.kernels.planes import (
     plane_sums,
     push_from_plane,
 )
-from burst_fenicsx.kernels.rows import largest_speed
+from burst_fenicsx.kernels.vectors.rows import largest_speed
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 

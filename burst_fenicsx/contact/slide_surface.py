@@ -8,9 +8,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from burst_fenicsx.kernels.slide_points import SlideSurface
-from burst_fenicsx.kernels.sliding import SlideContacts
-from burst_fenicsx.kernels.smooth_faces import group_faces
+from burst_fenicsx.kernels.contact.slide_points import SlideSurface
+from burst_fenicsx.kernels.contact.sliding import SlideContacts
+from burst_fenicsx.kernels.geometry.smooth_faces import group_faces
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 

@@ -10,18 +10,18 @@ from mpi4py import MPI
 from burst_fenicsx.contact.accounting import CONTACT_FORCES
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
-from burst_fenicsx.kernels.charge_pressure import PARAMETERS
-from burst_fenicsx.kernels.exact import rounding_constant
-from burst_fenicsx.kernels.rows import clear_rows, copy_motion
-from burst_fenicsx.kernels.sliding import (
+from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.contact.sliding import (
     SlideLaw,
     add_slide_forces,
     attached_state,
     find_slide_forces,
     slide_sums,
 )
-from burst_fenicsx.kernels.smooth_faces import face_vectors, group_vectors
-from burst_fenicsx.kernels.springs import take_reactions
+from burst_fenicsx.kernels.contact.springs import take_reactions
+from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
+from burst_fenicsx.kernels.vectors.exact import rounding_constant
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 

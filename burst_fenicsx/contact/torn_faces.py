@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.surfaces import outward_sides
-from burst_fenicsx.kernels.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -79,13 +79,14 @@ def _sources_of(module: str) -> str:
     return _AXISYMMETRIC_SOURCES if ".axisymmetric." in module else _SOURCES
 
 
-def _files(*folders: str) -> list[Path]:
+def _files(*, axisymmetric: bool) -> list[Path]:
     package = Path(__file__).resolve().parent.parent
     return [
         package / "mechanics" / "detonation.py",
-        *(path for folder in folders for path in (package / folder).glob("*.py")),
+        *(package / "materials").glob("*.py"),
+        *(path for path in (package / "kernels").rglob("*.py") if axisymmetric or path.parent.name != "axisymmetric"),
     ]
 
 
-_SOURCES = digest_of(_files("kernels", "materials"))
-_AXISYMMETRIC_SOURCES = digest_of(_files("kernels", "materials", "kernels/axisymmetric"))
+_SOURCES = digest_of(_files(axisymmetric=False))
+_AXISYMMETRIC_SOURCES = digest_of(_files(axisymmetric=True))

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import lane_function
-from burst_fenicsx.kernels.tensors import Symmetric, dot, fma, symmetric_square
+from burst_fenicsx.kernels.vectors.tensors import Symmetric, dot, fma, symmetric_square
 
 __all__ = ["principal_stresses", "return_principal", "return_stress", "softened_strength"]
 

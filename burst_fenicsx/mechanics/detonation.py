@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.exact import quantise, rounding_constant
 from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class LeakageParts:
     initial_radius : (parts,) mean initial radius r0 (m).
     count : (parts,) outermost nodes of the part over all ranks, those in a plane of symmetry counted half.
     source : (parts,) the part whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
-    rounding : constant (m) of `kernels.exact.quantise` for the sums over nodes, which ranks share.
+    rounding : constant (m) of `kernels.vectors.exact.quantise` for the sums over nodes, which ranks share.
     factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
     rupture_time : (parts,) time at which r_i first exceeded r_cr (s), infinite before.
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.exact import add_exactly, column_sizes, two_constants
+from burst_fenicsx.kernels.vectors.exact import add_exactly, column_sizes, two_constants
 
 __all__ = ["exact_sum", "exact_sums"]
 

@@ -11,14 +11,14 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.assembly import cell_volumes, mean_velocities
-from burst_fenicsx.kernels.balance import solid_terms
-from burst_fenicsx.kernels.exact import quantise, rounding_constant
+from burst_fenicsx.kernels.cells.torn_metal import WHOLE
+from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes
-from burst_fenicsx.kernels.shapes import folded_cells
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.torn_metal import WHOLE
+from burst_fenicsx.kernels.step.assembly import cell_volumes, mean_velocities
+from burst_fenicsx.kernels.step.balance import solid_terms
+from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
+from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials.products import JwlProducts, make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums

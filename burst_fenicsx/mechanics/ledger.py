@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.balance import node_terms
+from burst_fenicsx.kernels.step.balance import node_terms
 from burst_fenicsx.materials.products import JwlProducts
 from burst_fenicsx.mechanics.exact_sums import exact_sums
 from burst_fenicsx.problem import Part

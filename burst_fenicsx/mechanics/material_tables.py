@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels import charge_pressure
-from burst_fenicsx.kernels import solid as solid_kernel
+from burst_fenicsx.kernels.cells import charge_pressure
+from burst_fenicsx.kernels.cells import solid as solid_kernel
 from burst_fenicsx.materials.products import JwlProducts
 from burst_fenicsx.problem import CasingMaterial, Part
 

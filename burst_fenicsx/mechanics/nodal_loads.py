@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.rows import hold_rows
+from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.mechanics.exact_sums import exact_sum
 
 if TYPE_CHECKING:

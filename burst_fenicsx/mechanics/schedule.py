@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from burst_fenicsx.kernels.colours import colour_groups
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
+from burst_fenicsx.kernels.step.colours import colour_groups
 
 __all__ = ["Blocks", "Chunks", "chunk_size"]
 

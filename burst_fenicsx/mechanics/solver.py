@@ -10,8 +10,8 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.kernels.state import Totals
+from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.mechanics.burning_times import BurningTimes
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
 from burst_fenicsx.mechanics.subcycling import Subcycling

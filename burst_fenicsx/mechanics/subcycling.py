@@ -16,8 +16,8 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.levels import node_levels, raise_levels
 from burst_fenicsx.kernels.state import Motion
+from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.assembly import cell_volumes
-from burst_fenicsx.kernels.torn_metal import BEFORE, NOW, are_torn
+from burst_fenicsx.kernels.cells.torn_metal import BEFORE, NOW, are_torn
+from burst_fenicsx.kernels.step.assembly import cell_volumes
 
 if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.rows import place_rows
+from burst_fenicsx.kernels.vectors.rows import place_rows
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES
 
 if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import HexahedralMesh

@@ -119,7 +119,7 @@ class HexahedralMesh(CellMesh):
     @property
     def shortest_edge(self) -> float:
         """Shortest edge (m)."""
-        from burst_fenicsx.kernels.shapes import edge_extremes
+        from burst_fenicsx.kernels.geometry.shapes import edge_extremes
 
         shortest, _ = edge_extremes(self.nodes, self.cells)
         return float(shortest.min())
@@ -130,7 +130,10 @@ class HexahedralMesh(CellMesh):
 
         Behind a plane of symmetry lies a cell's own image: there the cell itself is named.
         """
-        from burst_fenicsx.kernels.faces import FACES, face_neighbours  # kernels are imported where they are used
+        from burst_fenicsx.kernels.geometry.faces import (  # kernels are imported where they are used
+            FACES,
+            face_neighbours,
+        )
 
         found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
         if self.held is not None:
@@ -191,7 +194,7 @@ def cell_centres(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
 def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return the exact volume of each trilinear cell (m3), shape (m,)."""
-    from burst_fenicsx.kernels.shapes import hexahedron_volumes
+    from burst_fenicsx.kernels.geometry.shapes import hexahedron_volumes
 
     volumes: NDArray[np.float64] = hexahedron_volumes(mesh.nodes, mesh.cells)
     return volumes

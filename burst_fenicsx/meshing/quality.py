@@ -87,7 +87,7 @@ def check_quality(found: MeshQuality, station: NDArray[np.float64], profile: Pro
 
 def scaled_jacobians(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return each cell's smallest scaled Jacobian over its corners and its centre, shape (m,)."""
-    from burst_fenicsx.kernels.shapes import min_scaled_jacobians  # kernels are imported where they are used
+    from burst_fenicsx.kernels.geometry.shapes import min_scaled_jacobians  # kernels are imported where they are used
 
     found: NDArray[np.float64] = min_scaled_jacobians(mesh.nodes, mesh.cells)
     return found
@@ -128,7 +128,7 @@ def quadrilateral_quality(corners: NDArray[np.float64], nodes: int, errors: Mapp
 
 def edge_lengths(mesh: HexahedralMesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return each cell's shortest and longest edge (m), shapes (m,)."""
-    from burst_fenicsx.kernels.shapes import edge_extremes
+    from burst_fenicsx.kernels.geometry.shapes import edge_extremes
 
     shortest, longest = edge_extremes(mesh.nodes, mesh.cells)
     return shortest, longest

@@ -10,7 +10,7 @@ from burst_fenicsx.axisymmetric.slide_line import MeridianContact
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.forces import PLANE_REACH, ContactForces, stable_budget
 from burst_fenicsx.contact.planes import PlaneContact
-from burst_fenicsx.kernels.rows import add_rows, clear_rows
+from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows
 from burst_fenicsx.plane_section.surfaces import nodes_at_planes, section_surfaces
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.faces import FACES
-from burst_fenicsx.kernels.winding import add_windings
+from burst_fenicsx.kernels.geometry.faces import FACES
+from burst_fenicsx.kernels.geometry.winding import add_windings
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

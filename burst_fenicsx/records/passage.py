@@ -12,9 +12,9 @@ from mpi4py import MPI
 from burst_fenicsx.contact.surfaces import outward_sides
 from burst_fenicsx.contact.torn_faces import sides_beside
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.inside import points_inside
-from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates
-from burst_fenicsx.kernels.shapes import folded_cells
+from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates
+from burst_fenicsx.kernels.geometry.inside import points_inside
+from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.problem import Part
 from burst_fenicsx.records.cavities import Cavities
 
@@ -31,7 +31,7 @@ LARGEST_SHARE = 0.01
 """Share of a casing's mass that may have passed through planes or into other rounds before the run stops."""
 
 _SKIN = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
-_SIDES = [5, 3, 2, 4, 0, 1]  # sides -x, +x, -y, +y, -z, +z of a cell among `kernels.faces.FACES`
+_SIDES = [5, 3, 2, 4, 0, 1]  # sides -x, +x, -y, +y, -z, +z of a cell among `kernels.geometry.faces.FACES`
 _OVERLAP = 0.05  # of the cell size: a node less deep than this in a cell of another round is in contact with it
 _BOXES = 1000  # of cells from which the edge of the search's grid is taken
 

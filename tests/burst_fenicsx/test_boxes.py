@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.boxes import are_inside, around_rounds, box_around, meet, meet_others
-from burst_fenicsx.kernels.rows import add_to_rows
+from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, box_around, meet, meet_others
+from burst_fenicsx.kernels.vectors.rows import add_to_rows
 
 RANDOM = np.random.default_rng(5)
 LOW = RANDOM.uniform(-1.0, 1.0, (300, 3))

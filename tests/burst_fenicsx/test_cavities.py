@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.kernels.faces import FACES
-from burst_fenicsx.kernels.winding import add_windings
+from burst_fenicsx.kernels.geometry.faces import FACES
+from burst_fenicsx.kernels.geometry.winding import add_windings
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.cut import cut_mesh
 from burst_fenicsx.meshing.split import split_charges

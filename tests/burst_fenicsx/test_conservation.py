@@ -15,7 +15,7 @@ from mpi4py import MPI
 
 from burst_fenicsx import assembled
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.charge_pressure import _inverse_cube_root
+from burst_fenicsx.kernels.cells.charge_pressure import _inverse_cube_root
 from burst_fenicsx.meshing.placement import place, to_local
 from burst_fenicsx.problem import ContactSettings, Leakage
 from burst_fenicsx.run_burst import simulate

@@ -17,7 +17,7 @@ from burst_fenicsx.contact.accounting import CONTACT_FORCES, NodeContact, PlaneI
 from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.forces import Penetrations, stable_budget
 from burst_fenicsx.contact.sliding import SlidingInterface
-from burst_fenicsx.kernels.exact import quantise, rounding_constant
+from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.problem import ContactSettings, RigidPlane, TimeStep
 from tests.burst_fenicsx.boxes import BARE, box, burst
 

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.surfaces import contact_surfaces, outward_sides
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.kernels.shapes import folded_cells
+from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.problem import RigidPlane, TimeStep

@@ -10,15 +10,16 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.contact.sliding import _LARGEST_PRESSURE, _MOST_CELLS
-from burst_fenicsx.kernels.balance import node_terms
-from burst_fenicsx.kernels.colours import colour_groups
-from burst_fenicsx.kernels.exact import quantise, quantum, rounding_constant
-from burst_fenicsx.kernels.faces import FACES, face_neighbours
-from burst_fenicsx.kernels.inside import _limits, _natural_coordinates, _solve
+from burst_fenicsx.kernels.geometry.faces import FACES, face_neighbours
+from burst_fenicsx.kernels.geometry.inside import _limits, _natural_coordinates, _solve
+from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_faces, group_vectors
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.levels import blocks_are_mixed, move_lanes, node_levels, raise_levels
-from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather, gather_means
-from burst_fenicsx.kernels.rows import (
+from burst_fenicsx.kernels.step.balance import node_terms
+from burst_fenicsx.kernels.step.colours import colour_groups
+from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes, node_levels, raise_levels
+from burst_fenicsx.kernels.vectors.exact import quantise, quantum, rounding_constant
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather, gather_means
+from burst_fenicsx.kernels.vectors.rows import (
     add_rows,
     clear_rows,
     copy_motion,
@@ -27,7 +28,6 @@ from burst_fenicsx.kernels.rows import (
     sum_columns,
     take_means,
 )
-from burst_fenicsx.kernels.smooth_faces import face_vectors, group_faces, group_vectors
 from burst_fenicsx.mechanics.exact_sums import exact_sum
 from tests.burst_fenicsx.boxes import box, distorted_box
 

@@ -11,7 +11,7 @@ import pytest
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Contour, Fuze, Profile, load_profile, profile_names
-from burst_fenicsx.kernels.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES
 from burst_fenicsx.materials.library import load_casing, load_explosive
 from burst_fenicsx.meshing import (
     HexahedralMesh,

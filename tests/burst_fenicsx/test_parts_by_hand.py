@@ -15,8 +15,8 @@ from mpi4py import MPI
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import contact_surfaces
-from burst_fenicsx.kernels.common import _hourglass_square
-from burst_fenicsx.kernels.shapes import min_corner_volume
+from burst_fenicsx.kernels.cells.common import _hourglass_square
+from burst_fenicsx.kernels.geometry.shapes import min_corner_volume
 from burst_fenicsx.mechanics.material_tables import largest_pressure
 from burst_fenicsx.meshing import HexahedralMesh, merge
 from burst_fenicsx.problem import Part, RigidPlane, Round

@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.inside import points_inside
+from burst_fenicsx.kernels.geometry.inside import points_inside
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.problem import ContactSettings, Part, RigidPlane, Round
 from burst_fenicsx.records.passage import LARGEST_SHARE, Passage

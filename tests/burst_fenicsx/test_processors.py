@@ -16,10 +16,10 @@ BLOCK = """
 import hashlib
 import numpy as np
 from numba.core.registry import cpu_target
-from burst_fenicsx.kernels.assembly import make_scratch
-from burst_fenicsx.kernels.common import VELOCITY, move_cells
+from burst_fenicsx.kernels.step.assembly import make_scratch
+from burst_fenicsx.kernels.cells.common import VELOCITY, move_cells
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.solid import STRESS, return_plastic
+from burst_fenicsx.kernels.cells.solid import STRESS, return_plastic
 
 corners = np.array([[(n >> i) & 1 for i in range(3)] for n in range(8)], dtype=float)
 random = np.random.default_rng(7)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from burst_fenicsx.kernels.bilinear import closest_point
-from burst_fenicsx.kernels.collisions import find_contacts
-from burst_fenicsx.kernels.search import Bodies, face_boxes, find_candidates, node_normals
-from burst_fenicsx.kernels.springs import CollisionLaw, Collisions
+from burst_fenicsx.kernels.contact.collisions import find_contacts
+from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
+from burst_fenicsx.kernels.geometry.bilinear import closest_point
 
 
 def sheets(count, seed, bodies=4):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.contact.slide_surface import make_contacts, smooth_surface
+from burst_fenicsx.kernels.contact.slide_points import BEYOND, GAP, NORMAL, POINT_ROWS, SIZE, find_points
+from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.slide_points import BEYOND, GAP, NORMAL, POINT_ROWS, SIZE, find_points
-from burst_fenicsx.kernels.smooth_faces import face_vectors, group_vectors
 
 COUNT = 12  # faces along a side of the sheet
 _S, _T = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])

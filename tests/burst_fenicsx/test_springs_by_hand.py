@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.exact import rounding_constant, two_constants
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, near_plane, plane_sums, push_from_plane
-from burst_fenicsx.kernels.rows import hold_rows, largest_speed, sum_columns
-from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
+from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, near_plane, plane_sums, push_from_plane
+from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
+from burst_fenicsx.kernels.vectors.exact import rounding_constant, two_constants
+from burst_fenicsx.kernels.vectors.rows import hold_rows, largest_speed, sum_columns
 
 BUDGET, STEP, FRICTION = 4e12, 1e-7, 0.36
 DEPTH, SPEED = 1e-5, 40.0

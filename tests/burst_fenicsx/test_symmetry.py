@@ -180,7 +180,7 @@ def test_cut_rounds_are_completed_to_the_whole_mesh(name):
 
 
 def _volumes(nodes, cells):
-    from burst_fenicsx.kernels.shapes import hexahedron_volumes
+    from burst_fenicsx.kernels.geometry.shapes import hexahedron_volumes
 
     return hexahedron_volumes(np.ascontiguousarray(nodes), np.ascontiguousarray(cells))
 

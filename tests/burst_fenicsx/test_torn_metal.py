@@ -15,7 +15,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.kernels.torn_metal import BEFORE
+from burst_fenicsx.kernels.cells.torn_metal import BEFORE
 from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numba.core.errors import TypingError
 
-from burst_fenicsx.kernels import transposition, transposition_plain, transposition_vectors
 from burst_fenicsx.kernels.lanes import LANES, kernel
-from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather, gather_means
-from burst_fenicsx.kernels.transposition import WIDTH, address, places
+from burst_fenicsx.kernels.vectors import transposition, transposition_plain, transposition_vectors
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather, gather_means
+from burst_fenicsx.kernels.vectors.transposition import WIDTH, address, places
 
 
 def moves(module):

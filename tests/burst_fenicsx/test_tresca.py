@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.solid import is_elastic, return_if_plastic
+from burst_fenicsx.kernels.cells.solid import is_elastic, return_if_plastic
 from burst_fenicsx.materials.tresca import principal_stresses, return_stress, softened_strength
 from tests.burst_fenicsx.boxes import matrices
 

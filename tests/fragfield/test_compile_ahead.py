@@ -83,7 +83,7 @@ def test_kernels_and_processes_that_fail_are_survived(empty_cache, tmp_path, mon
     monkeypatch.syspath_prepend(tmp_path)
     broken = [
         {"kernel": "ends_its_process.kernel", "arguments": [], "seconds": 99.0},
-        {"kernel": "burst_fenicsx.kernels.rows.no_such_kernel", "arguments": [["float64"]], "seconds": 98.0},
+        {"kernel": "burst_fenicsx.kernels.vectors.rows.no_such_kernel", "arguments": [["float64"]], "seconds": 98.0},
         {"kernel": "no_such_package.kernels.kernel", "arguments": [], "seconds": 97.0},
     ]
     shown = []
@@ -195,7 +195,7 @@ def test_progress_counts_the_kernels():
 
 
 def test_the_step_of_one_point_compiles_no_kernel_of_the_full_quadrature(monkeypatch):
-    from burst_fenicsx.kernels import assembly
+    from burst_fenicsx.kernels.step import assembly
 
     calls = {name: numba.njit(lambda *_: None) for name in ("solid_block", "solid_block_full", "charge_block")}
     for name, stand_in in calls.items():

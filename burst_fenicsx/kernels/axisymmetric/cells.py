@@ -1,17 +1,14 @@
 """Blocks of quadrilaterals: casing and fuze, and the charge, one step each.
 
-What a cell remembers, its stress, strength, products and burn are the hexahedra's (`kernels.solid`, `kernels.charge`);
-motion, hourglass control and nodal forces are the quadrilateral's. The coefficients of the hourglass control are chosen
-so that a hourglass mode decays and oscillates as in a cube of the same size.
+What a cell remembers, its stress, strength, products and burn are the hexahedra's (`kernels.cells`); motion, hourglass
+control and nodal forces are the quadrilateral's. The coefficients of the hourglass control are chosen so that a
+hourglass mode decays and oscillates as in a cube of the same size.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels import charge as charge_parts
-from burst_fenicsx.kernels import charge_pressure
-from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     AREA,
     GAMMA_SQUARE,
@@ -29,7 +26,10 @@ from burst_fenicsx.kernels.axisymmetric.release import (
     mark_torn_metal,
     release_metal,
 )
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells import charge as charge_parts
+from burst_fenicsx.kernels.cells import charge_pressure
+from burst_fenicsx.kernels.cells import solid as solid_parts
+from burst_fenicsx.kernels.cells.common import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FREQUENCY,
@@ -46,7 +46,7 @@ from burst_fenicsx.kernels.common import (
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.tensors import (
+from burst_fenicsx.kernels.vectors.tensors import (
     apply,
     dot,
     load_matrix,
@@ -77,7 +77,7 @@ def solid_ring_block(
 ) -> None:
     """Advance one block of casing or fuze by `step` (s) and add its nodal forces times `share`.
 
-    `rings` is what rings have besides; the other arguments as for `kernels.solid.solid_block`.
+    `rings` is what rings have besides; the other arguments as for `kernels.cells.solid.solid_block`.
     """
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)
@@ -174,7 +174,7 @@ def charge_ring_block(
 ) -> None:
     """Advance one block of charge by `step` to `time` (s) and add its nodal forces times `share`.
 
-    `rings` is what rings have besides; the other arguments as for `kernels.charge.charge_block`.
+    `rings` is what rings have besides; the other arguments as for `kernels.cells.charge.charge_block`.
     """
     cells, material = grid.cells[block], state.parameters[grid.material[block]]
     gather_nodes(cells, grid.dofmap, grid.level[block], nodes, rings.kept[block], scratch)

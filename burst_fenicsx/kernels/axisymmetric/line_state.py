@@ -47,7 +47,7 @@ class LineContacts(NamedTuple):
     weight: np.ndarray  # (contacts, 2) of the edge's ends
     force: np.ndarray  # (contacts, 2) N (r, z) of the springs on the charge's node
     off: np.ndarray  # (contacts,) int8, 1 where the node has left its line, 2 where it belongs to both sides
-    tally: np.ndarray  # (contacts, 4), see `kernels.sliding.COLUMNS`
+    tally: np.ndarray  # (contacts, 4), see `kernels.contact.sliding.COLUMNS`
     span: np.ndarray  # (spans, 2) int32, contacts at the ends of each edge of the charge, in the line's direction
     spread_over: np.ndarray  # (contacts, SPREAD) int32, nodes of the line that bear the pressure
     spread: np.ndarray  # (contacts, SPREAD) their shares, which add up to one

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells.common import (
     FREQUENCY,
     GRADIENT,
     HOURGLASS,
@@ -33,7 +33,7 @@ from burst_fenicsx.kernels.common import (
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Nodes
-from burst_fenicsx.kernels.tensors import Symmetric, store_matrix, store_vector
+from burst_fenicsx.kernels.vectors.tensors import Symmetric, store_matrix, store_vector
 
 __all__ = [
     "AREA",
@@ -56,7 +56,7 @@ __all__ = [
 
 Four = tuple[float, float, float, float]
 
-# Rows of the scratch besides those of `kernels.common`. Nodal values: four rows of radial, then four of axial ones.
+# Rows of the scratch besides those of `cells.common`. Nodal values: four rows of radial, then four of axial ones.
 _VELOCITY = POSITION + 8  # rows of its own: the material's are loaded before the cells move
 _BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
 INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels import charge_pressure
-from burst_fenicsx.kernels import solid as solid_parts
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     INITIAL_VOLUME,
     MIN_CORNER,
@@ -18,7 +16,9 @@ from burst_fenicsx.kernels.axisymmetric.quadrilateral import (
     ROWS_OF_CELLS,
     Rings,
 )
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells import charge_pressure
+from burst_fenicsx.kernels.cells import solid as solid_parts
+from burst_fenicsx.kernels.cells.common import (
     COEFFICIENT_LIMIT,
     DAMPING,
     HOURGLASS,
@@ -28,10 +28,10 @@ from burst_fenicsx.kernels.common import (
     VISCOUS,
     VOLUME,
 )
+from burst_fenicsx.kernels.cells.torn_metal import BLOWN_UP, NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel
 from burst_fenicsx.kernels.state import Grid
-from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
-from burst_fenicsx.kernels.torn_metal import BLOWN_UP, NOTHING_LEFT
+from burst_fenicsx.kernels.vectors.tensors import load_symmetric, store_symmetric, store_vector
 
 __all__ = [
     "drop_forces",

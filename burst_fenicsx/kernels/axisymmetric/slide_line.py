@@ -1,4 +1,4 @@
-"""Sliding of a charge on its casing in the meridian: the slide surface of `kernels.sliding` as a line.
+"""Sliding of a charge on its casing in the meridian: the slide surface of `kernels.contact.sliding` as a line.
 
 A node of the charge lies at the point of the line from which the normal there leads to it (`line_points`), and is
 followed as it slides. Products press with their own pressure, corrected by a spring for what is left of the gap
@@ -17,8 +17,8 @@ import numpy as np
 from burst_fenicsx.kernels.axisymmetric.line_points import boundary_vectors, find_point
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
+from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
-from burst_fenicsx.kernels.sliding import SlideLaw
 
 __all__ = ["add_line_forces"]
 

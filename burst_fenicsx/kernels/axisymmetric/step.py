@@ -14,8 +14,8 @@ from burst_fenicsx.kernels.axisymmetric.cells import charge_ring_block, solid_ri
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import Rings
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
+from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.kernels.lanes import kernel
-from burst_fenicsx.kernels.sliding import SlideLaw
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
 from burst_fenicsx.problem import Part
 
@@ -191,7 +191,7 @@ def advance_rings(
 def _move(
     moving: int, velocity_step: float, step: float, part: int, highest: int, nodes: Nodes, motion: Motion
 ) -> None:
-    """As `kernels.assembly.move_nodes`, in the half plane and on one thread."""
+    """As `kernels.step.assembly.move_nodes`, in the half plane and on one thread."""
     for k in range(moving):
         node, level = motion.order[k], motion.level[k]
         own, push = step / (1 << level), velocity_step * motion.inverse_mass[k]

@@ -32,7 +32,7 @@ def scaled_jacobian(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> NDA
         from burst_fenicsx.meshing.quality import quadrilateral_jacobians
 
         return quadrilateral_jacobians(_in_plane(nodes[cells]))
-    from burst_fenicsx.kernels.shapes import min_scaled_jacobians
+    from burst_fenicsx.kernels.geometry.shapes import min_scaled_jacobians
 
     return np.asarray(min_scaled_jacobians(_plain(nodes, float), _plain(cells, np.int64)))
 
@@ -45,7 +45,7 @@ def aspect_ratio(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArra
         lengths = quadrilateral_edges(nodes[cells])
         shortest, longest = lengths.min(axis=1), lengths.max(axis=1)
     else:
-        from burst_fenicsx.kernels.shapes import edge_extremes
+        from burst_fenicsx.kernels.geometry.shapes import edge_extremes
 
         shortest, longest = edge_extremes(_plain(nodes, float), _plain(cells, np.int64))
     return np.asarray(longest / np.maximum(shortest, 1e-300))

@@ -13,7 +13,7 @@ from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.axisymmetric.slide_line import _line_edges
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
-from burst_fenicsx.kernels.sliding import SlideLaw
+from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from tests.burst_fenicsx.axisymmetric.meridians import HeldSolver, meridian, named, ring_burst, whole_steps

@@ -14,7 +14,7 @@ from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import areas, nodal_areas
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import plane_integrals
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
-from burst_fenicsx.kernels.sliding import SlideLaw
+from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import Part
 from tests.burst_fenicsx.axisymmetric.meridians import random_meridian, stressed

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.kernels.planes import PlaneLaw, PlaneState, push_from_plane
+from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, push_from_plane
 from burst_fenicsx.plane_section.passage import SectionPassage
 from burst_fenicsx.plane_section.surfaces import section_surfaces
 from burst_fenicsx.problem import ContactSettings, RigidPlane, Round

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells.common import (
     FORCE,
     POSITION,
     VELOCITY,
@@ -18,8 +18,7 @@ from burst_fenicsx.kernels.common import (
     lower_limits,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.full_quadrature_rows import (
+from burst_fenicsx.kernels.cells.full_quadrature_rows import (
     COFACTOR,
     DETERMINANT,
     DILATATION,
@@ -43,8 +42,8 @@ from burst_fenicsx.kernels.full_quadrature_rows import (
     VOLUME,
     VOLUME_STRAIN,
 )
-from burst_fenicsx.kernels.full_quadrature_torn_metal import damp_hourglass, mark_torn_metal, release_metal
-from burst_fenicsx.kernels.hexahedron import (
+from burst_fenicsx.kernels.cells.full_quadrature_torn_metal import damp_hourglass, mark_torn_metal, release_metal
+from burst_fenicsx.kernels.cells.hexahedron import (
     PER_CELL,
     Gradient,
     Modes,
@@ -55,11 +54,13 @@ from burst_fenicsx.kernels.hexahedron import (
     store_gradient,
     store_nodal_forces,
 )
+from burst_fenicsx.kernels.cells.solid import elastic_energy, elastic_trial, is_elastic, return_if_plastic, spin
+from burst_fenicsx.kernels.cells.torn_metal import WHOLE
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
-from burst_fenicsx.kernels.solid import elastic_energy, elastic_trial, is_elastic, return_if_plastic, spin
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
-from burst_fenicsx.kernels.tensors import (
+from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather
+from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     add_outer,
     add_scaled,
@@ -76,7 +77,6 @@ from burst_fenicsx.kernels.tensors import (
     store_symmetric,
     store_vector,
 )
-from burst_fenicsx.kernels.torn_metal import WHOLE
 from burst_fenicsx.materials.tresca import softened_strength
 
 __all__ = ["solid_block_full"]

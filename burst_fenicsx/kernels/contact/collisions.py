@@ -9,10 +9,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.bilinear import closest_point
-from burst_fenicsx.kernels.bounds import bound_faces
+from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, push_node, slacken, weigh_corners
+from burst_fenicsx.kernels.geometry.bilinear import closest_point
+from burst_fenicsx.kernels.geometry.bounds import bound_faces
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
-from burst_fenicsx.kernels.springs import CollisionLaw, Collisions, push_node, slacken, weigh_corners
 
 __all__ = ["find_contacts"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.exact import quantise
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
-from burst_fenicsx.kernels.transposition import address, prefetch
+from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 __all__ = [
     "add_rows",

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels import solid as solid_parts
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells import solid as solid_parts
+from burst_fenicsx.kernels.cells.common import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FORCE,
@@ -22,10 +22,10 @@ from burst_fenicsx.kernels.common import (
     VISCOUS,
     VOLUME,
 )
+from burst_fenicsx.kernels.geometry.shapes import min_corner_volume
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, parallel_kernel
-from burst_fenicsx.kernels.shapes import min_corner_volume
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.tensors import load_symmetric, store_symmetric, store_vector
+from burst_fenicsx.kernels.vectors.tensors import load_symmetric, store_symmetric, store_vector
 
 __all__ = [
     "BEFORE",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.charge_pressure import (
+from burst_fenicsx.kernels.cells.charge_pressure import (
     BURN,
     BY_COMPRESSION,
     CONTENT,
@@ -20,7 +20,7 @@ from burst_fenicsx.kernels.charge_pressure import (
     press_by_jwl,
     press_by_landau,
 )
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells.common import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FORCE,
@@ -44,13 +44,14 @@ from burst_fenicsx.kernels.common import (
     trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.hexahedron import store_nodal_forces
+from burst_fenicsx.kernels.cells.hexahedron import store_nodal_forces
+from burst_fenicsx.kernels.cells.solid import elastic_trial, spin
+from burst_fenicsx.kernels.cells.torn_metal import BEFORE, WHOLE, drop_forces, keep_still
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, widest_vectors
-from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
-from burst_fenicsx.kernels.solid import elastic_trial, spin
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes
-from burst_fenicsx.kernels.tensors import (
+from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather
+from burst_fenicsx.kernels.vectors.tensors import (
     dot,
     load_matrix,
     load_symmetric,
@@ -59,7 +60,6 @@ from burst_fenicsx.kernels.tensors import (
     store_symmetric,
     symmetric_square,
 )
-from burst_fenicsx.kernels.torn_metal import BEFORE, WHOLE, drop_forces, keep_still
 
 __all__ = ["CRUSHED", "add_work", "charge_block", "hold_by_strength", "load_state"]
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
-from burst_fenicsx.kernels.transposition import WIDTH, add_triples, address, load_triples, places
+from burst_fenicsx.kernels.vectors.transposition import WIDTH, add_triples, address, load_triples, places
 
 __all__ = ["add_nodal_forces", "cells_of_lanes", "gather", "gather_means"]
 

@@ -19,9 +19,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, parallel_kernel, widest_vectors
-from burst_fenicsx.kernels.slide_points import (
+from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
     GAP,
     NORMAL,
@@ -32,7 +30,9 @@ from burst_fenicsx.kernels.slide_points import (
     find_points,
     product,
 )
-from burst_fenicsx.kernels.tensors import Vector, load_vector, store_vector
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, parallel_kernel, widest_vectors
+from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
 
 __all__ = [
     "COLUMNS",

@@ -10,8 +10,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.tensors import Vector, load_vector, store_vector
-from burst_fenicsx.kernels.transposition import address, prefetch
+from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
+from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 __all__ = ["BEYOND", "GAP", "NORMAL", "POINT_ROWS", "SIZE", "SlideSurface", "add_product", "find_points", "product"]
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.charge import charge_block
-from burst_fenicsx.kernels.full_quadrature import solid_block_full
-from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
+from burst_fenicsx.kernels.cells.charge import charge_block
+from burst_fenicsx.kernels.cells.full_quadrature import solid_block_full
+from burst_fenicsx.kernels.cells.hexahedron import gather_modes, mean_gradient
+from burst_fenicsx.kernels.cells.solid import SCRATCH_ROWS
+from burst_fenicsx.kernels.cells.solid_block import solid_block
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
-from burst_fenicsx.kernels.solid import SCRATCH_ROWS
-from burst_fenicsx.kernels.solid_block import solid_block
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
 from burst_fenicsx.problem import Part
 

@@ -25,8 +25,8 @@ from typing import TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
-from burst_fenicsx.kernels.nodal_values import gather
-from burst_fenicsx.kernels.tensors import (
+from burst_fenicsx.kernels.vectors.nodal_values import gather
+from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Vector,
     add_cross,

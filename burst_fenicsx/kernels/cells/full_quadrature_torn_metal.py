@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import FORCE, MOST_DAMPED, earlier
-from burst_fenicsx.kernels.full_quadrature_rows import (
+from burst_fenicsx.kernels.cells.common import FORCE, MOST_DAMPED, earlier
+from burst_fenicsx.kernels.cells.full_quadrature_rows import (
     ELASTIC,
     FREQUENCY,
     GRADIENT,
@@ -20,11 +20,20 @@ from burst_fenicsx.kernels.full_quadrature_rows import (
     VISCOUS,
     VOLUME,
 )
-from burst_fenicsx.kernels.hexahedron import PER_CELL, Modes, cell_gradient, load_gradient, squared_gradients
+from burst_fenicsx.kernels.cells.hexahedron import PER_CELL, Modes, cell_gradient, load_gradient, squared_gradients
+from burst_fenicsx.kernels.cells.torn_metal import BEFORE, NOW, WHOLE
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.tensors import add_outer, add_scaled, add_vector, apply, dot, load_vector, outer, scaled
-from burst_fenicsx.kernels.torn_metal import BEFORE, NOW, WHOLE
+from burst_fenicsx.kernels.vectors.tensors import (
+    add_outer,
+    add_scaled,
+    add_vector,
+    apply,
+    dot,
+    load_vector,
+    outer,
+    scaled,
+)
 
 __all__ = ["damp_hourglass", "mark_torn_metal", "release_metal"]
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.kernels import transposition_plain, transposition_vectors
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.transposition_vectors import WIDTH, address, later, places
+from burst_fenicsx.kernels.vectors import transposition_plain, transposition_vectors
+from burst_fenicsx.kernels.vectors.transposition_vectors import WIDTH, address, later, places
 
 if TYPE_CHECKING:
     from types import ModuleType

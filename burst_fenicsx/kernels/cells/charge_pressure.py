@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import FREE, MASS, VOLUME
+from burst_fenicsx.kernels.cells.common import FREE, MASS, VOLUME
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 
 __all__ = [

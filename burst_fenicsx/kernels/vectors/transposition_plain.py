@@ -13,7 +13,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from burst_fenicsx.kernels.lanes import LANES, kernel, lane_function
-from burst_fenicsx.kernels.transposition_vectors import WIDTH, address, places
+from burst_fenicsx.kernels.vectors.transposition_vectors import WIDTH, address, places
 
 if TYPE_CHECKING:
     from collections.abc import Callable

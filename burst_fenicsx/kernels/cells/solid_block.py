@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import FORCE, POSITION, VELOCITY, bound_hourglass, gather_velocities, move_cells
-from burst_fenicsx.kernels.lanes import LANES, inlined_kernel
-from burst_fenicsx.kernels.nodal_values import add_nodal_forces, gather
-from burst_fenicsx.kernels.solid import (
+from burst_fenicsx.kernels.cells.common import FORCE, POSITION, VELOCITY, bound_hourglass, gather_velocities, move_cells
+from burst_fenicsx.kernels.cells.solid import (
     add_work,
     fetch_next,
     load_state,
@@ -17,8 +15,10 @@ from burst_fenicsx.kernels.solid import (
     store_state,
     try_elastic,
 )
+from burst_fenicsx.kernels.cells.torn_metal import drop_forces, hold_released, release_metal
+from burst_fenicsx.kernels.lanes import LANES, inlined_kernel
 from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
-from burst_fenicsx.kernels.torn_metal import drop_forces, hold_released, release_metal
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather
 
 __all__ = ["solid_block"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.hexahedron import gather_modes, mean_gradient
+from burst_fenicsx.kernels.cells.hexahedron import gather_modes, mean_gradient
 from burst_fenicsx.kernels.lanes import LANES, parallel_kernel
 
 __all__ = ["node_terms", "solid_terms"]

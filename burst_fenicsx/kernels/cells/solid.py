@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.common import (
+from burst_fenicsx.kernels.cells.common import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FORCE,
@@ -24,12 +24,12 @@ from burst_fenicsx.kernels.common import (
     trace_of_rate,
     viscosity_and_step,
 )
-from burst_fenicsx.kernels.exact import quantise
-from burst_fenicsx.kernels.hexahedron import store_nodal_forces
+from burst_fenicsx.kernels.cells.hexahedron import store_nodal_forces
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.nodal_values import cells_of_lanes
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.tensors import (
+from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.nodal_values import cells_of_lanes
+from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
     Vector,
@@ -44,7 +44,15 @@ from burst_fenicsx.kernels.tensors import (
     store_vector,
     symmetric_square,
 )
-from burst_fenicsx.kernels.transposition import WIDTH, address, later, load_triples, places, prefetch, store_triples
+from burst_fenicsx.kernels.vectors.transposition import (
+    WIDTH,
+    address,
+    later,
+    load_triples,
+    places,
+    prefetch,
+    store_triples,
+)
 from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
 __all__ = [

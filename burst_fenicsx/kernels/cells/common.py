@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.hexahedron import (
+from burst_fenicsx.kernels.cells.hexahedron import (
     PER_CELL,
     Gradient,
     Modes,
@@ -21,9 +21,9 @@ from burst_fenicsx.kernels.hexahedron import (
     store_gradient,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.nodal_values import gather, gather_means
 from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.tensors import (
+from burst_fenicsx.kernels.vectors.nodal_values import gather, gather_means
+from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
     Vector,

@@ -1,0 +1,1 @@
+"""Cells of casing, fuze and charge: strain rates, stress, pressure, hourglass control, nodal forces."""

@@ -1,0 +1,1 @@
+"""Contact: which faces a node may meet, springs and friction there, rigid planes, sliding on the casing."""
