@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import re
 
 import numpy as np
@@ -12,6 +13,15 @@ pytestmark = pytest.mark.dolfinx
 
 COARSE = 20e-3
 EARLY = 20e-6
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _log_level():
+    """The benchmarks ask for errors alone; other tests of this process look at warnings."""
+    logger = logging.getLogger("burst_fenicsx")
+    level = logger.level
+    yield
+    logger.setLevel(level)
 
 
 @pytest.fixture(scope="module")
