@@ -13,7 +13,7 @@ from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.sliding import SlideLaw
 from burst_fenicsx.problem import ContactSettings, Part
 from tests.burst_fenicsx.axisymmetric.meridians import ring_burst
-from tests.burst_fenicsx.axisymmetric.test_slide_line import bench
+from tests.burst_fenicsx.axisymmetric.test_slide_line import COUNT, bench, line_load, pressed
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import TNT
 
@@ -185,3 +185,60 @@ def test_the_ledger_takes_the_heat_of_sliding_rings():
     press = np.abs(contacts.force[:, 0])
     rate = np.tan(np.radians(20.0)) * press.sum() * 2e-5
     assert given[-1] - given[-2] == pytest.approx(rate, rel=0.05)
+
+
+def shares_by_hand(places, sliding):
+    """Of a line of unit edges 0, 1, ...: which share of a charge node's load each node takes, by sums over points.
+
+    `places` are those of three or more of the charge's nodes one after another, `sliding` the number of the one asked
+    for. Where two follow in the line's direction the load of the way between them is spread by both shapes' product,
+    where they have changed places half of it presses where the node lies.
+    """
+    line = np.arange(COUNT + 1.0)
+    found = np.zeros(len(line))
+    for near, far in ((sliding, sliding - 1), (sliding, sliding + 1)):
+        way = places[far] - places[near]
+        if way * (far - near) > 0.0:
+            x = (np.arange(4000) + 0.5) / 4000
+            at = places[near] + x * way
+            hats = np.maximum(1.0 - np.abs(at - line[:, None]), 0.0)
+            found += abs(way) * ((1.0 - x) * hats).mean(axis=1)
+        else:
+            found += 0.5 * abs(way) * np.maximum(1.0 - np.abs(places[near] - line), 0.0)
+    return found / found.sum()
+
+
+@pytest.mark.parametrize("changed", [(9.7, 9.4), (10.3, 8.6), (9.2, 9.9), (10.4, 9.6)])
+def test_the_pressure_of_nodes_that_have_changed_places_presses_where_they_are(changed):
+    """Two of the charge's nodes, on one edge or on several, in their order or not: shares of the load by hand."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    position, start = solver.fields.nodes.position, solver.fields.start
+    edge = LENGTH_OF_BENCH / CELLS_OF_BENCH
+    place = start[contacts.slave, 2] / edge
+    order = np.argsort(place)
+    places = np.arange(COUNT + 1.0)
+    places[9:11] = changed
+    position[contacts.slave[order], 2] = places * edge
+    pressed(solver)
+    for number in (8, 9, 10, 11):
+        c = order[number]
+        found = np.zeros(COUNT + 1)
+        over = contacts.spread_over[c, : contacts.spread_count[c]]
+        np.add.at(found, np.rint(start[over, 2] / edge).astype(int), contacts.spread[c, : contacts.spread_count[c]])
+        np.testing.assert_allclose(found, shares_by_hand(places, number), atol=1e-6)
+
+
+def test_one_edge_of_the_charge_spreads_its_pressure_over_all_edges_of_the_line():
+    """The charge's other nodes are gathered in the first of 24 edges: the load is that of the even pressure."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    interface, position = solver.contact.interface, solver.fields.nodes.position
+    nodes = interface.contacts.slave
+    place = solver.fields.start[nodes, 2]
+    inner = place < LENGTH_OF_BENCH - 1e-9
+    for number in range(11):  # as far as a point is looked for at once
+        position[nodes[inner], 2] = place[inner] * (1.0 - 0.1 * number * COUNT / (COUNT + 1))
+        force = pressed(solver)
+    exact = line_load(solver)
+    on_line = np.unique(interface.line.edges)
+    assert np.abs(force[on_line] - exact[on_line]).max() < 1e-12 * np.abs(exact).max()
