@@ -10,14 +10,18 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from mpi4py import MPI
+
+from burst_fenicsx.contact import ContactForces
+from burst_fenicsx.contact.forces import Penetrations
 from burst_fenicsx.contact.planes import held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.contact.surfaces import contact_surfaces
 from burst_fenicsx.contact.torn_faces import TornFaces, sides_beside
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import Part, RigidPlane
-from tests.burst_fenicsx.boxes import box, grid
+from burst_fenicsx.problem import ContactSettings, Part, RigidPlane
+from tests.burst_fenicsx.boxes import BARE, box, burst, grid
 
 pytestmark = pytest.mark.dolfinx
 
@@ -199,3 +203,41 @@ def test_a_charge_slides_on_the_faces_at_which_it_lies_and_on_what_these_lead_on
     assert sorted(middle[:2, 0].round(9).tolist()) == [0.005, 0.015]
     assert (mesh.part[cell] == Part.CASING).all()
     assert len(faces) == (4 if step == 0.0 else 2)
+
+
+@pytest.mark.parametrize("order", [None, "before", "behind"])
+def test_every_surface_node_is_known_by_its_row(order):
+    """Of a charge whose inner nodes lie on no surface, numbered before or behind the others."""
+    mesh = box((3, 3, 3), (0.03,) * 3, Part.CHARGE)
+    if order is not None:
+        inner = ((mesh.nodes > 1e-3) & (mesh.nodes < 0.029)).all(axis=1)
+        sequence = np.argsort(inner if order == "behind" else ~inner, kind="stable")
+        mesh = replace(mesh, nodes=mesh.nodes[sequence], cells=np.argsort(sequence)[mesh.cells])
+    settings = replace(BARE, contact=ContactSettings(surfaces=True))
+    fields = burst(mesh, settings).fields
+    found = ContactForces(mesh, fields, settings).collisions
+    assert len(found.surfaces.node) == 56
+    assert sorted(found._rows.tolist()) == list(range(56))
+    np.testing.assert_array_equal(fields.mesh.node[found._local], found.surfaces.node[found._rows])
+    found.search()
+    np.testing.assert_array_equal(found.searched_at, mesh.nodes[found.surfaces.node])
+
+
+def test_the_summary_of_contact_names_what_was_counted():
+    interface = SimpleNamespace(counts=lambda: np.array([5.0, 3.0, 2.0]))
+    contact = SimpleNamespace(
+        comm=MPI.COMM_SELF, interface=interface, spring_energy=7.0, friction=11.0, exists=True,
+        penetrations=Penetrations(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3), collisions=SimpleNamespace(searches=9),
+    )  # fmt: skip
+    found = ContactForces.summary(contact)
+    names = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat", "max_penetration", "searches")
+    assert [found[name] for name in names] == [5, 3, 2, 7.0, 11.0, 4e-3, 9]
+    assert [found[f"max_{name}_penetration"] for name in (
+        "collision", "plane", "interior_collision", "interior_plane", "interface",
+    )] == [getattr(contact.penetrations, name) for name in (
+        "collision", "plane", "interior_collision", "interior_plane", "interface_after",
+    )]  # fmt: skip
+    contact.interface = contact.collisions = None
+    contact.exists = False
+    found = ContactForces.summary(contact)
+    assert [found[name] for name in names] == [0, 0, 0, 7.0, 11.0, None, 0]
