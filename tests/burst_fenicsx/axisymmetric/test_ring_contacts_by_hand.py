@@ -11,8 +11,9 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.sliding import SlideLaw
+from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
-from tests.burst_fenicsx.axisymmetric.meridians import ring_burst
+from tests.burst_fenicsx.axisymmetric.meridians import meridian, named, ring_burst
 from tests.burst_fenicsx.axisymmetric.test_slide_line import COUNT, bench, line_load, pressed
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import TNT
@@ -242,3 +243,36 @@ def test_one_edge_of_the_charge_spreads_its_pressure_over_all_edges_of_the_line(
     exact = line_load(solver)
     on_line = np.unique(interface.line.edges)
     assert np.abs(force[on_line] - exact[on_line]).max() < 1e-12 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("plug", ["above", "below"])
+def test_contacts_begin_at_the_edges_that_the_charge_covers(plug):
+    """A tube half filled, closed by a plug on which the line leads on: contacts at the ends of the charge's edges."""
+    mesh = meridian((6, 8), lambda p: np.stack([0.03 * p[:, 0], 0.04 * p[:, 1]], axis=1))
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    at_charge = (centre[:, 2] < 0.02) == (plug == "above")
+    within = np.where(at_charge, Part.CHARGE, Part.FUZE)
+    mesh = split_charges(named(mesh, np.where(centre[:, 0] < 0.02, within, Part.CASING)))
+    solver = ring_burst(mesh, QUIET)
+    interface, start = solver.contact.interface, solver.fields.start
+    contacts, line = interface.contacts, interface.line
+    assert len(line.edges) == 8
+    ends = start[line.edges[contacts.face], 2]
+    low, high = (0.0, 0.02) if plug == "above" else (0.02, 0.04)
+    assert (ends > low - 1e-9).all()
+    assert (ends < high + 1e-9).all()
+    place = (1.0 - contacts.point) * ends[:, 0] + contacts.point * ends[:, 1]
+    np.testing.assert_allclose(place, start[contacts.slave, 2], atol=1e-12)
+    np.testing.assert_allclose(np.sort(place), np.linspace(low, high, 5), atol=1e-12)
+    # Its own edges of the charge, one at either end and two between.
+    number = (contacts.side[:, :, 0] >= 0).sum(axis=1)
+    np.testing.assert_array_equal(number, np.where(np.isclose(place, low) | np.isclose(place, high), 1, 2))
+    for c in range(5):
+        for a, b in contacts.side[c][contacts.side[c, :, 0] >= 0]:
+            assert contacts.slave[c] in (a, b)
+            assert abs(start[a, 2] - start[b, 2]) == pytest.approx(0.005)
+            assert start[[a, b], 0] == pytest.approx([0.02, 0.02])
+    # The spans between them, in the line's direction.
+    assert len(contacts.span) == 4
+    way = start[contacts.slave[contacts.span[:, 1]], 2] - start[contacts.slave[contacts.span[:, 0]], 2]
+    np.testing.assert_allclose(way, -0.005, atol=1e-12)
