@@ -262,6 +262,17 @@ def test_parts_shorter_than_the_cells_vent_with_their_neighbours():
     np.testing.assert_allclose(leakage.initial_radius, [0.1] * 3 + [0.2] * 3 + [0.0] * 3)
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_part_grows_by_the_mean_of_its_nodes_ways_outward(axis):
+    """Whichever way is outward, and nothing by what a node moves across it: 0.1 m and the mean of 0.02 and 0.04 m."""
+    outward = np.roll([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]], axis, axis=1)
+    across = np.roll([[0.0, 0.3, 0.4], [0.8, -0.6, 0.5]], axis, axis=1)
+    start, part = 0.1 * outward, np.zeros(2, dtype=np.int32)
+    leakage = LeakageParts.of_charges(Leakage(parts=1), MPI.COMM_SELF, part, start, np.full(2, 0.1), outward, 1)
+    found = leakage.radii(start + across + outward * [[0.02], [0.04]])
+    np.testing.assert_allclose(found, [0.13], rtol=1e-9)
+
+
 def test_earlier_venting_leaves_less_pressure():
     factors = [leakage_of([0.15, 0.3], radius_ratio=ratio).factor[0] for ratio in (1.6, 1.75, 2.1, 2.6)]
     assert factors == sorted(factors)

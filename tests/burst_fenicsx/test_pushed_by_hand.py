@@ -119,3 +119,24 @@ def test_a_charge_does_not_slide_on_a_charge():
     assert (mesh.part[cell] == Part.CASING).all()
     middle = mesh.nodes[faces].mean(axis=1)
     assert sorted(middle.round(6).tolist()) == [[0.005, 0.005, 0.01], [0.01, 0.005, 0.005]]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_charge_slides_on_along_a_floor_however_cells_are_numbered(seed):
+    """A floor of four cells of casing, charge on two of them: the free half is reached in every order of the cells."""
+    mesh = box((4, 1, 2), (0.04, 0.01, 0.02))
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    keep = np.flatnonzero((centre[:, 2] < 0.01) | (centre[:, 0] < 0.02))
+    keep = np.random.default_rng(seed).permutation(keep)
+    part = np.where(centre[:, 2] > 0.01, Part.CHARGE, Part.CASING)
+    mesh = replace(
+        mesh, cells=mesh.cells[keep], part=part[keep], round=mesh.round[keep], segment=mesh.segment[keep],
+        station=mesh.station[keep],
+    )  # fmt: skip
+    faces, cell, covered = interface_faces(mesh)
+    assert (len(faces), covered) == (4, 2)
+    assert (mesh.part[cell] == Part.CASING).all()
+    middle = mesh.nodes[faces].mean(axis=1)
+    np.testing.assert_allclose(middle[:, 2], 0.01, atol=1e-12)
+    np.testing.assert_allclose(np.sort(middle[:, 0]), [0.005, 0.015, 0.025, 0.035], atol=1e-12)
+    assert (middle[:2, 0] < 0.02).all()
