@@ -154,3 +154,7 @@ def test_the_exposure_of_a_round_is_that_of_its_strongest_cell_on_any_rank():
     ShockExposures.found(one)
     assert found[0] == (0, 11.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
     assert found[1] == (2, 8.0, [2.0, 6.0, 9.0, 0.0], [6.0] * 3)
+    others[0] = (0, 1.0, 8, [1.0, 5.0, 9.0, 0.0], [5.0] * 3)
+    del found[:]
+    ShockExposures.found(one)
+    assert found[0] == (0, 9.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
