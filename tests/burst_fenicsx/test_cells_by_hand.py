@@ -251,3 +251,16 @@ def test_momentum_that_images_balance_is_no_error(balanced, left):
     entry = solver.ledger.record(solver.fields, 0.0, 0.0, solver.resultant, 0.0)
     assert entry.momentum_error == pytest.approx(left, rel=1e-12, abs=1e-14)
     assert entry.kinetic == pytest.approx(0.5 * ELASTIC.density * EDGE**3 * 169.0, rel=1e-12)
+
+
+def test_what_may_still_be_initiated_is_stepped_for_the_front():
+    """Products at rest have c^2 = 3 P / rho; a charge that is not burnt yet, the 3/4 D of those at the front."""
+    settings, steps = replace(BARE, products="landau"), []
+    for burnt in (0.0, 0.999, 1.0):
+        solver = burst(box((1, 1, 1), (0.01, 0.011, 0.012), Part.CHARGE), settings)
+        solver.fields.charge.burn_fraction[:] = burnt
+        solver.add_forces(0.0)
+        steps.append(solver.stable_step)
+    sound = np.sqrt(3.0 * solver.fields.charge.pressure[0] / TNT.density)
+    assert steps[0] / steps[2] == pytest.approx(sound / (0.75 * TNT.detonation_velocity), rel=1e-9)
+    assert steps[1] == pytest.approx(steps[0], rel=1e-9)

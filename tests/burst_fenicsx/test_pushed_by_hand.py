@@ -28,8 +28,8 @@ def layered(index=0, offset=0.0, *, below=Part.CASING):
     upper = mesh.nodes[mesh.cells].mean(axis=1)[:, 2] > 0.02
     part = np.where(upper == (below == Part.CASING), Part.CHARGE, Part.CASING).astype(np.int32)
     return replace(
-        mesh, part=part, segment=np.where(part == Part.CHARGE, -1, 0).astype(np.int32), nodes=mesh.nodes + [offset, 0, 0],
-        round=np.full(16, index, dtype=np.int32), segments=((),),
+        mesh, part=part, segment=np.where(part == Part.CHARGE, -1, 0).astype(np.int32), segments=((),),
+        nodes=mesh.nodes + np.array([offset, 0.0, 0.0]), round=np.full(16, index, dtype=np.int32),
     )  # fmt: skip
 
 

@@ -99,7 +99,7 @@ def turned_face(normal, turn, size):
 @pytest.mark.parametrize("size", [0.01, 0.2])
 @pytest.mark.parametrize("short", [0.0, 1e-9, 0.5])
 def test_two_faces_alone_are_found_if_they_are_opposed(size, short):
-    """Two in each of many places, at all angles, or such that the cosine is that of the bound, or less by 1e-9 of it."""
+    """Two in each of many places, at all angles, or at those whose cosine is the bound or less by 1e-9 of it."""
     rng = np.random.default_rng(21)
     nodes, faces = [], []
     for place in np.indices((6, 6, 6)).reshape(3, -1).T + 0.5:

@@ -23,7 +23,10 @@ _CELLS = [f"{_BURST}/test_{name}.py" for name in (
 _CHARGE = [f"{_BURST}/test_{name}.py" for name in (
     "cells_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
 )]  # fmt: skip
-_TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "slide_points", "contact", "sliding")]
+_TOUCH = [f"{_BURST}/test_{name}.py" for name in (
+    "springs_by_hand", "pushed_by_hand", "search", "slide_points", "contact", "sliding",
+)]  # fmt: skip
+_SURFACES = [f"{_BURST}/test_{name}.py" for name in ("contact_by_hand", "surfaces_by_hand")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "torn_metal", "initiation")]
@@ -102,7 +105,7 @@ AREAS = (
         (
             (
                 "*/contact/*",
-                [*_PARTS, f"{_BURST}/test_contact_by_hand.py", *_TOUCH, f"{_BURST}/test_interior_contact.py"],
+                [*_PARTS, *_SURFACES, *_TOUCH, f"{_BURST}/test_interior_contact.py"],
             ),
             ("*/exposure.py", [f"{_BURST}/test_exposure.py"]),
             ("*/measures.py", [*_PARTS, f"{_BURST}/test_simulation.py", f"{_BURST}/test_output.py"]),

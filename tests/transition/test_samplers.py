@@ -185,6 +185,7 @@ class First:
         self.number = number
 
     def random(self):
+        """As of numpy's generators."""
         return self.number
 
 

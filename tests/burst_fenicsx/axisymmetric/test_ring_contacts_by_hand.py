@@ -213,7 +213,7 @@ def shares_by_hand(places, sliding):
 def test_the_pressure_of_nodes_that_have_changed_places_presses_where_they_are(changed):
     """Two of the charge's nodes, on one edge or on several, in their order or not: shares of the load by hand."""
     solver = ring_burst(bench("cylinder"), QUIET)
-    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    contacts = solver.contact.interface.contacts
     position, start = solver.fields.nodes.position, solver.fields.start
     edge = LENGTH_OF_BENCH / CELLS_OF_BENCH
     place = start[contacts.slave, 2] / edge
