@@ -10,9 +10,10 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep, Viscosity
+from burst_fenicsx.problem import Hourglass, IgnitionPoint, Part, TimeStep, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, boundary_nodes, box, burst, distorted_box
 from tests.burst_fenicsx.test_elements import QUADRATURES, moved
+from tests.burst_fenicsx.test_parts_by_hand import hourglass_vectors
 
 pytestmark = pytest.mark.dolfinx
 
@@ -91,6 +92,22 @@ def test_products_press_by_the_jwl_equation(stretch):
     fresh.add_forces(0.0)
     mean = 0.5 * (start + fresh.fields.charge.pressure[0])
     assert fresh.fields.charge.energy[0] == pytest.approx(jwl.E0 - mean * (v - 1.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("stretch", [0.95, 1.0, 1.2, 1.6])
+def test_the_stable_step_of_jwl_products_is_that_of_their_sound(stretch):
+    """Edge over c; rho c^2 = -v dP/dv along the isentrope, dE = -P dv, by differences."""
+    solver = burnt(replace(BARE, products="jwl"), stretch)
+    jwl, v, h = TNT.jwl, stretch**3, 1e-5
+    pressure, energy = solver.fields.charge.pressure[0], solver.fields.charge.energy[0]
+
+    def pressure_at(v, energy):
+        cold = sum(a * (1.0 - jwl.omega / (r * v)) * np.exp(-r * v) for a, r in ((jwl.A, jwl.R1), (jwl.B, jwl.R2)))
+        return cold + jwl.omega * energy / v
+
+    slope = (pressure_at(v - h, energy + pressure * h) - pressure_at(v + h, energy - pressure * h)) / (2.0 * h)
+    sound = np.sqrt(slope * v / (TNT.density / v))
+    assert solver.stable_step == pytest.approx(stretch * EDGE / sound, rel=1e-6)
 
 
 @pytest.mark.parametrize(("stretch", "crushed"), [(0.68, False), (0.66, True)])
@@ -264,3 +281,27 @@ def test_what_may_still_be_initiated_is_stepped_for_the_front():
     sound = np.sqrt(3.0 * solver.fields.charge.pressure[0] / TNT.density)
     assert steps[0] / steps[2] == pytest.approx(sound / (0.75 * TNT.detonation_velocity), rel=1e-9)
     assert steps[1] == pytest.approx(steps[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
+@pytest.mark.parametrize("last", [1.0, 0.1, 0.0])
+@pytest.mark.parametrize("mode", range(4))
+def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(part, last, mode):
+    """However large its coefficient: the rate of each mode of a distorted cell is not turned round in the next step.
+
+    The step before it was as long, shorter, or none, where forces are found again without a step.
+    """
+    step = 1e-12
+    hourglass = Hourglass(charge_viscous=1e9, casing_viscous=1e9, casing_stiffness=0.0)
+    mesh = distorted_box(1, EDGE, part, share=0.0)
+    solver = burst(mesh, replace(BARE, hourglass=hourglass, burn="time"), explosive=replace(TNT, shear_strength=0.0))
+    state, own = solver.fields, solver.fields.mesh.dofmap[0]
+    state.grid = state.grid._replace(longest=step)
+    vectors, _, _ = hourglass_vectors(state.start[own])
+    state.nodes.velocity[own] = np.outer(vectors[mode], [3.0, -2.0, 1.0])
+    before = vectors @ state.nodes.velocity[own]
+    solver.add_forces(last * step)
+    after = before + vectors @ (state.nodes.force[own] / state.mass[own][:, None]) * step
+    left = (after * before).sum(axis=1) / (before * before).sum(axis=1)
+    assert left[mode] > -1e-9
+    assert left[mode] < 0.9
