@@ -208,6 +208,33 @@ def test_softening_counts_by_the_edge_of_a_cube_of_equal_volume():
         assert np.abs(fresh.fields.solid.stress[0, 0, 3:]).max() == pytest.approx(half, rel=0.05)
 
 
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_tension_softens_by_the_edge_of_a_cube_of_equal_volume(quadrature):
+    """Half of the strength is left at half of the limit strain, which is twice as large in cells of half the length."""
+    limit, length = 0.4, 8e-3
+    weak = replace(STEEL, shear_softening_strain=None, tensile_softening_strain=limit, softening_length=length)
+    for size in ((4e-3, 4e-3, 4e-3), (2e-3, 4e-3, 8e-3), (8e-3, 8e-3, 8e-3)):
+        scale = np.cbrt(np.prod(size)) / length
+        for share in (0.25, 0.5, 0.999):
+            solver = burst(box((1, 1, 1), size), replace(BARE, quadrature=quadrature), casing=weak)
+            solid = solver.fields.solid
+            solid.volume_strain[:] = share * limit / scale
+            moved(solver, lambda start: start * 1.02, 1e-8)
+            left = (1.0 - share) * weak.tensile_strength
+            np.testing.assert_allclose(solid.stress[..., :3], left, rtol=0.15, atol=0.02 * weak.tensile_strength)
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+def test_plastic_work_in_shear_is_the_strength_times_the_plastic_strain(quadrature):
+    """Without softening: tau (gamma - tau / G) a volume, however many steps it takes."""
+    weak = replace(ELASTIC, shear_strength=400e6)
+    solver = burst(box((1, 1, 1), (EDGE,) * 3), replace(BARE, quadrature=quadrature), casing=weak)
+    for strain in np.linspace(0.002, 0.02, 10):
+        moved(solver, lambda start, s=strain: start + s * start[:, [2, 0, 1]] * [1.0, 0.0, 0.0], 1e-8)
+    expected = weak.shear_strength * (0.02 - weak.shear_strength / SHEAR) * EDGE**3
+    assert solver.ledger.sums[0] == pytest.approx(expected, rel=0.02)
+
+
 def test_the_step_grows_by_a_twentieth_at_most():
     """After a short step the next ones grow slowly, however long the cells would bear them."""
     solver = cube(settings=replace(BARE, time_step=TimeStep(subcycling=False)))
