@@ -10,10 +10,9 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.problem import Hourglass, IgnitionPoint, Part, TimeStep, Viscosity
+from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, boundary_nodes, box, burst, distorted_box
 from tests.burst_fenicsx.test_elements import QUADRATURES, moved
-from tests.burst_fenicsx.test_parts_by_hand import hourglass_vectors
 
 pytestmark = pytest.mark.dolfinx
 
@@ -208,33 +207,6 @@ def test_softening_counts_by_the_edge_of_a_cube_of_equal_volume():
         assert np.abs(fresh.fields.solid.stress[0, 0, 3:]).max() == pytest.approx(half, rel=0.05)
 
 
-@pytest.mark.parametrize("quadrature", QUADRATURES)
-def test_tension_softens_by_the_edge_of_a_cube_of_equal_volume(quadrature):
-    """Half of the strength is left at half of the limit strain, which is twice as large in cells of half the length."""
-    limit, length = 0.4, 8e-3
-    weak = replace(STEEL, shear_softening_strain=None, tensile_softening_strain=limit, softening_length=length)
-    for size in ((4e-3, 4e-3, 4e-3), (2e-3, 4e-3, 8e-3), (8e-3, 8e-3, 8e-3)):
-        scale = np.cbrt(np.prod(size)) / length
-        for share in (0.25, 0.5, 0.999):
-            solver = burst(box((1, 1, 1), size), replace(BARE, quadrature=quadrature), casing=weak)
-            solid = solver.fields.solid
-            solid.volume_strain[:] = share * limit / scale
-            moved(solver, lambda start: start * 1.02, 1e-8)
-            left = (1.0 - share) * weak.tensile_strength
-            np.testing.assert_allclose(solid.stress[..., :3], left, rtol=0.15, atol=0.02 * weak.tensile_strength)
-
-
-@pytest.mark.parametrize("quadrature", QUADRATURES)
-def test_plastic_work_in_shear_is_the_strength_times_the_plastic_strain(quadrature):
-    """Without softening: tau (gamma - tau / G) a volume, however many steps it takes."""
-    weak = replace(ELASTIC, shear_strength=400e6)
-    solver = burst(box((1, 1, 1), (EDGE,) * 3), replace(BARE, quadrature=quadrature), casing=weak)
-    for strain in np.linspace(0.002, 0.02, 10):
-        moved(solver, lambda start, s=strain: start + s * start[:, [2, 0, 1]] * [1.0, 0.0, 0.0], 1e-8)
-    expected = weak.shear_strength * (0.02 - weak.shear_strength / SHEAR) * EDGE**3
-    assert solver.ledger.sums[0] == pytest.approx(expected, rel=0.02)
-
-
 def test_the_step_grows_by_a_twentieth_at_most():
     """After a short step the next ones grow slowly, however long the cells would bear them."""
     solver = cube(settings=replace(BARE, time_step=TimeStep(subcycling=False)))
@@ -308,27 +280,3 @@ def test_what_may_still_be_initiated_is_stepped_for_the_front():
     sound = np.sqrt(3.0 * solver.fields.charge.pressure[0] / TNT.density)
     assert steps[0] / steps[2] == pytest.approx(sound / (0.75 * TNT.detonation_velocity), rel=1e-9)
     assert steps[1] == pytest.approx(steps[0], rel=1e-9)
-
-
-@pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
-@pytest.mark.parametrize("last", [1.0, 0.1, 0.0])
-@pytest.mark.parametrize("mode", range(4))
-def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(part, last, mode):
-    """However large its coefficient: the rate of each mode of a distorted cell is not turned round in the next step.
-
-    The step before it was as long, shorter, or none, where forces are found again without a step.
-    """
-    step = 1e-12
-    hourglass = Hourglass(charge_viscous=1e9, casing_viscous=1e9, casing_stiffness=0.0)
-    mesh = distorted_box(1, EDGE, part, share=0.0)
-    solver = burst(mesh, replace(BARE, hourglass=hourglass, burn="time"), explosive=replace(TNT, shear_strength=0.0))
-    state, own = solver.fields, solver.fields.mesh.dofmap[0]
-    state.grid = state.grid._replace(longest=step)
-    vectors, _, _ = hourglass_vectors(state.start[own])
-    state.nodes.velocity[own] = np.outer(vectors[mode], [3.0, -2.0, 1.0])
-    before = vectors @ state.nodes.velocity[own]
-    solver.add_forces(last * step)
-    after = before + vectors @ (state.nodes.force[own] / state.mass[own][:, None]) * step
-    left = (after * before).sum(axis=1) / (before * before).sum(axis=1)
-    assert left[mode] > -1e-9
-    assert left[mode] < 0.9

@@ -18,10 +18,10 @@ _RINGS = f"{_BURST}/axisymmetric"
 _PARTS = [f"{_BURST}/test_parts_by_hand.py"]
 _SOLVER = [f"{_BURST}/test_solver_by_hand.py"]
 _CELLS = [f"{_BURST}/test_{name}.py" for name in (
-    "cells_by_hand", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
+    "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
 )]  # fmt: skip
 _CHARGE = [f"{_BURST}/test_{name}.py" for name in (
-    "cells_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
+    "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
 )]  # fmt: skip
 _TOUCH = [f"{_BURST}/test_{name}.py" for name in (
     "springs_by_hand", "pushed_by_hand", "search", "slide_points", "contact", "sliding",
