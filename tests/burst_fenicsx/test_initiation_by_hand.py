@@ -58,7 +58,7 @@ def test_fronts_run_from_every_cell_that_was_pressed_long_enough(front_speed):
     """Two cells at once and one later, which a front has nearly reached; ahead of a front cells may be compressed."""
     watch, fields = row([None, CRITERION, CRITERION], front_speed)
     charge, place = fields.charge, np.arange(12) + 0.5
-    charge.ignition_time[8], charge.compression_from[8] = 1e-6, 0.9e-6  # a front of its own from elsewhere
+    charge.ignition_time[8], charge.compression_from[8] = 1e-6, 0.9e-6  # a front from another source
     charge.pressure[[2, 4, 9]] = THRESHOLD  # the first is of a round that does not wait
     charge.pressure[6] = 1.0  # of the casing
     charge.pressure[5] = 0.99 * THRESHOLD
