@@ -93,6 +93,22 @@ def test_products_press_by_the_jwl_equation(stretch):
     assert fresh.fields.charge.energy[0] == pytest.approx(jwl.E0 - mean * (v - 1.0), rel=1e-9)
 
 
+@pytest.mark.parametrize("stretch", [0.95, 1.0, 1.2, 1.6])
+def test_the_stable_step_of_jwl_products_is_that_of_their_sound(stretch):
+    """Edge over c; rho c^2 = -v dP/dv along the isentrope, dE = -P dv, by differences."""
+    solver = burnt(replace(BARE, products="jwl"), stretch)
+    jwl, v, h = TNT.jwl, stretch**3, 1e-5
+    pressure, energy = solver.fields.charge.pressure[0], solver.fields.charge.energy[0]
+
+    def pressure_at(v, energy):
+        cold = sum(a * (1.0 - jwl.omega / (r * v)) * np.exp(-r * v) for a, r in ((jwl.A, jwl.R1), (jwl.B, jwl.R2)))
+        return cold + jwl.omega * energy / v
+
+    slope = (pressure_at(v - h, energy + pressure * h) - pressure_at(v + h, energy - pressure * h)) / (2.0 * h)
+    sound = np.sqrt(slope * v / (TNT.density / v))
+    assert solver.stable_step == pytest.approx(stretch * EDGE / sound, rel=1e-6)
+
+
 @pytest.mark.parametrize(("stretch", "crushed"), [(0.68, False), (0.66, True)])
 def test_products_with_hardly_any_volume_left_are_released(stretch, crushed):
     """Below 0.3 of the charge's volume a cell presses no more, even inside out; its neighbours' motion goes on."""
@@ -251,3 +267,16 @@ def test_momentum_that_images_balance_is_no_error(balanced, left):
     entry = solver.ledger.record(solver.fields, 0.0, 0.0, solver.resultant, 0.0)
     assert entry.momentum_error == pytest.approx(left, rel=1e-12, abs=1e-14)
     assert entry.kinetic == pytest.approx(0.5 * ELASTIC.density * EDGE**3 * 169.0, rel=1e-12)
+
+
+def test_what_may_still_be_initiated_is_stepped_for_the_front():
+    """Products at rest have c^2 = 3 P / rho; a charge that is not burnt yet, the 3/4 D of those at the front."""
+    settings, steps = replace(BARE, products="landau"), []
+    for burnt in (0.0, 0.999, 1.0):
+        solver = burst(box((1, 1, 1), (0.01, 0.011, 0.012), Part.CHARGE), settings)
+        solver.fields.charge.burn_fraction[:] = burnt
+        solver.add_forces(0.0)
+        steps.append(solver.stable_step)
+    sound = np.sqrt(3.0 * solver.fields.charge.pressure[0] / TNT.density)
+    assert steps[0] / steps[2] == pytest.approx(sound / (0.75 * TNT.detonation_velocity), rel=1e-9)
+    assert steps[1] == pytest.approx(steps[0], rel=1e-9)

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from burst_fenicsx.mechanics.detonation import LeakageParts, burn_rates, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.problem import Hourglass, IgnitionPoint, Leakage, Part, Round, Viscosity
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, box, burst
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, box, burst, rotation_matrix
 
 pytestmark = pytest.mark.dolfinx
 
@@ -260,6 +260,26 @@ def test_parts_shorter_than_the_cells_vent_with_their_neighbours():
     vented = 1.75 / 2.0
     np.testing.assert_allclose(leakage.factor, [vented] * 3 + [1.0] * 7, rtol=1e-12)
     np.testing.assert_allclose(leakage.initial_radius, [0.1] * 3 + [0.2] * 3 + [0.0] * 3)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_part_grows_by_the_mean_of_its_nodes_ways_outward(axis):
+    """Whichever way is outward, and nothing by what a node moves across it: 0.1 m and the mean of 0.02 and 0.04 m."""
+    outward = np.roll([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]], axis, axis=1)
+    across = np.roll([[0.0, 0.3, 0.4], [0.8, -0.6, 0.5]], axis, axis=1)
+    start, part = 0.1 * outward, np.zeros(2, dtype=np.int32)
+    leakage = LeakageParts.of_charges(Leakage(parts=1), MPI.COMM_SELF, part, start, np.full(2, 0.1), outward, 1)
+    found = leakage.radii(start + across + outward * [[0.02], [0.04]])
+    np.testing.assert_allclose(found, [0.13], rtol=1e-9)
+
+
+@pytest.mark.parametrize("edges", [(1.0, 2.0, 3.0), (3.0, 1.0, 2.0), (2.0, 3.0, 1.0)])
+def test_the_largest_face_of_a_box_is_that_of_its_longer_edges(edges):
+    """However it is turned, and each cell for itself."""
+    unit = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    axes = [(0, 0, 1), (1, 0, 0), (0, 1, 0), (1, 2, 3), (-1, 1, 2)]
+    turned = [unit * edges @ rotation_matrix(axis, angle).T for axis, angle in zip(axes, range(5), strict=True)]
+    np.testing.assert_allclose(largest_faces(np.array([*turned, 2.0 * unit])), [6.0] * 5 + [4.0], rtol=1e-12)
 
 
 def test_earlier_venting_leaves_less_pressure():

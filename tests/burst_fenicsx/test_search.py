@@ -68,15 +68,16 @@ def test_the_hash_finds_what_brute_force_finds(cell):
     assert entries == len(expected)
 
 
-def test_a_wall_is_searched_where_it_is_folded():
-    """One body bent into a narrow U: what lies opposite is found, in the flat rest nothing."""
+@pytest.mark.parametrize("turn", [0, 1, 2])
+def test_a_wall_is_searched_where_it_is_folded(turn):
+    """One body bent into a narrow U about any axis: what lies opposite is found, in the flat rest nothing."""
     number = np.arange(41 * 9).reshape(41, 9)
     faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
     along, across = (x.ravel() for x in np.meshgrid(np.arange(41.0), np.arange(9.0), indexing="ij"))
-    turn = np.pi * np.clip((along - 18.0) / 4.0, 0.0, 1.0)
+    bend = np.pi * np.clip((along - 18.0) / 4.0, 0.0, 1.0)
     straight = along - np.maximum(along - 18.0, 0.0) - np.maximum(along - 22.0, 0.0)
-    nodes = np.stack([straight + 1.3 * np.sin(turn), across, 1.3 * (1.0 - np.cos(turn))], axis=-1)
-    nodes += np.random.default_rng(2).normal(0, 0.02, nodes.shape)
+    nodes = np.stack([straight + 1.3 * np.sin(bend), across, 1.3 * (1.0 - np.cos(bend))], axis=-1)
+    nodes = np.roll(nodes + np.random.default_rng(2).normal(0, 0.02, nodes.shape), turn, axis=1)
     none = np.zeros(len(faces), dtype=np.int32)
     bodies = Bodies(
         faces.astype(np.int32), none, np.zeros(len(nodes), dtype=np.int32), none, none[:1].repeat(len(nodes))
@@ -85,6 +86,52 @@ def test_a_wall_is_searched_where_it_is_folded():
         found, _ = found_by_hash(nodes, bodies, reach, 2.5)
         assert found == found_by_hand(nodes, bodies, reach)
     assert len(found) > 500
+
+
+def turned_face(normal, turn, size):
+    """Corners (4, 3) of a square about the origin with this normal, turned in its plane."""
+    across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    across /= np.linalg.norm(across)
+    angle = turn + 0.5 * np.pi * np.arange(4)[:, None]
+    return size * (np.cos(angle) * across + np.sin(angle) * np.cross(normal, across))
+
+
+@pytest.mark.parametrize("size", [0.01, 0.2])
+@pytest.mark.parametrize("short", [0.0, 1e-9, 0.5])
+def test_two_faces_alone_are_found_if_they_are_opposed(size, short):
+    """Two in each of many places, at all angles, or at those whose cosine is the bound or less by 1e-9 of it."""
+    rng = np.random.default_rng(21)
+    nodes, faces = [], []
+    for place in np.indices((6, 6, 6)).reshape(3, -1).T + 0.5:
+        one, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+        if short < 0.5:
+            cosine = -0.2 * (1.0 + short) if short else -0.2 * (1.0 - 1e-9)
+            other -= (other @ one) * one
+            other = cosine * one + np.sqrt(1.0 - cosine**2) * other / np.linalg.norm(other)
+        nodes += [place + turned_face(one, 0.3, size), place + 0.1 * size + turned_face(other, 0.9, size)]
+        faces += [4 * len(faces) + np.arange(4), 4 * len(faces) + 4 + np.arange(4)]
+    nodes, faces = np.concatenate(nodes), np.array(faces, dtype=np.int32)
+    none = np.zeros(len(nodes), dtype=np.int32)
+    bodies = Bodies(faces, none[: len(faces)], none, none[: len(faces)], none)
+    found, _ = found_by_hash(nodes, bodies, 0.2, 1.0)
+    expected = found_by_hand(nodes, bodies, 0.2)
+    assert found == expected
+    assert (len(expected) > 400) == (short > 0.0)
+
+
+@pytest.mark.parametrize("corner", [0, 1, 2, 3])
+def test_a_node_of_a_sharp_fold_does_not_meet_its_own_faces(corner):
+    """A large face and a small one folded back over it: the edge's nodes look like the large one, and meet neither."""
+    nodes = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 2, 0.3], [1, 0, 0.3], [0.9, 1, 0.4]], dtype=float)
+    large, small = [0, 1, 2, 3], np.roll([0, 3, 4, 5], corner).tolist()
+    for order in ([large, small], [small, large]):
+        faces = np.array(order, dtype=np.int32)
+        none = np.zeros(7, dtype=np.int32)
+        bodies = Bodies(faces, none[:2], none, none[:2], none)
+        found, _ = found_by_hash(nodes, bodies, 0.5, 4.0)
+        number = order.index(small)
+        assert {(node, face) for node, face in found if node < 4} == {(n, number) for n in (1, 2)} & found
+        assert not {(n, number) for n in small} & found
 
 
 def test_pairs_grow_no_faster_than_the_surfaces():

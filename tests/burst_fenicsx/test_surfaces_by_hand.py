@@ -10,14 +10,19 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from mpi4py import MPI
+
+from burst_fenicsx.contact import ContactForces
+from burst_fenicsx.contact.forces import Penetrations
+from burst_fenicsx.contact.near_faces import NearFaces
 from burst_fenicsx.contact.planes import held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.contact.surfaces import contact_surfaces
 from burst_fenicsx.contact.torn_faces import TornFaces, sides_beside
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import Part, RigidPlane
-from tests.burst_fenicsx.boxes import box, grid
+from burst_fenicsx.problem import ContactSettings, Part, RigidPlane
+from tests.burst_fenicsx.boxes import BARE, box, burst, grid
 
 pytestmark = pytest.mark.dolfinx
 
@@ -199,3 +204,93 @@ def test_a_charge_slides_on_the_faces_at_which_it_lies_and_on_what_these_lead_on
     assert sorted(middle[:2, 0].round(9).tolist()) == [0.005, 0.015]
     assert (mesh.part[cell] == Part.CASING).all()
     assert len(faces) == (4 if step == 0.0 else 2)
+
+
+@pytest.mark.parametrize("order", [None, "before", "behind"])
+def test_every_surface_node_is_known_by_its_row(order):
+    """Of a charge whose inner nodes lie on no surface, numbered before or behind the others."""
+    mesh = box((3, 3, 3), (0.03,) * 3, Part.CHARGE)
+    if order is not None:
+        inner = ((mesh.nodes > 1e-3) & (mesh.nodes < 0.029)).all(axis=1)
+        sequence = np.argsort(inner if order == "behind" else ~inner, kind="stable")
+        mesh = replace(mesh, nodes=mesh.nodes[sequence], cells=np.argsort(sequence)[mesh.cells])
+    settings = replace(BARE, contact=ContactSettings(surfaces=True))
+    fields = burst(mesh, settings).fields
+    found = ContactForces(mesh, fields, settings).collisions
+    assert len(found.surfaces.node) == 56
+    assert sorted(found._rows.tolist()) == list(range(56))
+    np.testing.assert_array_equal(fields.mesh.node[found._local], found.surfaces.node[found._rows])
+    np.testing.assert_array_equal(found.near_faces.own, np.arange(54))
+    found.search()
+    np.testing.assert_array_equal(found.searched_at, mesh.nodes[found.surfaces.node])
+
+
+def test_the_summary_of_contact_names_what_was_counted():
+    interface = SimpleNamespace(counts=lambda: np.array([5.0, 3.0, 2.0]))
+    contact = SimpleNamespace(
+        comm=MPI.COMM_SELF, interface=interface, spring_energy=7.0, friction=11.0, exists=True,
+        penetrations=Penetrations(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3), collisions=SimpleNamespace(searches=9),
+    )  # fmt: skip
+    found = ContactForces.summary(contact)
+    names = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat", "max_penetration", "searches")
+    assert [found[name] for name in names] == [5, 3, 2, 7.0, 11.0, 4e-3, 9]
+    assert [found[f"max_{name}_penetration"] for name in (
+        "collision", "plane", "interior_collision", "interior_plane", "interface",
+    )] == [getattr(contact.penetrations, name) for name in (
+        "collision", "plane", "interior_collision", "interior_plane", "interface_after",
+    )]  # fmt: skip
+    contact.interface = contact.collisions = None
+    contact.exists = False
+    found = ContactForces.summary(contact)
+    assert [found[name] for name in names] == [0, 0, 0, 7.0, 11.0, None, 0]
+
+
+@pytest.mark.parametrize("rank", [0, 1, 2])
+@pytest.mark.parametrize("others", [(0.4, 9.0), (9.0, 2.1), (9.0, 9.0), (0.3, 1.9)])
+def test_another_rank_is_sent_the_faces_near_its_nodes(rank, others):
+    """Five faces in a row along x, a metre apart; each other rank searches at one place, this one everywhere."""
+    faces = np.arange(20, dtype=np.int32).reshape(5, 4)
+    position = np.random.default_rng(1).normal(size=(20, 3))
+    low = np.array([[x - 0.45, -1.0, -1.0] for x in range(5)])
+    boxes = np.hstack([low, low + np.array([0.9, 2.0, 2.0])])
+    places = np.insert(np.array(others), rank, 2.0)
+    sent = []
+
+    def gather(around):
+        every = [np.array([x, 0.0, 0.0, x, 0.0, 0.0]) for x in places]
+        every[rank] = around
+        return every
+
+    def exchange(messages):
+        sent.extend(messages)
+        return [None, None, None]
+
+    comm = SimpleNamespace(size=3, rank=rank, allgather=gather, alltoall=exchange)
+    near = NearFaces.__new__(NearFaces)
+    near._comm, near._faces = comm, faces
+    mine = np.array([[-0.2, 0.0, 0.0], [4.2, 0.5, 0.5]])
+    found = near.exchange(np.arange(5, dtype=np.int32), boxes, mine, position)
+    assert len(found) == near.received == 0
+    for other, place in enumerate(places):
+        if other == rank or place > 5.0:
+            assert sent[other] is None
+        else:
+            (face,) = sent[other][0]
+            assert face == round(place)
+            np.testing.assert_array_equal(sent[other][1], position[4 * face : 4 * face + 4])
+    # What the others send is put in its place.
+    chosen = np.array([3, 1], dtype=np.int32)
+    answer = (chosen, 100.0 + np.arange(24.0).reshape(8, 3))
+    comm.alltoall = lambda _: [answer, None, (np.array([2], dtype=np.int32), np.full((4, 3), -1.0))]
+    found = near.exchange(np.arange(5, dtype=np.int32), boxes, mine, position)
+    assert found.tolist() == [1, 2, 3]
+    assert near.received == 12
+    np.testing.assert_array_equal(position[[4, 5, 6, 7, 12, 13, 14, 15]], answer[1])
+    assert (position[8:12] == -1.0).all()
+
+
+def test_a_rank_has_the_faces_of_its_cells():
+    surfaces = SimpleNamespace(faces=np.zeros((5, 4), dtype=np.int32), cell=np.array([4, 0, 2, 4, 1]))
+    mesh = SimpleNamespace(cell=np.array([7, 4, 1, 9]))
+    assert NearFaces(SimpleNamespace(size=2), surfaces, mesh).own.tolist() == [0, 3, 4]
+    assert NearFaces(SimpleNamespace(size=1), surfaces, mesh).own.tolist() == [0, 1, 2, 3, 4]

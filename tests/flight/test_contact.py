@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from flight import (
+    VACUUM,
     Adaptive,
     Contact,
     Cylinder,
@@ -218,6 +219,26 @@ def test_first_collisions_of_straight_paths_by_comparing_all_pairs() -> None:
         assert contacts["time"][found] == pytest.approx(time[pair], rel=1e-10)
         found += 1
     assert found >= 5
+
+
+def test_a_window_holds_any_number_of_impacts() -> None:
+    """Pairs in a row that meet head on, each far from the others: all are found in one window, in order of time."""
+    number, speed, radius = 1100, 100.0, 5e-3
+    row, apart = np.arange(number), np.linspace(0.5, 1.5, number)
+    place, velocity = np.zeros((2, number, 3)), np.zeros((2, number, 3))
+    place[:, :, 1], place[0, :, 0], place[1, :, 0] = 3.0 * row, -0.5 * apart, 0.5 * apart
+    velocity[0, :, 0], velocity[1, :, 0] = speed, -speed
+    fragments = Fragments.from_arrays(mass_of(radius), place.reshape(-1, 3), velocity.reshape(-1, 3))
+    job = FlightJob(
+        fragments, VACUUM, Drag.named("shell_fragment"), 0.0, None, Scene(0.0), (), Adaptive(), Domain(), 3600.0,
+        (0.0, 0.0),
+    )  # fmt: skip
+    contact = Contact(distance=50.0, time_limit=0.02)
+    found = Encounters(fragments, contact, job.around, -math.inf, 1, windows=[0.02])
+    assert found.window_ends == [0.02]
+    assert found.contacts["first"].tolist() == row.tolist()
+    assert found.contacts["second"].tolist() == (number + row).tolist()
+    assert found.contacts["time"] == pytest.approx((apart - 2.0 * radius) / (2.0 * speed), rel=1e-9)
 
 
 def test_threads_change_nothing() -> None:

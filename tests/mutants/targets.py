@@ -18,12 +18,15 @@ _RINGS = f"{_BURST}/axisymmetric"
 _PARTS = [f"{_BURST}/test_parts_by_hand.py"]
 _SOLVER = [f"{_BURST}/test_solver_by_hand.py"]
 _CELLS = [f"{_BURST}/test_{name}.py" for name in (
-    "cells_by_hand", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
+    "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
 )]  # fmt: skip
 _CHARGE = [f"{_BURST}/test_{name}.py" for name in (
-    "cells_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
+    "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
 )]  # fmt: skip
-_TOUCH = [f"{_BURST}/test_{name}.py" for name in ("springs_by_hand", "search", "slide_points", "contact", "sliding")]
+_TOUCH = [f"{_BURST}/test_{name}.py" for name in (
+    "springs_by_hand", "pushed_by_hand", "search", "slide_points", "contact", "sliding",
+)]  # fmt: skip
+_SURFACES = [f"{_BURST}/test_{name}.py" for name in ("contact_by_hand", "surfaces_by_hand")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "torn_metal", "initiation")]
@@ -103,7 +106,7 @@ AREAS = (
         (
             (
                 "*/contact/*",
-                [*_PARTS, f"{_BURST}/test_contact_by_hand.py", *_TOUCH, f"{_BURST}/test_interior_contact.py"],
+                [*_PARTS, *_SURFACES, *_TOUCH, f"{_BURST}/test_interior_contact.py"],
             ),
             ("*/exposure.py", [f"{_BURST}/test_exposure.py"]),
             ("*/measures.py", [*_PARTS, f"{_BURST}/test_simulation.py", f"{_BURST}/test_output.py"]),

@@ -31,7 +31,7 @@ def test_a_pivot_has_about_its_share_of_the_rows_below_it(share, sense, begin, e
     assert abs(below - share * number) <= (0.12 if number > 300 else 0.3) * number + 1.0  # of few, four are looked at
 
 
-@pytest.mark.parametrize("kind", ["plane", "sphere", "angle"])
+@pytest.mark.parametrize("kind", ["plane", "sphere", "angle", "angle about the origin"])
 @pytest.mark.parametrize("seed", range(5))
 def test_rows_are_ordered_so_far_that_the_mass_is_reached(kind, seed):
     """All before have keys no larger, all behind none smaller; their mass with the part of one is what is needed."""
@@ -41,7 +41,8 @@ def test_rows_are_ordered_so_far_that_the_mass_is_reached(kind, seed):
     row[generator.integers(0, count, count // 3), :3] = row[0, :3]  # several in one place
     ident, before = np.arange(count), row.copy()
     q = {"plane": [0.3, -0.5, 0.8, 0, 0, 0, 0, 0, 0], "sphere": [-2.0, 0.4, 0.0, 1, 0, 0, 0, 0, 0],
-         "angle": [1.0, 0.0, 0, 0.1, 1, 0, 1.0, 0, -0.2]}[kind]  # fmt: skip
+         "angle": [1.0, 0.0, 0, 0.1, 1, 0, 1.0, 0, -0.2],
+         "angle about the origin": [0.8, 0.6, 0, 0, 1, -0.6, 0.8, 0, 0]}[kind]  # fmt: skip
     q = np.array(q, dtype=float)
     total = row[:, 3].sum()
     for share in (0.5, 0.03, 0.97, 1.0):

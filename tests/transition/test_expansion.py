@@ -156,3 +156,11 @@ def test_linfoot_with_rate_is_the_same_formula():
     assert mott_linfoot(4.0, 7850.0, 0.135, 14.7e4, 0.01, 0.135 * 8000.0) == pytest.approx(
         4.0 * 7850.0 ** (1 / 3) * 14.7e4 ** (2 / 3) * 0.01 / 8000.0 ** (4 / 3), rel=1e-12
     )
+
+
+@pytest.mark.filterwarnings("error")
+def test_without_times_stations_or_nodes_there_is_no_rupture():
+    """Nor a warning: nothing is averaged there."""
+    assert Expansion(np.zeros(0), np.array([0.1]), np.zeros((0, 1))).at_strain(0.0, 0.3, 0.5) is None
+    assert Expansion(TIME, np.zeros(0), np.zeros((TIME.size, 0))).at_strain(0.0, 0.3, 0.5) is None
+    assert Expansion(TIME, np.array([0.1]), np.full((TIME.size, 1), np.nan)).at_strain(0.0, 0.3, 0.5) is None

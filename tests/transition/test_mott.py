@@ -125,3 +125,18 @@ def test_gurney_speed_of_tnt():
     assert gurney_coefficient(6940.0) == pytest.approx(2463.2, rel=1e-12)
     assert gurney_speed(6940.0, 0.25) == pytest.approx(2463.2 * np.sqrt(2.0 / 9.0), rel=1e-12)
     assert gurney_speed(6940.0, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("mean", [0.0, -1e-3, np.inf, np.nan])
+def test_a_mean_mass_that_is_none_is_refused(mean):
+    with pytest.raises(InputError, match="a finite mass above zero is needed"):
+        MottLaw.from_mean(mean)
+
+
+@pytest.mark.parametrize(("dimension", "share"), [(2, 3.0), (3, 4.0), ("mixed", 4.0)])
+def test_no_law_cut_at_a_mass_has_a_mean_above_a_share_of_it(dimension, share):
+    """A part of dimension i that is cut stays below 1/(1 + i): of a mixture that of three dimensions decides."""
+    law = MottLaw.from_mean(1e-3, dimension)
+    with pytest.raises(InputError, match=f"it stays below {2.0 / share:g} kg"):
+        law.with_mean_below(2.0, 2.0 / share)
+    assert law.with_mean_below(2.0, 1.9 / share).mean_below(2.0) == pytest.approx(1.9 / share, rel=1e-6)

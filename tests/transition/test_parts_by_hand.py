@@ -13,7 +13,7 @@ from transition import BreakUp, BreakUpSettings, InputError
 from transition.breaking_up import _whole
 from transition.cells.cell_points import lightest_that_matters, numbers
 from transition.cells.shape_functions import CORNERS, MODE_SQUARES, modes, trilinear
-from transition.kernels import cell_sampling, ring_sampling
+from transition.kernels import cell_sampling, clusters, ring_sampling
 from transition.kernels.cell_sampling import moments, turn_rigidly
 from transition.kernels.ring_sampling import _quantile
 from transition.law.mean_mass import explosive_constant, mott_1947, thinned
@@ -260,3 +260,17 @@ def test_strides_of_the_points_are_powers_of_the_root_of_roberts(module):
 def test_fewer_than_eight_pieces_follow_the_law_by_proportion_only(number, method):
     law = MottLaw.from_mean(0.5, 2)
     assert Quantile().draw(law, number * 0.5, np.random.default_rng(1)).method == method
+
+
+def test_a_fragment_takes_the_point_of_the_piece_that_completes_its_mass():
+    """The first piece behind which the sum is no less than the target; the last where all of them stay below it."""
+    offset, point = np.array([0, 3, 5, 6]), np.array([7, 8, 9, 4, 5, 6])
+    piece = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    for target, expected in (
+        ((0.5, 4.0, 6.0), (7, 4, 6)),
+        ((1.0, 4.1, 0.0), (7, 5, 6)),
+        ((1.1, 9.0, 9.0), (8, 5, 6)),
+        ((3.0, 9.9, 9.9), (8, 5, 6)),
+        ((3.1, 0.0, 0.0), (9, 4, 6)),
+    ):
+        assert clusters.chosen_points(offset, point, piece, np.array(target)).tolist() == list(expected)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from transition import Graded, InputError, MottLaw, Quantile
 from transition.kernels.choice import balanced_choice
-from transition.law.samplers import few_pieces
+from transition.law.mott import MottPart
+from transition.law.samplers import _strata, few_pieces
 
 MEAN = 0.0149
 DIMENSIONS = (2, 3, "mixed")
@@ -173,3 +176,53 @@ def test_every_grade_holds_one_fragment_and_the_next_would_not(dimension, step):
     assert counts.min() >= 1
     after = masses[-1] + step
     assert 1760.0 * (law.survival(after - 0.5 * step) - law.survival(after + 0.5 * step)) < 1.0
+
+
+class First:
+    """A generator that always gives the same number."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def random(self):
+        """As of numpy's generators."""
+        return self.number
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("number", "cut"), [(1e4, 60.0), (1760.0, 12.0), (20.0, 3.0)])
+@pytest.mark.parametrize("draw", [0.0, 0.37])
+def test_strata_by_hand(dimension, number, cut, draw):
+    """Each holds what the law, cut at the heaviest, has between its bounds, in number and mass, in longer doubles.
+
+    Bounds: eighths of a fragment from a random one on, before which thirty halves follow each other.
+    """
+    part = MottPart(dimension, 2e-3, 0.7)
+    mean, expected = _strata(part, number, float(part.mass_of(cut)), First(draw))
+    above = np.concatenate([[0.0], np.cumsum(expected)])
+    assert above[-1] == pytest.approx(number, rel=1e-12)
+    first = 0.125 * (1.0 - draw)
+    halves = first * 0.5 ** np.arange(30.0, -1.0, -1.0)
+    np.testing.assert_allclose(above[1:32], halves, rtol=1e-6)
+    np.testing.assert_allclose(np.diff(above[31:-1]), 0.125, rtol=1e-9)
+    within = -np.expm1(-np.longdouble(cut))
+    # Number above a reduced mass x: number (exp(-x) - exp(-cut)) / within; mass: with the sum of x^k / k! behind.
+    bounds = np.concatenate([[0.0], halves, np.arange(first + 0.125, number, 0.125), [number]]).astype(np.longdouble)
+    x = -np.log(np.exp(-np.longdouble(cut)) + within * bounds / number)
+    x[0], x[-1] = cut, 0.0
+    series = sum(x**k / math.factorial(k) for k in range(dimension + 1))
+    mass = math.factorial(dimension) * part.mu * number / within * np.diff(np.exp(-x) * series)
+    np.testing.assert_allclose(mean * expected, mass.astype(float), rtol=1e-7, atol=1e-12 * part.mean)
+    assert mean.max() <= part.mass_of(cut)
+
+
+def test_the_parts_of_a_mixture_share_the_number_below_the_cut():
+    """Heavy pieces of three dimensions lie beyond a cut that leaves two dimensions whole: what remains is by number."""
+    law = MottLaw.from_mean(MEAN, "mixed")
+    number = 12.0
+    cut = law.with_mean_below(number * MEAN, MEAN)
+    generator = np.random.default_rng(8)
+    light = np.array([(Quantile().draw(law, number * MEAN, generator).mass < 0.2 * MEAN).sum() for _ in range(400)])
+    below = 1.0 - float(cut.survival(0.2 * MEAN))
+    expected = number * below / (1.0 - float(cut.survival(number * MEAN)))
+    assert abs(light.mean() - expected) < 4.0 * light.std() / np.sqrt(400) + 0.05

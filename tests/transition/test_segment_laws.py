@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.transition.synthetic import STEEL, Tube, radial
 from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
+from transition.law import segment_law
 from transition.law.mean_mass import gurney_sarmousakis, mott_linfoot
+from transition.law.segments import _extent, _outline
 
 
 def test_number_follows_the_law_per_segment_and_in_total(snapshot):
@@ -131,3 +134,46 @@ def test_speed_that_is_no_speed_is_refused(snapshot, speed):
     broken = tuple(replace(segment, speed=speed) for segment in data.segments)
     with pytest.raises(InputError, match=f"round 'round 0', segment 'wall 1': the burst stage gives the speed {speed}"):
         BreakUp(replace(snapshot, rounds=(replace(data, segments=broken),)))
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 2.0), (1.0, 0.0, 0.0)])
+def test_the_outline_of_steps_is_their_mean_by_mass(axis):
+    """Two tubes one behind the other, of 1 kg and 3 kg, 60 and 80 mm in radius; the position is that of the axis."""
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    profile = np.concatenate([[0.05, 0.0] + 0.01 * corners, [0.07, 0.01] + 0.01 * corners])
+    unit = np.array(axis) / np.linalg.norm(axis)
+    across = np.roll(unit, 1)
+    position = np.array([0.3, -0.2, 0.1])
+    snapshot = SimpleNamespace(
+        reference=position + profile[:, :1] * across + profile[:, 1:] * unit, cells=np.arange(8).reshape(2, 4),
+        mass=np.array([1.0, 3.0]),
+    )  # fmt: skip
+    data = SimpleNamespace(axis=axis, position=position, length=0.5)
+    assert _outline(snapshot, data, np.array([0, 1])) == pytest.approx((0.06 + 3.0 * 0.08) / 4.0, rel=1e-12)
+    assert _outline(snapshot, data, np.array([1])) == pytest.approx(0.08, rel=1e-12)
+    assert _extent(snapshot, data, np.array([0, 1])) == pytest.approx((0.48, 0.5))
+    assert _extent(snapshot, data, np.array([0])) == pytest.approx((0.49, 0.5))
+
+
+def test_what_published_data_lack_is_asked_for_the_whole_round(monkeypatch):
+    """Its largest diameter, all of its charge over all of its casing."""
+    asked = []
+
+    def noted(*arguments):
+        asked.append(arguments)
+        return ("far",)
+
+    monkeypatch.setattr(segment_law.mean_mass_data, "outside_data", noted)
+    segments = [
+        SimpleNamespace(outer_radius=radius, casing_mass=casing, charge_mass=charge)
+        for radius, casing, charge in ((0.04, 1.0, 0.5), (0.07, 2.0, 1.0), (0.05, 1.0, 0.1))
+    ]
+    data = SimpleNamespace(
+        name="round", segments=segments, casing_density=7850.0, casing_yield=1e9, explosive="TNT",
+        explosive_density=1600.0,
+    )  # fmt: skip
+    assert segment_law.outside_of([data], BreakUpSettings(mean_mass="mott")) == {"round": ["far"]}
+    (found,) = asked
+    assert found[:2] == (pytest.approx(0.14), pytest.approx(0.4))
+    assert found[2:] == ((7850.0, 1e9), ("TNT", 1600.0))
+    assert segment_law.outside_of([data], BreakUpSettings(mean_mass=0.01)) == {}

@@ -11,9 +11,10 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.contact.sliding import SlideLaw
+from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
-from tests.burst_fenicsx.axisymmetric.meridians import ring_burst
-from tests.burst_fenicsx.axisymmetric.test_slide_line import bench
+from tests.burst_fenicsx.axisymmetric.meridians import meridian, named, ring_burst
+from tests.burst_fenicsx.axisymmetric.test_slide_line import COUNT, bench, line_load, pressed
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import TNT
 
@@ -185,3 +186,93 @@ def test_the_ledger_takes_the_heat_of_sliding_rings():
     press = np.abs(contacts.force[:, 0])
     rate = np.tan(np.radians(20.0)) * press.sum() * 2e-5
     assert given[-1] - given[-2] == pytest.approx(rate, rel=0.05)
+
+
+def shares_by_hand(places, sliding):
+    """Of a line of unit edges 0, 1, ...: which share of a charge node's load each node takes, by sums over points.
+
+    `places` are those of three or more of the charge's nodes one after another, `sliding` the number of the one asked
+    for. Where two follow in the line's direction the load of the way between them is spread by both shapes' product,
+    where they have changed places half of it presses where the node lies.
+    """
+    line = np.arange(COUNT + 1.0)
+    found = np.zeros(len(line))
+    for near, far in ((sliding, sliding - 1), (sliding, sliding + 1)):
+        way = places[far] - places[near]
+        if way * (far - near) > 0.0:
+            x = (np.arange(4000) + 0.5) / 4000
+            at = places[near] + x * way
+            hats = np.maximum(1.0 - np.abs(at - line[:, None]), 0.0)
+            found += abs(way) * ((1.0 - x) * hats).mean(axis=1)
+        else:
+            found += 0.5 * abs(way) * np.maximum(1.0 - np.abs(places[near] - line), 0.0)
+    return found / found.sum()
+
+
+@pytest.mark.parametrize("changed", [(9.7, 9.4), (10.3, 8.6), (9.2, 9.9), (10.4, 9.6)])
+def test_the_pressure_of_nodes_that_have_changed_places_presses_where_they_are(changed):
+    """Two of the charge's nodes, on one edge or on several, in their order or not: shares of the load by hand."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    contacts = solver.contact.interface.contacts
+    position, start = solver.fields.nodes.position, solver.fields.start
+    edge = LENGTH_OF_BENCH / CELLS_OF_BENCH
+    place = start[contacts.slave, 2] / edge
+    order = np.argsort(place)
+    places = np.arange(COUNT + 1.0)
+    places[9:11] = changed
+    position[contacts.slave[order], 2] = places * edge
+    pressed(solver)
+    for number in (8, 9, 10, 11):
+        c = order[number]
+        found = np.zeros(COUNT + 1)
+        over = contacts.spread_over[c, : contacts.spread_count[c]]
+        np.add.at(found, np.rint(start[over, 2] / edge).astype(int), contacts.spread[c, : contacts.spread_count[c]])
+        np.testing.assert_allclose(found, shares_by_hand(places, number), atol=1e-6)
+
+
+def test_one_edge_of_the_charge_spreads_its_pressure_over_all_edges_of_the_line():
+    """The charge's other nodes are gathered in the first of 24 edges: the load is that of the even pressure."""
+    solver = ring_burst(bench("cylinder"), QUIET)
+    interface, position = solver.contact.interface, solver.fields.nodes.position
+    nodes = interface.contacts.slave
+    place = solver.fields.start[nodes, 2]
+    inner = place < LENGTH_OF_BENCH - 1e-9
+    for number in range(11):  # as far as a point is looked for at once
+        position[nodes[inner], 2] = place[inner] * (1.0 - 0.1 * number * COUNT / (COUNT + 1))
+        force = pressed(solver)
+    exact = line_load(solver)
+    on_line = np.unique(interface.line.edges)
+    assert np.abs(force[on_line] - exact[on_line]).max() < 1e-12 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("plug", ["above", "below"])
+def test_contacts_begin_at_the_edges_that_the_charge_covers(plug):
+    """A tube half filled, closed by a plug on which the line leads on: contacts at the ends of the charge's edges."""
+    mesh = meridian((6, 8), lambda p: np.stack([0.03 * p[:, 0], 0.04 * p[:, 1]], axis=1))
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    at_charge = (centre[:, 2] < 0.02) == (plug == "above")
+    within = np.where(at_charge, Part.CHARGE, Part.FUZE)
+    mesh = split_charges(named(mesh, np.where(centre[:, 0] < 0.02, within, Part.CASING)))
+    solver = ring_burst(mesh, QUIET)
+    interface, start = solver.contact.interface, solver.fields.start
+    contacts, line = interface.contacts, interface.line
+    assert len(line.edges) == 8
+    ends = start[line.edges[contacts.face], 2]
+    low, high = (0.0, 0.02) if plug == "above" else (0.02, 0.04)
+    assert (ends > low - 1e-9).all()
+    assert (ends < high + 1e-9).all()
+    place = (1.0 - contacts.point) * ends[:, 0] + contacts.point * ends[:, 1]
+    np.testing.assert_allclose(place, start[contacts.slave, 2], atol=1e-12)
+    np.testing.assert_allclose(np.sort(place), np.linspace(low, high, 5), atol=1e-12)
+    # Its own edges of the charge, one at either end and two between.
+    number = (contacts.side[:, :, 0] >= 0).sum(axis=1)
+    np.testing.assert_array_equal(number, np.where(np.isclose(place, low) | np.isclose(place, high), 1, 2))
+    for c in range(5):
+        for a, b in contacts.side[c][contacts.side[c, :, 0] >= 0]:
+            assert contacts.slave[c] in (a, b)
+            assert abs(start[a, 2] - start[b, 2]) == pytest.approx(0.005)
+            assert start[[a, b], 0] == pytest.approx([0.02, 0.02])
+    # The spans between them, in the line's direction.
+    assert len(contacts.span) == 4
+    way = start[contacts.slave[contacts.span[:, 1]], 2] - start[contacts.slave[contacts.span[:, 0]], 2]
+    np.testing.assert_allclose(way, -0.005, atol=1e-12)

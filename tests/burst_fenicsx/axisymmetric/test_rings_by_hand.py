@@ -76,6 +76,13 @@ def test_the_stable_step_is_that_of_a_pressure_in_the_ring(inner):
         own = solver.fields.mesh.dofmap[0]
         length = length_of(solver.fields.start[own][:, [0, 2]], solver.fields.mass[own])
         assert solver.stable_step == pytest.approx(length / sound, rel=1e-6)
+    # What may still be initiated is stepped as products at the front are, whose speed of sound is 3/4 D.
+    waits = ring_burst(slanted(inner, Part.CHARGE), replace(BARE, products="landau"))
+    for burnt in (0.0, 0.999):
+        waits.fields.charge.burn_fraction[:] = burnt
+        waits.add_forces(0.0)
+        length = length_of(waits.fields.start[own][:, [0, 2]], waits.fields.mass[own])
+        assert waits.stable_step == pytest.approx(length / (0.75 * TNT.detonation_velocity), rel=1e-6)
     # Far from the axis it is a square: the edge over c.
     assert ring(0.2).stable_step == pytest.approx(EDGE / SOUND, rel=0.01)
 

@@ -1,0 +1,160 @@
+"""Initiation by shock and what is recorded of it, by hand: cells in a row whose pressures are given."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("dolfinx")
+
+from mpi4py import MPI
+
+from burst_fenicsx.mechanics.initiation import ShockInitiations, Source
+from burst_fenicsx.problem import Part
+from burst_fenicsx.records.exposure import ShockExposures
+
+pytestmark = pytest.mark.dolfinx
+
+D, THRESHOLD, DURATION, STEP, RATE = 8000.0, 5e9, 2.5e-7, 1e-7, 1e6
+
+
+def row(initiations, front_speed=9000.0):
+    """Twelve cells, a metre each, along a slanted line: a round of four, one of six, of which one is casing, and two.
+
+    Gives what watches them, and the fields, whose cells have the numbers 20, 19, ..., 9 in the whole mesh.
+    """
+    count = 12
+    start = np.array([1.0, 2.0, -2.0]) / 3.0 * np.arange(count + 1)[:, None]
+    part = np.full(count, Part.CHARGE)
+    part[6] = Part.CASING
+    mesh = SimpleNamespace(
+        comm=MPI.COMM_SELF, cells=count, part=part, round=np.repeat([0, 1, 2], [4, 6, 2]), cell=20 - np.arange(count),
+        dofmap=np.arange(count)[:, None] + np.array([0, 1, 0, 1, 0, 1, 0, 1]), gather_cells=np.copy,
+    )  # fmt: skip
+    charge = SimpleNamespace(
+        pressure=np.zeros(count), compression_from=np.full(count, np.inf), ignition_time=np.full(count, np.inf),
+        burn_rate=np.full(count, RATE),
+    )  # fmt: skip
+    products = [SimpleNamespace(front_speed=front_speed)] * 3
+    fields = SimpleNamespace(mesh=mesh, charge=charge, products=products, start=start)
+    rounds = [
+        SimpleNamespace(explosive=SimpleNamespace(detonation_velocity=D), initiation=initiation)
+        for initiation in initiations
+    ]
+    return ShockInitiations.of_rounds(rounds, fields), fields
+
+
+CRITERION = SimpleNamespace(pressure=THRESHOLD, duration=DURATION)
+
+
+def test_no_round_that_waits_needs_no_watch():
+    assert row([None, None, None])[0] is None
+
+
+@pytest.mark.parametrize("front_speed", [7000.0, 9000.0])
+def test_fronts_run_from_every_cell_that_was_pressed_long_enough(front_speed):
+    """Two cells at once and one later, which a front has nearly reached; ahead of a front cells may be compressed."""
+    watch, fields = row([None, CRITERION, CRITERION], front_speed)
+    charge, place = fields.charge, np.arange(12) + 0.5
+    charge.ignition_time[8], charge.compression_from[8] = 1e-6, 0.9e-6  # a front from another source
+    charge.pressure[[2, 4, 9]] = THRESHOLD  # the first is of a round that does not wait
+    charge.pressure[6] = 1.0  # of the casing
+    charge.pressure[5] = 0.99 * THRESHOLD
+    results = [watch.update(number * STEP, STEP) for number in range(1, 4)]
+    assert results == [False] * 3
+    assert watch.held[[0, 4]].tolist() == pytest.approx([2.0 * STEP] * 2)
+    assert watch.update(4.0 * STEP, STEP)
+    # Pressed since the first step's end, for 0.25 us: at 0.35 us, between two steps.
+    time = 1.0 * STEP + DURATION
+    assert watch.sources[0] is None
+    assert watch.sources[2] is None
+    first = watch.sources[1]
+    assert (first.time, first.cell) == (pytest.approx(time), 20 - 9)
+    assert first.place == pytest.approx((9.5 / 3.0, 19.0 / 3.0, -19.0 / 3.0))
+    away = np.minimum(np.abs(place - 4.5), np.abs(place - 9.5))
+    arrival = np.where((place > 4.0) & (place < 10.0), time + away / D, np.inf)
+    arrival[6], arrival[8] = np.inf, min(arrival[8], 1e-6)
+    np.testing.assert_allclose(charge.ignition_time, arrival, rtol=1e-9)
+    reach = (time - charge.compression_from[4]) * RATE
+    assert 1.0 < reach < 10.0  # a few cells ahead of the front
+    near = np.where(np.isfinite(arrival), time + away / max(D, front_speed) - reach / RATE, np.inf)
+    near[8] = min(near[8], 0.9e-6)
+    np.testing.assert_allclose(charge.compression_from, near, rtol=1e-9)
+    assert watch.waiting
+    # The third round later; what has a source keeps it.
+    charge.pressure[:] = 0.0
+    charge.pressure[[5, 11]] = 2.0 * THRESHOLD
+    for number in range(20, 25):
+        watch.update(number * STEP, STEP)
+    assert watch.sources[1] is first
+    assert watch.sources[2].cell == 9
+    assert watch.sources[2].time == pytest.approx(20.0 * STEP + DURATION)
+
+
+def test_nothing_waits_once_every_cell_is_near_a_front():
+    watch, fields = row([None, CRITERION, None])
+    fields.charge.compression_from[4:10] = 0.5e-6
+    assert not watch.update(0.4e-6, STEP)
+    assert watch.waiting
+    fields.charge.compression_from[9] = 5e-6
+    watch.update(0.6e-6, STEP)
+    assert watch.waiting  # the last cell alone
+    fields.charge.compression_from[9] = 0.5e-6
+    watch.update(0.6e-6, STEP)
+    assert not watch.waiting
+
+
+def test_a_checkpoint_keeps_what_was_found():
+    watch, fields = row([CRITERION, CRITERION, CRITERION])
+    fields.charge.pressure[[1, 4, 7]] = [THRESHOLD, THRESHOLD, 0.5 * THRESHOLD]
+    for number in range(1, 4):
+        watch.update(number * STEP, STEP)
+    watch.sources[2] = Source(3e-6, 7, (0.1, 0.2, 0.3))
+    kept = {name: {(): values} for name, values in watch.arrays().items()}
+    other, fields_of_other = row([CRITERION, CRITERION, CRITERION])
+    # Values of the whole mesh by the cells' numbers, of which these have 9 to 20.
+    whole = {name: {(): np.zeros(21)} for name in ("held", "ignition_time", "compression_from")}
+    for name, values in whole.items():
+        values[()][fields.mesh.cell] = kept[name][()]
+    other.waiting = False
+    other.restore({**whole, "sources": kept["sources"]})
+    np.testing.assert_array_equal(other.held, watch.held)
+    np.testing.assert_array_equal(fields_of_other.charge.ignition_time, fields.charge.ignition_time)
+    np.testing.assert_array_equal(fields_of_other.charge.compression_from, fields.charge.compression_from)
+    assert other.sources == [None, None, Source(3e-6, 7, (0.1, 0.2, 0.3))]
+    assert other.waiting
+
+
+def test_the_exposure_of_a_round_is_that_of_its_strongest_cell_on_any_rank():
+    """Peak of the round, pulse of the cell with the largest energy, of equal ones the first of the whole mesh."""
+    values = np.array([[9.0, 1.0, 0, 0], [2.0, 5.0, 1, 0], [3.0, 5.0, 2, 0], [1.0, 4.0, 3, 0], [8.0, 0.5, 4, 0]])
+    mesh = SimpleNamespace(
+        comm=None, cell=np.array([3, 6, 4, 7, 5]), dofmap=np.arange(5)[:, None] + np.zeros(8, dtype=int),
+    )  # fmt: skip
+    start = 10.0 * np.arange(5)[:, None] + np.arange(3.0)
+    found = []
+    one = SimpleNamespace(
+        _fields=SimpleNamespace(mesh=mesh, start=start), _round=np.array([0, 0, 0, 2, 2]), _cell=np.arange(5),
+        values=values, _count=4, waits=np.array([True, False, True, True]),
+        _exposure=lambda *arguments: found.append(arguments) or len(found),
+    )  # fmt: skip
+    mesh.comm = SimpleNamespace(size=1)
+    assert ShockExposures.found(one) == [1, None, 2, 3]
+    assert found[0] == (0, 9.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
+    assert found[1] == (2, 8.0, [1.0, 4.0, 3.0, 0.0], [30.0, 31.0, 32.0])
+    assert found[2][:2] == (3, 0.0)
+    assert not any(found[2][2])
+    assert found[2][3] == [0.0] * 3
+    # Another rank: a higher peak in the first round, the same energy in a cell with a higher number; more in the third.
+    others = [(0, 11.0, 8, [11.0, 5.0, 9.0, 0.0], [5.0] * 3), (2, 2.0, 1, [2.0, 6.0, 9.0, 0.0], [6.0] * 3)]
+    mesh.comm = SimpleNamespace(size=2, allgather=lambda own: [others, own])
+    del found[:]
+    ShockExposures.found(one)
+    assert found[0] == (0, 11.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
+    assert found[1] == (2, 8.0, [2.0, 6.0, 9.0, 0.0], [6.0] * 3)
+    others[0] = (0, 1.0, 8, [1.0, 5.0, 9.0, 0.0], [5.0] * 3)
+    del found[:]
+    ShockExposures.found(one)
+    assert found[0] == (0, 9.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
