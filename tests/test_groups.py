@@ -1,4 +1,4 @@
-"""Tests side by side: a file stays with one process, and tests that want several cores are not run two at a time."""
+"""Tests side by side: a file stays with one process, and tests that need several cores are not run two at a time."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ def test_a_file_is_one_group(request):
 
 
 @pytest.mark.cores
-def test_what_wants_several_cores_is_one_group(request):
+def test_what_needs_several_cores_is_one_group(request):
     assert request.node.nodeid.endswith("@cores")
