@@ -231,7 +231,10 @@ class Uncertainty:
 
     @property
     def effects(self) -> Table:
-        """A row an input: its share of the distance's variance in total and alone, with standard errors."""
+        """A row an input: its share of the distance's variance in total and alone, with standard errors.
+
+        Without rows where the samples are too few for shares.
+        """
         return _table("effects", (self.found["distance"] or {}).get("indices") or [])
 
     def __repr__(self) -> str:

@@ -78,6 +78,8 @@ class Table:
         return f"<fragfield.Table {self.name}: {len(self)} rows, {len(self.columns)} columns>"
 
     def __str__(self) -> str:
+        if not len(self):
+            return f"{self.name}: no rows"
         more = f" and {len(self.columns) - _SHOWN} more" if len(self.columns) > _SHOWN else ""
         return f"{self.name}: {len(self)} rows of {', '.join(self.columns[:_SHOWN])}{more}"
 

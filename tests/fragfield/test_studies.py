@@ -111,3 +111,4 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     empty = fragfield.run_uncertainty(TUBE, out=tmp_path / "study", progress=False)
     with pytest.raises(fragfield.NotDeterminedError, match="none landed"):
         _ = empty.signed
+    assert str(empty.effects) == "effects: no rows"
