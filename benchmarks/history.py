@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -110,6 +111,8 @@ def _figures_in(root: Path, arguments: Sequence[str]) -> dict[str, float]:
 
 def _unpack(revision: str, folder: Path) -> None:
     """The files of a revision."""
+    if shutil.which("git") is None:
+        raise ValueError("git is not installed, which holds the revisions")
     packed = subprocess.run(["git", "archive", revision, "--"], cwd=_ROOT, capture_output=True, check=False)
     if packed.returncode != 0:
         raise ValueError(f"git has no revision '{revision}': {packed.stderr.decode('utf-8', 'replace').strip()}")
@@ -117,7 +120,9 @@ def _unpack(revision: str, folder: Path) -> None:
 
 
 def _revision() -> str:
-    """Short name of the commit, with a mark where files differ from it."""
+    """Short name of the commit, with a mark where files differ from it; "unknown" without git."""
+    if shutil.which("git") is None:
+        return "unknown"
     done = subprocess.run(
         ["git", "describe", "--always", "--dirty"], cwd=_ROOT, capture_output=True, text=True, check=False
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 
 import pytest
@@ -83,6 +84,7 @@ def test_two_revisions_are_measured_in_turns(monkeypatch):
     assert row["now_over_before"] == pytest.approx(1.2 / 2.2)
 
 
+@pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 def test_an_unknown_revision_is_refused(capsys):
     from benchmarks.__main__ import main
 
@@ -90,6 +92,13 @@ def test_an_unknown_revision_is_refused(capsys):
     assert "git has no revision 'no-such-revision'" in capsys.readouterr().err
     assert main(["--compare", "HEAD"]) == 2
     assert "--compare needs the names of benchmarks" in capsys.readouterr().err
+
+
+def test_without_git_revisions_are_refused_and_runs_are_of_an_unknown_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(history.shutil, "which", lambda name: None)
+    with pytest.raises(ValueError, match="git is not installed"):
+        history._unpack("HEAD", tmp_path)
+    assert history._revision() == "unknown"
 
 
 def test_a_revision_is_unpacked_whole(tmp_path):

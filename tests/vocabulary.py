@@ -8,6 +8,7 @@ table is a glossary in reverse; docs/glossary.md has the terms themselves. `pyth
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from collections import Counter
@@ -125,10 +126,12 @@ def faults_of(path: Path, root: Path = ROOT) -> list[Finding]:
 
 def texts(root: Path = ROOT) -> list[Path]:
     """All files under version control that are text, but for this list and its test; without git all files."""
-    listed = subprocess.run(["git", "ls-files"], cwd=root, capture_output=True, text=True, check=False).stdout.split(
-        "\n"
+    command = ["git", "ls-files"]
+    known = (
+        shutil.which("git") and subprocess.run(command, cwd=root, capture_output=True, text=True, check=False).stdout
     )
-    if not any(listed):
+    listed = known.split("\n") if known else []
+    if not listed:
         listed = [str(path.relative_to(root)) for path in sorted(root.rglob("*")) if path.suffix in _SUFFIXES]
     return [
         root / name

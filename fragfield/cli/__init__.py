@@ -13,7 +13,7 @@ from contextlib import suppress
 
 from fragfield.cli import computing, looking, studies
 from fragfield.cli.application import app
-from fragfield.cli.streams import prepare_process, silence
+from fragfield.cli.streams import finish_messages, prepare_process, silence
 from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 
@@ -58,3 +58,4 @@ def main() -> None:
         for number in SIGNALS:
             if signal.getsignal(number) is interrupt:
                 signal.signal(number, signal.SIG_IGN)
+        finish_messages()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import typer
 
@@ -14,7 +14,7 @@ from fragfield.errors import EXIT_INPUT, InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["prepare_process", "silence", "to_stdout"]
+__all__ = ["finish_messages", "prepare_process", "silence", "to_stdout"]
 
 _FEWEST_FILES, _MANY_FILES = 64, 1024
 
@@ -57,10 +57,21 @@ def _take_files() -> None:
         raise InputError(f"found ulimit -n {soft} (open files); allowed: at least {_FEWEST_FILES}")
 
 
-def silence() -> None:
-    """Let what is still to be written to standard output go nowhere: whoever read it has gone, or its disk is full."""
+def silence(stream: TextIO | None = None) -> None:
+    """Let what is still to be written to a stream go nowhere: whoever read it has gone, or its disk is full.
+
+    By default it is standard output.
+    """
     with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
+
+
+def finish_messages() -> None:
+    """Write what is left for standard error, or drop it: Python 3.13 ends with 120 where that fails at its end."""
+    try:
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        silence(sys.stderr)
 
 
 @contextmanager
