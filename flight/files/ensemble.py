@@ -13,6 +13,8 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
     median, low, high and pooled by sector (azimuth in degrees) and by distance (m);
 /expected
     the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction and by distance;
+/without_ricochet
+    the same without what follows the first impact on the ground, where fragments ricochet;
 /all_round
     densities over all azimuths by group of realisations (`flight.hazard.DensityGroups`);
 /witness/I
@@ -101,6 +103,8 @@ def write_ensemble(
         file.attrs["undetermined"] = found.undetermined
         if found.expected is not None:
             _put_expected(file.create_group("expected"), found.expected)
+        if found.without_ricochet is not None:
+            _put_expected(file.create_group("without_ricochet"), found.without_ricochet)
         if found.all_round is not None:
             _put_groups(file.create_group("all_round"), found.all_round)
         for name in _COUNTS:
@@ -146,7 +150,7 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
             counts = Tally(**{name: file[f"counts/{name}"][...] for name in _COUNTS})
             criteria = Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA})
             tolerance = float(file.attrs["tolerance"])
-            expected = _expected(file["expected"]) if "expected" in file else None
+            expected, short = (_expected(file[n]) if n in file else None for n in ("expected", "without_ricochet"))
             all_round = _groups(file["all_round"]) if "all_round" in file else None
             undetermined = str(file.attrs["undetermined"])
             groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
@@ -154,8 +158,9 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
         except (KeyError, OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
     found = assess_ensemble(
-        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, all_round=all_round
-    )
+        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, all_round=all_round,
+        without_ricochet=short,
+    )  # fmt: skip
     return found, witnesses
 
 

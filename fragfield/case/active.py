@@ -70,11 +70,8 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
         yield from (f"flight.ground.{key}" for key in ("site", "datum", "holes"))
     else:
         yield "flight.ground.height"
-    if not ground.bounce:
-        yield from (
-            f"flight.ground.{key}"
-            for key in ("surface", "normal_restitution", "tangential_restitution", "friction")
-        )  # fmt: skip
+    if ground.ricochet == "none":
+        yield from (f"flight.ground.{key}_factor" for key in ("critical_angle", "speed_kept", "departure"))
     if own_fragments:
         yield from _inactive_of_burst(case)
         yield from _inactive_of_break_up(case)
