@@ -92,10 +92,10 @@ def _compile() -> Callable[..., tuple[int, int, bool]]:
         """Fly the fragments start..stop-1; rows of `outcome` and `status` count from `start`.
 
         `clock` (n, 3) holds the time of each launch, the time at which that flight ends at the latest (s), and whether
-        it follows an impact on the ground (1) or not (0). Returns the rows used of `hits` and `path`, in no order of fragments; -1 where one of them had no room for
-        all: fly again with more. Lengths of paths near the ground are added to `lengths` (before and after the first
-        impact on the ground, azimuth, distance; without azimuths: not counted); last comes whether its cells reach
-        far enough.
+        it follows an impact on the ground (1) or not (0). Returns the rows used of `hits` and `path`, in no order of
+        fragments; -1 where one of them had no room for all: fly again with more. Lengths of paths near the ground are
+        added to `lengths` (before and after the first impact on the ground, azimuth, distance; without azimuths: not
+        counted); last comes whether its cells reach far enough.
         """
         if stop <= start:
             return 0, 0, True

@@ -155,7 +155,7 @@ KINDS = {
     "sand": Ricochet(8.4, 0.69, 1.0, "sand", _INERTIA.format(1700, " and friction 0.45, deduced")),
     "hard_soil": Ricochet(
         12.0, 0.60, 1.0, "hard_soil",
-        "judgement: 9.1 degrees by its density of 2000 kg/m3, raised for its strength; less speed kept, as it is steeper",
+        "judgement: 9.1 degrees by its density of 2000 kg/m3, raised for its strength; less speed kept, being steeper",
     ),
     "asphalt": Ricochet(15.0, 0.65, 0.6, "asphalt", _JUDGED),
     "concrete": Ricochet(20.0, 0.65, 0.5, "concrete", _JUDGED),

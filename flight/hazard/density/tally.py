@@ -125,8 +125,9 @@ def tally(
     distances = rows["distance"][landed]
     sector, sectors = sectors_of(rows["azimuth"][landed], sector_width)
     throw = np.zeros(sectors)
-    ended = rows["last_status"] == Status.LANDED
-    np.maximum.at(throw, sectors_of(rows["last_azimuth"][ended], sector_width)[0], rows["last_distance"][ended])
+    moved = ((rows["ricochets"] > 0) & (rows["last_status"] == Status.LANDED))[landed]
+    ends = sectors_of(np.where(moved, rows["last_azimuth"][landed], rows["azimuth"][landed]), sector_width)[0]
+    np.maximum.at(throw, ends, np.where(moved, rows["last_distance"][landed], distances))
     edges = _edges(distance, float(throw.max()))
     dangerous = rows["energy"][landed] >= criteria.energy
     along = _along_paths(landing, criteria, sectors, distance)
