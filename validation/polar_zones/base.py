@@ -28,7 +28,7 @@ def experiments(snapshot: Snapshot, settings: BreakUpSettings) -> Iterator[tuple
 
 
 def _changed(snapshot: Snapshot, settings: BreakUpSettings, pieces: float, outward: float) -> BreakUp:
-    """The base with so many times the pieces and this fraction of its outward speed, by the law of the burst as it is."""
+    """The base with so many times the pieces and this fraction of its outward speed; its law is the usual one."""
     usual = BreakUp(snapshot, settings)
     last = len(snapshot.rounds[0].segments) - 1
     segment = snapshot.segment[snapshot.casing]
