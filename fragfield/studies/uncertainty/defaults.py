@@ -49,7 +49,7 @@ def default_inputs(case: Case) -> Iterator[UncertainInputTable]:
         yield _entry("ricochet_speed", ["flight.ground.speed_kept_factor"])
         yield _entry("ricochet_departure", ["flight.ground.departure_factor"])
     if case.round:
-        yield _entry("tilt", ["break_up.tilt"])
+        yield _entry("direction_scatter", ["break_up.direction_scatter"])
 
 
 def _burst(case: Case) -> Iterator[UncertainInputTable]:
