@@ -79,7 +79,9 @@ class FlightResult:
         others = [f"{number} {name}" for name, number in ends.items() if number and name != "landed"]
         lines += [f"  {', '.join(others)}"] if others else []
         if len(self.landed):
-            lines.append(f"  farthest landing {self.landed['distance'].max():.4g} m")
+            ended = self.landing["last_status"] == Status.LANDED
+            farthest = max(self.landed["distance"].max(), self.landing["last_distance"].max(where=ended, initial=0.0))
+            lines.append(f"  farthest landing {farthest:.4g} m")
         for index, witness in enumerate(self.witnesses):
             lines.append(f"  witness {witness.name}: {int((self.hits['witness'] == index).sum())} hits")
         for index, obstacle in enumerate(self.obstacles):

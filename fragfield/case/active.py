@@ -71,7 +71,7 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
     else:
         yield "flight.ground.height"
     if ground.ricochet == "none":
-        yield from (f"flight.ground.{key}_factor" for key in ("critical_angle", "speed_kept", "departure"))
+        yield from (f"flight.ground.{key}_factor" for key in ("critical_angle", "speed_kept", "departure", "roughness"))
     if own_fragments:
         yield from _inactive_of_burst(case)
         yield from _inactive_of_break_up(case)

@@ -141,8 +141,9 @@ def test_what_must_be_finite_may_have_either_sign_or_be_zero(name):
     [
         (flight.Adaptive, 1e-14, 1e-2),
         (flight.StandardAtmosphere, -5000.0, 84_000.0),
-        (lambda v: flight.Ricochet(v, 0.5, 0.1), 5e-324, 60.0),
+        (lambda v: flight.Ricochet(v, 0.5, 1.0), 5e-324, 60.0),
         (lambda v: flight.Ricochet(8.0, v), 5e-324, 1.0),
+        (lambda v: flight.Ricochet(8.0, 0.5, roughness=v), 0.0, 20.0),
         (lambda v: flight.Contact(restitution=v), 0.0, 1.0),
         (lambda v: Site(v, 0.0, 0.0), -89.0, 89.0),
         (lambda v: flight.Drag(np.array([v]), np.ones(1)), 0.0, 100.0),

@@ -64,7 +64,8 @@ def test_the_form_of_the_law_is_that_of_the_sphere(ratio: float) -> None:
 def test_both_sides_of_the_critical_angle(name: str) -> None:
     """In vacuum at a launch so fast that gravity does not bend the first metre."""
     law = KINDS[name]
-    for angle, leaves in ((0.97 * law.critical_angle, True), (1.03 * law.critical_angle, False)):
+    steepest = math.sqrt(law.critical_angle**2 - law.roughness**2)
+    for angle, leaves in ((0.97 * steepest, True), (1.03 * steepest, False)):
         result = fly(shot(angle, 2000.0), air="vacuum", ricochet=name, time_limit=0.5)
         assert (result.landing["ricochets"][0] > 0) == leaves
         kept, departure = law.after(result.landing["angle"][0])
@@ -72,7 +73,7 @@ def test_both_sides_of_the_critical_angle(name: str) -> None:
         if leaves:
             first = result.ricochets[0]
             assert math.sqrt(first["energy_after"] / first["energy"]) == pytest.approx(kept, rel=1e-9)
-            assert departure == pytest.approx(law.departure * result.landing["angle"][0])
+            assert departure == pytest.approx(law.departure * math.hypot(result.landing["angle"][0], law.roughness))
         else:
             assert result.landing["last_status"][0] == Status.LANDED
             assert np.array_equal(result.landing["last_position"], result.landing["position"])
@@ -97,8 +98,8 @@ def test_successive_ricochets_in_vacuum() -> None:
 def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
     """Random velocities on random faces, laws to the ends of their ranges; what is not turned is left as it came."""
     generator = np.random.default_rng(2)
-    kinds = [law.scaled(a, k, d) for law in KINDS.values() for a in RANGE["critical_angle"]
-             for k in RANGE["speed_kept"] for d in RANGE["departure"]]  # fmt: skip
+    kinds = [law.scaled(a, k, d, q) for law in KINDS.values() for a in RANGE["critical_angle"]
+             for k in RANGE["speed_kept"] for d in RANGE["departure"] for q in (0.0, *RANGE["roughness"])]  # fmt: skip
     table = Ricochet.table(list(kinds))
     turned = 0
     for number in range(4000):
@@ -112,7 +113,7 @@ def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
             assert np.array_equal(state[4:], velocity)
             continue
         turned += 1
-        angle = math.asin(-(velocity @ normal) / np.linalg.norm(velocity))
+        angle = math.hypot(math.asin(-(velocity @ normal) / np.linalg.norm(velocity)), row[3])
         assert angle <= row[0] * (1.0 + 1e-12)
         assert np.linalg.norm(state[4:]) <= np.linalg.norm(velocity) * (1.0 + 1e-12)
         assert math.asin(state[4:] @ normal / np.linalg.norm(state[4:])) == pytest.approx(row[2] * angle, rel=1e-9)
@@ -121,13 +122,23 @@ def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
     assert 500 < turned < 3500
 
 
+def test_a_level_path_meets_the_facets_that_face_it() -> None:
+    """At a fraction of a degree the loss and the departure are those of the roughness; far above it they are not."""
+    rough, smooth = Ricochet(8.0, 0.7, 1.0, 2.0), Ricochet(8.0, 0.7)
+    assert rough.after(0.0) == (pytest.approx(smooth.after(2.0)[0]), pytest.approx(2.0))
+    assert smooth.after(0.0) == (1.0, 0.0)
+    assert rough.after(6.0)[0] == pytest.approx(smooth.after(math.sqrt(40.0))[0])
+    assert rough.after(7.9)[0] == 0.0
+    assert smooth.after(7.9)[0] > 0.0
+
+
 def test_on_a_slope_the_angle_is_that_to_the_slope() -> None:
     """Level shots into ground that rises by 3 and by 12 degrees: only the first leaves, along its slope upward."""
     for slope, leaves in ((3.0, True), (12.0, False)):
         x = np.linspace(-200.0, 200.0, 41)
         ground = HeightMap(np.tile(math.tan(math.radians(slope)) * x, (41, 1)), 10.0, (-200.0, -200.0))
-        result = fly(shot(0.0, 1500.0, height=0.5), air="vacuum", ground=ground, ricochet="soft_soil", sample=[0],
-                     time_limit=1.0)  # fmt: skip
+        scene = {"ground": ground, "ricochet": Ricochet(7.9, 0.7)}
+        result = fly(shot(0.0, 1500.0, height=0.5), air="vacuum", **scene, sample=[0], time_limit=1.0)
         assert (result.landing["ricochets"][0] > 0) == leaves
         if leaves:
             velocity = result.trajectories.velocity
@@ -206,7 +217,8 @@ def test_a_site_behind_the_first_impact_is_reached_by_ricochet_alone() -> None:
     """A prism that every path passes level after its first impact: its length in the prism, and no impact in it."""
     fragments = shot(4.0, 400.0)
     prism = Prism(np.array([[20.0, -2.0], [24.0, -2.0], [24.0, 2.0], [20.0, 2.0]]), -0.5, 1.8)
-    result = fly(fragments, air="vacuum", witnesses=surfaces_of([prism]))
+    law = Ricochet(7.9, 0.7)
+    result = fly(fragments, air="vacuum", witnesses=surfaces_of([prism]), ricochet=law)
     begin, speed = fragments.position, np.linalg.norm(fragments.velocity, axis=1)
     alive = count_exposed(result, [prism], 0, begin, speed)[0]
     dead = count_exposed(result, [prism], 0, begin, speed, ricochet=False)[0]
@@ -214,10 +226,10 @@ def test_a_site_behind_the_first_impact_is_reached_by_ricochet_alone() -> None:
     assert (dead["hits"], dead["track"]) == (0, 0.0)
     assert alive["hits"] == 1
     assert alive["track"] == pytest.approx(4.0 / math.cos(math.radians(4.0)), rel=2e-3)
-    kept = KINDS["soft_soil"].after(result.landing["angle"][0])[0]
+    kept = law.after(result.landing["angle"][0])[0]
     assert alive["energy"] == pytest.approx(result.landing["energy"][0] * kept**2, rel=1e-3)
     inside = Prism(np.array([[5.0, -2.0], [24.0, -2.0], [24.0, 2.0], [5.0, 2.0]]), -0.5, 1.8)
-    result = fly(fragments, air="vacuum", witnesses=surfaces_of([inside]))
+    result = fly(fragments, air="vacuum", witnesses=surfaces_of([inside]), ricochet=law)
     one, other = (count_exposed(result, [inside], 0, begin, speed, ricochet=r)[0] for r in (True, False))
     assert one["landings"] == other["landings"] == 1
     assert one["track"] == pytest.approx(19.0 / math.cos(math.radians(4.0)), rel=2e-3)
@@ -250,6 +262,8 @@ def test_factors_of_the_ranges() -> None:
     high = law.scaled(*(factors[2] for factors in RANGE.values()))
     assert high.critical_angle == pytest.approx(1.8 * law.critical_angle)
     assert high.speed_kept == pytest.approx(1.3 * law.speed_kept)
+    assert high.roughness == pytest.approx(2.0 * law.roughness)
+    assert law.scaled(roughness=0.0).roughness == 0.0
     assert KINDS["water"].scaled(speed_kept=1.3).speed_kept == 1.0
     assert KINDS["rock"].scaled(critical_angle=9.0).critical_angle == 60.0
     assert Ricochet.of("none") is None
@@ -264,6 +278,7 @@ def test_factors_of_the_ranges() -> None:
         (lambda: Ricochet(8.0, 1.1), "ricochet own: speed_kept is 1.1, allowed: above 0 to 1"),
         (lambda: Ricochet(30.0, 0.5, 3.0), "departure is 3.0, allowed: above 0, and with .* 30 degrees at most 2"),
         (lambda: KINDS["sand"].scaled(speed_kept=0.0), "ricochet sand: factor of speed_kept is 0.0, needed: above"),
+        (lambda: Ricochet(8.0, 0.5, roughness=21.0), "roughness is 21.0 degrees, allowed: 0 to 20"),
         (lambda: KINDS["sand"].after(91.0), "ricochet sand: angle is 91.0 degrees, allowed: 0 to 90"),
     ],
 )

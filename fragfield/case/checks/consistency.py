@@ -176,7 +176,7 @@ def _ground(ground: GroundTable) -> Iterator[str]:
             f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
             "datum shifts the map"
         )
-    for key in ("critical_angle_factor", "speed_kept_factor", "departure_factor"):
+    for key in ("critical_angle_factor", "speed_kept_factor", "departure_factor", "roughness_factor"):
         if ground.ricochet == "none" and getattr(ground, key) != 1.0:
             yield f'flight.ground.{key}: found with ricochet = "none"; allowed: only with a kind of ground'
     for key in ("site", "datum", "holes"):

@@ -103,7 +103,9 @@ def _ricochet(table: GroundTable) -> Ricochet | None:
     law = Ricochet.of(table.ricochet)
     if law is None:
         return None
-    return law.scaled(table.critical_angle_factor, table.speed_kept_factor, table.departure_factor)
+    return law.scaled(
+        table.critical_angle_factor, table.speed_kept_factor, table.departure_factor, table.roughness_factor
+    )
 
 
 def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:

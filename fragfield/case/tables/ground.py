@@ -36,6 +36,8 @@ class GroundTable(Table):
     """Factor on the share of speed that is kept at that angle; 0.65 to 1.3 is its range."""
     departure_factor: float = Field(default=1.0, gt=0.0, le=10.0)
     """Factor on the angle of departure over the angle of impact; 0.5 to 1.5 is its range."""
+    roughness_factor: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Factor on the standard deviation of the ground's slopes, at which fragments graze it; 0.25 to 2 is its range."""
 
 
 class _StandingTable(Table):
