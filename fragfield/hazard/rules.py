@@ -10,12 +10,14 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from fragfield_base.explosive_names import value_for
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from fragfield.case import Case
 
-__all__ = ["LEFT_OUT", "Contents", "Rule", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of"]  # fmt: skip  # noqa: E501
+__all__ = ["LEFT_OUT", "Contents", "Rule", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of", "tnt_equivalent"]  # fmt: skip  # noqa: E501
 
 POUND, FOOT = 0.45359237, 0.3048
 # A to E of exp(A + B ln Z + C ln^2 Z + ...) in kPa, Z in m/kg^(1/3), and the range of Z (Swisdak 1994, Table 1).
@@ -24,8 +26,14 @@ _KINGERY = (
     (2.9, 23.8, (7.5938, -3.0523, 0.40977, 0.0261, -0.01267)),
     (23.8, 198.5, (6.0536, -1.4066, 0.0, 0.0, 0.0)),
 )
-# Equivalent mass of TNT for peak pressure (IATG 01.80, clause 7.2, as printed by others).
-_TNT = {"tnt": 1.0, "comp_b": 1.11}
+# Equivalent mass of TNT for peak pressure, at second hand: IATG 01.80, clause 7.2, and for Composition A-3, H-6, HBX-1
+# and Pentolite ConWep (1992), as printed by others. Where both have an explosive they agree.
+_TNT = {
+    "TNT": 1.0, "Composition A-3": 1.09, "Composition B": 1.11, "Composition C-3": 1.08, "Composition C-4": 1.37,
+    "Cyclotol": 1.14, "H-6": 1.38, "HBX-1": 1.17, "HMX": 1.02, "Octol": 1.06, "Pentolite": 1.42, "PETN": 1.27,
+    "RDX": 1.14, "Tetryl": 1.07, "Tritonal": 1.07,
+}  # fmt: skip
+_LARGEST = max(_TNT, key=lambda name: _TNT[name])
 _PRESSURES = (5e3, 21e3)  # among the levels by which IATG 02.20 (2021), Table 8, grades damage
 
 LEFT_OUT = (
@@ -184,6 +192,20 @@ def _waste(mass: float) -> float | None:
     return None
 
 
+def tnt_equivalent(explosive: str) -> tuple[float, str]:
+    """Equivalent of an explosive in TNT for peak pressure, and words on it (empty for TNT itself).
+
+    An explosive that is not in the table has the largest equivalent that is: its blast distances are then rather too
+    long.
+    """
+    factor = value_for(explosive, _TNT)
+    if factor is None:
+        return _TNT[_LARGEST], (
+            f"{_TNT[_LARGEST]:g} for {explosive}, whose equivalent is not known: the largest known one, of {_LARGEST}"
+        )
+    return factor, f"{factor:g} for {explosive}" if factor != 1.0 else ""
+
+
 def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
     """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
 
@@ -208,13 +230,11 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
             whole = charge + float(burst[entry.name]["casing_mass"])
         else:
             return None
-        name = one.explosive.name.lower().replace("-", "_").replace(" ", "_")
-        if name not in _TNT:
-            words.append(f"{one.explosive.name} taken as TNT")
-        elif _TNT[name] != 1.0:
-            words.append(f"{_TNT[name]:g} for {one.explosive.name}")
+        factor, said = tnt_equivalent(one.explosive.name)
+        if said:
+            words.append(said)
         explosive, all_up = explosive + images * charge, all_up + images * whole
-        tnt, heaviest = tnt + images * charge * _TNT.get(name, 1.0), max(heaviest, whole)
+        tnt, heaviest = tnt + images * charge * factor, max(heaviest, whole)
     return Contents(explosive, tnt, all_up, heaviest, images * len(case.round), tuple(dict.fromkeys(words)))
 
 

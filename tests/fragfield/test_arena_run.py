@@ -120,7 +120,9 @@ def test_pieces_that_land_beyond_the_first_guess_of_the_reach(tmp_path):
     lines = (header, "0;60;0;0;0;0;0;0", "60;90;18;22;60;20;900;900", "90;180;0;0;0;0;0;0")
     (tmp_path / "far.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (tmp_path / "far.toml").write_text("seed = 1\n[hazard]\nmax_realisations = 8\n[break_up]\nrealisations = 8\n")
-    done = invoke("fly", tmp_path / "far.toml", "--fragments", tmp_path / "far.csv", "--out", tmp_path / "run", "--json")
+    done = invoke(
+        "fly", tmp_path / "far.toml", "--fragments", tmp_path / "far.csv", "--out", tmp_path / "run", "--json"
+    )
     assert done.exit_code == 0, done.stderr
     hazard = json.loads(done.stdout)["hazard"]
     assert hazard["largest_throw"] > 2000.0
