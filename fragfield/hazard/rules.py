@@ -1,7 +1,8 @@
 """Distances by published rules, compared with the computed ones: source, formula, inputs and range of each.
 
-None of them knows the burst. Blast distances come from the net explosive mass alone and are marked so. A rule that
-could not be read at a public source is left out and listed in `LEFT_OUT`.
+Those here know masses alone, those of `fragfield.hazard.tp12` the single round's break-up. Blast distances come from
+the net explosive mass alone and are marked so. A rule that could not be read at a public source is left out and listed
+in `LEFT_OUT`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from fragfield.case import Case
+    from fragfield.pipeline.single_round import SingleRound
 
 __all__ = ["LEFT_OUT", "Contents", "Rule", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of", "tnt_equivalent"]  # fmt: skip  # noqa: E501
 
@@ -87,6 +89,8 @@ class Rule:
         What it keeps people from.
     distance : float or None
         In m; None outside the rule's range.
+    basis : str
+        What it rests on.
     """
 
     name: str
@@ -96,6 +100,7 @@ class Rule:
     formula: str
     inputs: str
     range: str
+    basis: str = "mass alone"
 
 
 def incident_pressure(scaled: float) -> float:
@@ -238,13 +243,18 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
     return Contents(explosive, tnt, all_up, heaviest, images * len(case.round), tuple(dict.fromkeys(words)))
 
 
-def rules_of(case: Case, summary: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The part `rules` of summary.json; None where the case has no rounds."""
+def rules_of(case: Case, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
+    """The part `rules` of summary.json; None where the case has no rounds. `single` is one of its rounds alone."""
+    from fragfield.hazard.tp12 import tp12_part, tp12_rules
+
     contents = contents_of(case, summary)
     if contents is None:
         return None
+    part = tp12_part(case, single)
+    rules = [*tp12_rules(case, part), *rules_for(contents)]
     return {
         "contents": asdict(contents),
-        "rules": [asdict(rule) for rule in rules_for(contents)],
+        "tp12": part,
+        "rules": [asdict(rule) for rule in rules],
         "left_out": list(LEFT_OUT),
     }
