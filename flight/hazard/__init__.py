@@ -16,7 +16,8 @@ from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import by_azimuth, density_on
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.hazard.tp12 import PolarField, Retardation, beam_distance, effective_number, stack_distance
+from flight.hazard.retardation import Retardation
+from flight.hazard.tp12 import PolarField, beam_distance, effective_number, stack_distance
 
 __all__ = [
     "Criteria",

@@ -11,6 +11,8 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from fragfield.hazard.rule import Rule
+from fragfield.hazard.tp12 import tp12_part, tp12_rules
 from fragfield_base.explosive_names import value_for
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.pipeline.single_round import SingleRound
 
-__all__ = ["LEFT_OUT", "Contents", "Rule", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of", "tnt_equivalent"]  # fmt: skip  # noqa: E501
+__all__ = ["LEFT_OUT", "Contents", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of", "tnt_equivalent"]  # fmt: skip  # noqa: E501
 
 POUND, FOOT = 0.45359237, 0.3048
 # A to E of exp(A + B ln Z + C ln^2 Z + ...) in kPa, Z in m/kg^(1/3), and the range of Z (Swisdak 1994, Table 1).
@@ -75,32 +77,6 @@ class Contents:
     largest_round: float
     rounds: int
     equivalents: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A distance by a rule.
-
-    Attributes
-    ----------
-    name, source, formula, inputs, range : str
-        In words and SI units.
-    hazard : "fragments" or "blast"
-        What it keeps people from.
-    distance : float or None
-        In m; None outside the rule's range.
-    basis : str
-        What it rests on.
-    """
-
-    name: str
-    hazard: str
-    distance: float | None
-    source: str
-    formula: str
-    inputs: str
-    range: str
-    basis: str = "mass alone"
 
 
 def incident_pressure(scaled: float) -> float:
@@ -245,8 +221,6 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
 
 def rules_of(case: Case, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
     """The part `rules` of summary.json; None where the case has no rounds. `single` is one of its rounds alone."""
-    from fragfield.hazard.tp12 import tp12_part, tp12_rules
-
     contents = contents_of(case, summary)
     if contents is None:
         return None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.hazard.arrangement import with_images
-from fragfield.hazard.rules import Rule
+from fragfield.hazard.rule import Rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -121,7 +121,8 @@ def _counts(case: Case) -> tuple[int, int, int]:
 
 
 def _beam(case: Case, field: PolarField) -> BeamDistance:
-    from flight.hazard.tp12 import Retardation, beam_distance
+    from flight.hazard.retardation import Retardation
+    from flight.hazard.tp12 import beam_distance
     from flight.shape_factors import FORGED_STEEL_SHELL
     from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
 

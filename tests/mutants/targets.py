@@ -160,6 +160,7 @@ AREAS = (
                     "hazard/distances",
                     "hazard/density/witness_hazard",
                     "hazard/density/polar_grid",
+                    "hazard/retardation",
                     "hazard/tp12",
                     "fragments",
                     "scene/tables",
