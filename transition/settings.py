@@ -169,8 +169,8 @@ class BreakUpSettings:
         """Factor by which the mean mass is uncertain either way, and where that comes from.
 
         As given; else that of the law over published data, as long as the inputs are those it was compared with; else
-        None, with the reason. Of a test's counts that of one law for all pieces: the segments, once they are known, give
-        another standard error (`BreakUp.fit`).
+        None, with the reason. Of a test's counts that of one law for all pieces: the segments, once they are known,
+        give another standard error (`BreakUp.fit`).
         """
         if self.mean_mass_factor is not None:
             return self.mean_mass_factor, "input"

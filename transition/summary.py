@@ -74,9 +74,7 @@ def summarised(
     }
 
 
-def _mean_mass(
-    settings: BreakUpSettings, fit: CountFit | None, outside: Mapping[str, Sequence[str]]
-) -> dict[str, Any]:
+def _mean_mass(settings: BreakUpSettings, fit: CountFit | None, outside: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     if fit is None:
         factor, source = settings.factor
     elif settings.mean_mass_factor is None:

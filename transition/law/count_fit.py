@@ -10,9 +10,9 @@ range. Given their total, the numbers n are multinomial:
 
     ln L(k) = sum over groups of n ln p(k).
 
-So neither the number of lost pieces nor the casing's mass plays a part in k, as long as losses do not depend on the mass
-within the range; the mass that the table holds is compared with the casing's afterwards. The standard error of ln k is
-(-d2 ln L / d(ln k)2)^(-1/2). Where Pearson's chi-square rejects the law at the 5 % level, it is multiplied by
+So neither the number of lost pieces nor the casing's mass plays a part in k, as long as losses do not depend on the
+mass within the range; the mass that the table holds is compared with the casing's afterwards. The standard error of
+ln k is (-d2 ln L / d(ln k)2)^(-1/2). Where Pearson's chi-square rejects the law at the 5 % level, it is multiplied by
 sqrt(chi-square / degrees of freedom) (McCullagh and Nelder, Generalized Linear Models, 1989, section 4.5).
 """
 
@@ -30,19 +30,17 @@ from transition.errors import InputError
 from transition.law.mott import MottLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from transition.law.fragment_counts import FragmentCounts
 
     Array = NDArray[np.float64]
 
-__all__ = ["LEAST_COMPLETE", "MOST_MASS", "CountFit", "SegmentMasses", "expected_numbers", "fit_counts"]
+__all__ = ["MIN_COMPLETENESS", "MAX_MASS", "CountFit", "SegmentMasses", "expected_numbers", "fit_counts"]
 
-MOST_MASS = 1.1
-"""Mass of a table's pieces over that of the casings above which they are not of this round."""
-LEAST_COMPLETE = 0.5
+MAX_MASS = 1.1
+"""Mass of a table's pieces over that of the casings above which they are not of this round; see `mass_margin`."""
+MIN_COMPLETENESS = 0.5
 """Mass of a table's pieces over that which the law has in the same range of masses: below, too much was lost."""
 _REJECTED = 0.05  # of probability, below which the scatter is more than that of counts
 _FEWEST_EXPECTED = 5.0  # pieces in a group of the chi-square
@@ -119,6 +117,11 @@ class CountFit:
         return None if self.recovered is None else self.recovered / self.in_range
 
     @property
+    def mass_margin(self) -> float:
+        """Factor within which the mass of the pieces is known: two standard errors, 1 where they were weighed."""
+        return 1.0 if self.counts.mass is not None else math.exp(2.0 * self.standard_error)
+
+    @property
     def probability(self) -> float | None:
         """Probability of a larger chi-square if the law holds; None without degrees of freedom."""
         return float(gammaincc(0.5 * self.degrees, 0.5 * self.chi_square)) if self.degrees else None
@@ -127,8 +130,7 @@ class CountFit:
     def label(self) -> str:
         """Where the mean mass comes from, in words."""
         return (
-            f"fitted to {self.counts.source}, {self.counts.label}, standard error "
-            f"{100.0 * self.standard_error:.2g} %"
+            f"fitted to {self.counts.source}, {self.counts.label}, standard error {100.0 * self.standard_error:.2g} %"
         )
 
     def summary(self) -> dict[str, Any]:
@@ -148,6 +150,7 @@ class CountFit:
             "probability": self.probability,
             "recovered_fraction": self.recovered,
             "fraction_in_range": self.in_range,
+            "mass_margin": self.mass_margin,
             "edges": list(counts.edges),
             "number": list(counts.number),
             "expected": list(self.expected),
@@ -193,8 +196,8 @@ def fit_counts(
     Raises
     ------
     InputError
-        The counts determine no scale, hold more than `MOST_MASS` times the casings' mass, or less than `LEAST_COMPLETE`
-        of what the law has in their range.
+        The counts determine no scale, hold more than `MAX_MASS` times the casings' mass, or less than
+        `MIN_COMPLETENESS` of what the law has in their range.
     """
     law, ends = MottLaw.from_mean(1.0, dimension, mixed_fraction), counts.ends
     known = segments or SegmentMasses((1.0,), (_LARGE,))
@@ -238,7 +241,7 @@ def fit_counts(
 
 
 def _largest(likelihood: Any, means: Array, whole: float, source: str) -> float:  # noqa: ANN401 - a function
-    """ln k at the largest likelihood: the best of a search over all mean masses, refined."""
+    """Ln k at the largest likelihood: the best of a search over all mean masses, refined."""
     finite = means[np.isfinite(means)]
     if not finite.size:
         raise InputError(f"{source}: the law gives no segment a mean mass; nothing breaks up")
@@ -282,14 +285,15 @@ def _check_mass(fit: CountFit, casing: float) -> None:
     assert fit.completeness is not None
     of = "its round" if counts.rounds == 1.0 else f"its {counts.rounds:g} rounds"
     held = f"{counts.source}: {counts.label} hold {fit.recovered:.0%} of the mass of {of} ({casing:.4g} kg each)"
-    if fit.recovered > MOST_MASS:
+    if fit.recovered > MAX_MASS * fit.mass_margin:
         raise InputError(
-            f"{held}; allowed: at most {MOST_MASS:.0%}. Pieces of another round, of several rounds (give their number "
+            f"{held}; allowed: at most {MAX_MASS:.0%}. Pieces of another round, of several rounds (give their number "
             'in a line "# rounds = 4" of the file) or of the fuze?'
         )
-    if fit.completeness < LEAST_COMPLETE:
+    if fit.completeness < MIN_COMPLETENESS / fit.mass_margin:
         raise InputError(
             f"{held}, where the law has {fit.in_range:.0%} in this range of masses; allowed: at least "
-            f"{LEAST_COMPLETE:.0%} of that. Where so much is lost, the losses decide the mean mass: give it as a number, "
-            'or, if a part of the azimuth was caught, that part of a round in a line "# rounds = 0.25" of the file'
+            f"{MIN_COMPLETENESS:.0%} of that. Where so much is lost, the losses decide the mean mass: give it as a "
+            "number, or, if a part of the azimuth was caught, that part of a round in a line "
+            '"# rounds = 0.25" of the file'
         )

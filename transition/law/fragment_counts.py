@@ -77,7 +77,8 @@ class FragmentCounts:
         if mass.shape != number.shape:
             raise InputError(f"{where}: {len(mass)} masses for {len(number)} groups")
         _counts(where, "mass", mass)
-        bad = (mass < 0.999 * number * ends[:-1]) | (mass > 1.001 * np.where(number > 0.0, number * ends[1:], 0.0))
+        most = np.where(number > 0.0, number, 1.0) * ends[1:]
+        bad = (mass < 0.999 * number * ends[:-1]) | (mass > 1.001 * np.where(number > 0.0, most, 0.0))
         if bad.any():
             group = int(np.argmax(bad))
             raise InputError(

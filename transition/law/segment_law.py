@@ -139,9 +139,7 @@ def segment_law(
     return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
 
 
-def _state(
-    segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings
-) -> tuple[float, _Rupture]:
+def _state(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> tuple[float, _Rupture]:
     """Speed (m/s) and state at rupture that the laws take."""
     where = f"round {data.name!r}, segment {segment.data.name!r}"
     speed = _speed(segment, mass, data, settings, where)
@@ -153,7 +151,7 @@ def _state(
 
 
 def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[str, list[str]]:
-    """By a round's name: in which respects no published data on mean masses are near it; empty for a mean given or fitted."""
+    """By a round's name: in which respects no published data on mean masses are near it; none for a known mean."""
     if not isinstance(settings.mean_mass, str):
         return {}
     found = {}

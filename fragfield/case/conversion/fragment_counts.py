@@ -25,6 +25,7 @@ from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import read_columns
 from fragfield.case.tables.break_up import FragmentCountsTable
+from fragfield.case.units.quantities import with_unit
 from fragfield.errors import InputError, nearest
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
@@ -67,13 +68,9 @@ def with_counts(case: Case, source: str, folder: Path) -> Case:
         counts = read_counts(folder / str(part.mean_mass), str(part.mean_mass))
     except (FlightInputError, BreakUpInputError, InputError) as error:
         raise InputError(f"{source}: break_up.mean_mass: {error}") from None
-    table = FragmentCountsTable(
-        source=str(part.mean_mass),
-        edges=[f"{edge!r} kg" for edge in counts.edges],
-        number=list(counts.number),
-        mass=None if counts.mass is None else [f"{one!r} kg" for one in counts.mass],
-        rounds=counts.rounds,
-    )
+    mass = None if counts.mass is None else [with_unit(one, "kg") for one in counts.mass]
+    values = {"edges": [with_unit(edge, "kg") for edge in counts.edges], "number": list(counts.number), "mass": mass}
+    table = FragmentCountsTable.model_validate({"source": str(part.mean_mass), "rounds": counts.rounds, **values})
     return case.model_copy(update={"break_up": part.model_copy(update={"counts": table})})
 
 
@@ -132,7 +129,7 @@ def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
     kinds = {column.rpartition("_")[0] for column in masses}
     units = set(masses.values())
     if unknown := set(columns) - set(masses) - {"number"}:
-        column = sorted(unknown)[0]
+        column = min(unknown)
         raise InputError(f"{path}: unknown column {column!r}{nearest(column, _known_columns())}; needed: {_FORMS}")
     if len(units) > 1:
         raise InputError(f"{path}: masses in {' and '.join(sorted(units))}; allowed: one unit")

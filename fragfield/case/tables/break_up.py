@@ -52,8 +52,8 @@ class BreakUpTable(Table):
     mixed_fraction: float = Field(default=0.5, ge=0.0, le=1.0)
     """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
     mean_mass: Annotated[float | str, _MEAN_MASS] = "mott"
-    """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), the mean itself, or a .csv file
-    of the fragments that a test of this round counted, to which the mean masses of Eq. 21 are fitted."""
+    """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), the mean itself, or a .csv
+    file of the fragments that a test of this round counted, to which the mean masses of Eq. 21 are fitted."""
     counts: FragmentCountsTable | None = None
     """What the file of `mean_mass` holds; the program fills it in."""
     mean_mass_factor: float | None = Field(default=None, ge=1.0)
