@@ -64,6 +64,7 @@ def summarised(
         "sampler": settings.sampler,
         "velocity": settings.velocity,
         "mean_mass": _mean_mass(settings, fit, outside),
+        "direction_scatter": settings.direction_scatter,
         "turn": attitude.turn,
         "tilt": list(attitude.tilt),
         "tilt_deviation": settings.tilt,

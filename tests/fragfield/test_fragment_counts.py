@@ -304,17 +304,13 @@ def test_report_has_the_groups():
 
 @pytest.fixture
 def short_counted(tmp_path, whole_run):
-    """A short case with counts of twenty rounds of half its mean masses, and its run directory with the burst."""
-    segments = json.loads((whole_run[0] / "summary.json").read_text())["break_up"]["rounds"][0]["segments"]
-    masses = [
-        pieces(0.5 * one["mean_mass"], 20.0 * one["casing_mass"], above=1e-3, seed=number)
-        for number, one in enumerate(segments)
-    ]
-    edges = np.geomspace(1e-3, 0.512, 10)
-    write_groups(tmp_path / "pit.csv", np.concatenate(masses), rounds=20, edges=edges, weighed=False)
+    """A short case with counts of a round that breaks into 60 g pieces, and its run directory with the burst."""
+    casing = json.loads((whole_run[0] / "summary.json").read_text())["burst"]["casing_mass"]
+    write_groups(tmp_path / "pit.csv", pieces(0.06, casing, above=5e-3), edges=np.geomspace(5e-3, 0.64, 8))
     case = tmp_path / "case.toml"
     assert SHORT.count("[break_up]\n") == 1
-    case.write_text(SHORT.replace("[break_up]\n", '[break_up]\nmean_mass = "pit.csv"\n'))
+    few = SHORT.replace("[break_up]\n", '[break_up]\nmean_mass = "pit.csv"\nrealisations = 2\n')
+    case.write_text(few + "\n[hazard]\nmax_realisations = 3\n")
     folder = Path(shutil.copytree(whole_run[0], tmp_path / "run"))
     return case, folder
 
@@ -322,24 +318,23 @@ def short_counted(tmp_path, whole_run):
 @pytest.mark.dolfinx
 def test_a_run_breaks_up_by_its_file_and_goes_on_without_it(short_counted, quick_report):
     case, folder = short_counted
-    before = json.loads((folder / "summary.json").read_text())["break_up"]["rounds"][0]["segments"]
     done = invoke("break-up", case, "--out", folder, "--json")
     assert done.exit_code == 0, done.stderr
     part = json.loads(done.stdout)["break_up"]
     assert part["mean_mass"]["law"] == "fitted"
     assert part["mean_mass"]["factor_source"].startswith("fitted to pit.csv, ")
-    ratios = [
-        one["mean_mass"] / other["mean_mass"] for one, other in zip(part["rounds"][0]["segments"], before, strict=True)
-    ]
-    assert ratios[0] == pytest.approx(part["mean_mass"]["test"]["scale"], rel=1e-9)
-    assert ratios[0] == pytest.approx(0.5, abs=3.0 * 0.5 * part["mean_mass"]["test"]["standard_error"])
+    test = part["mean_mass"]["test"]
+    assert test["mean"] == pytest.approx(0.06, rel=3.0 * test["standard_error"])
+    assert part["mass"] / part["fragments"] == pytest.approx(test["mean"], rel=0.02)
+    (case.parent / "pit.csv").rename(case.parent / "kept.csv")
+    done = invoke("fly", folder, "--json")  # makes a third realisation from the burst
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout)["flight"]["realisations"] == 3
+    assert invoke("run", case, "--out", folder, "--resume").exit_code == 2
+    (case.parent / "kept.csv").rename(case.parent / "pit.csv")
     done = invoke("run", case, "--out", folder, "--resume", "--json")
     assert done.exit_code == 0, done.stderr
-    kept = json.loads(done.stdout)["flight"]
-    (case.parent / "pit.csv").unlink()
-    done = invoke("fly", folder, "--json")
-    assert done.exit_code == 0, done.stderr
-    assert json.loads(done.stdout)["flight"]["realisations"] == kept["realisations"]
+    assert json.loads(done.stdout)["break_up"]["mean_mass"] == part["mean_mass"]
 
 
 @pytest.mark.dolfinx
