@@ -18,7 +18,7 @@ __all__ = ["DIRECTION_SCATTER", "BreakUpSettings", "Stations"]
 Stations = tuple[float, ...]
 
 DIRECTION_SCATTER = 0.10471975511966  # 6 degrees
-"""Default of `BreakUpSettings.direction_scatter`, from the panel test of the 75 mm M48 (`python -m validation polar_zones`)."""
+"""Default of `BreakUpSettings.direction_scatter`, from panels of the 75 mm M48 (validation/polar_zones)."""
 
 _DIMENSIONS = (2, 3, "mixed")
 _COMPARED = {

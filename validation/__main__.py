@@ -27,6 +27,7 @@ from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
 from validation.plane_section import study as plane_section
+from validation.polar_zones import study as polar_zones
 from validation.products import study as products
 from validation.readme import LADDER
 from validation.record import Outcome
@@ -53,6 +54,7 @@ CASES = {
     "stack_trends": stack_trends.study,
     "plane_section": plane_section.study,
     "mean_mass": mean_mass.study,
+    "polar_zones": polar_zones.study,
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,

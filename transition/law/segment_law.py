@@ -2,11 +2,11 @@
 
 End pieces (nose and base, before and behind the charge) are few and large. The v0/a of Eq. 21 is a rate of hoop
 strain, and an end piece is thrown along the axis too: its v0 is the outward speed of its expansion, not its speed of
-flight. A base is a plate, which the charge stretches in both directions (at the end of the burst by a median of 1.7 to
-1.9 times in the M107 and the M48): at rupture its radius has grown by the critical strain and its thickness shrunk by the
-square of that. Half of a nose stretches little before it parts from the wall: its radius and wall are those before the
-burst, the thickness being at most its length. And there is never less than one piece: the mean mass is at most the
-segment's mass.
+flight. A base is a plate, which the charge stretches in both directions (by the end of the burst to 1.7 to 1.9 times in
+the M107 and the M48, median by mass): at rupture its radius has grown by the critical strain and its thickness shrunk
+by the square of that. Half of a nose stretches little before it parts from the wall: its radius and wall are those
+before the burst, the thickness being at most its length. And there is never less than one piece: the mean mass is at
+most the segment's mass.
 """
 
 from __future__ import annotations
