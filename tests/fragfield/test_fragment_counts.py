@@ -14,7 +14,7 @@ from flight.arena import ArenaTable
 from fragfield.case import load_changed_case
 from fragfield.case.conversion.fragment_counts import UNITS, counts_of, read_counts
 from fragfield.case.conversion.stages import break_up_settings
-from fragfield.case.load import load_case, read_resolved
+from fragfield.case.load import case_from_document, load_case, read_resolved
 from fragfield.case.write import to_toml
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
@@ -22,6 +22,7 @@ from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.counted import counted_table
 from fragfield.studies.uncertainty.defaults import default_inputs
+from fragfield.studies.uncertainty.plan import plan_study
 from fragfield_base.errors import InputError as AnyInputError
 from tests.fragfield.short_run import SHORT, invoke, same_data
 from transition.law.count_fit import SegmentMasses, fit_counts
@@ -237,14 +238,19 @@ def test_uncertainty_takes_the_standard_error(case_with_pit):
     given = load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv", "break_up.mean_mass_factor": 1.3})
     (entry,) = (one for one in default_inputs(given) if one.name == "mean fragment mass")
     assert (entry.keys, entry.factor) == (["break_up.counts.scale"], 1.3)
-    varied = load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv"})
-    assert break_up_settings(varied).mean_mass.scale == 1.0
 
 
-def test_the_scale_of_a_study_reaches_the_break_up(case_with_pit, tmp_path):
-    stored = tmp_path / "resolved.toml"
-    stored.write_text(to_toml(load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv"})))
-    assert break_up_settings(load_changed_case(stored, {"break_up.counts.scale": 1.25})).mean_mass.scale == 1.25
+def test_samples_of_a_study_vary_the_fitted_mean_mass(case_with_pit):
+    case = load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv"})
+    study = plan_study(case, samples=40, seed=4)
+    scales = []
+    for number in range(study.samples):
+        sample = case_from_document(study.document(number), source="sample", folder=Path("/nowhere"))
+        counts = break_up_settings(sample).mean_mass
+        assert counts.number == tuple(case.break_up.counts.number)
+        scales.append(counts.scale)
+    spread = math.exp(np.std(np.log(scales)))
+    assert spread == pytest.approx(fit_counts(counts_of(case.break_up.counts)).factor, rel=0.01)
 
 
 TEST = {
