@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_FAULT, EXIT_INPUT, nearest
+from validation.attitudes import study as attitudes
 from validation.axisymmetric import study as axisymmetric
 from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
@@ -59,6 +60,7 @@ CASES = {
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,
     "m107_convergence": m107_convergence.study,
+    "attitudes": attitudes.study,
     "m107_pair": m107_pair.study,
     "sensitivities": sensitivities.study,
 }

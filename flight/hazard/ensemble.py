@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.density.groups import DensityGroups
 
 __all__ = ["EnsembleHazard", "assess_ensemble"]
 
@@ -56,8 +55,6 @@ class EnsembleHazard:
         The hazard distance: of the expected density, over all realisations that were flown.
     undetermined : str
         Why it cannot be determined; empty where it can.
-    all_round : DensityGroups, optional
-        Densities over all azimuths by group of realisations, from which other criteria can be assessed.
     without_ricochet : ExpectedDistance, optional
         As `expected`, of what the same flights do before the first impact on the ground.
     """
@@ -68,7 +65,6 @@ class EnsembleHazard:
     pooled: Hazard
     expected: ExpectedDistance | None = None
     undetermined: str = ""
-    all_round: DensityGroups | None = None
     without_ricochet: ExpectedDistance | None = None
 
     def __repr__(self) -> str:
@@ -300,8 +296,7 @@ class EnsembleHazard:
 
 def assess_ensemble(
     counts: Tally | Sequence[Tally], criteria: Criteria | None = None, *, tolerance: float = 0.05,
-    expected: ExpectedDistance | None = None, undetermined: str = "", all_round: DensityGroups | None = None,
-    without_ricochet: ExpectedDistance | None = None,
+    expected: ExpectedDistance | None = None, undetermined: str = "", without_ricochet: ExpectedDistance | None = None,
 ) -> EnsembleHazard:  # fmt: skip
     """Hazard over many realisations.
 
@@ -313,9 +308,8 @@ def assess_ensemble(
         Those that were counted with.
     tolerance : float
         Largest standard error of a distance that counts as converged, as a fraction of the distance.
-    expected, undetermined, all_round, without_ricochet
-        The hazard distance, why it cannot be determined, the densities behind it, and the distance without ricochet;
-        see `EnsembleHazard`.
+    expected, undetermined, without_ricochet
+        The hazard distance, why it cannot be determined, and the distance without ricochet; see `EnsembleHazard`.
 
     Raises
     ------
@@ -328,5 +322,5 @@ def assess_ensemble(
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)
     criteria = criteria or Criteria()
     return EnsembleHazard(
-        joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round, without_ricochet
+        joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, without_ricochet
     )

@@ -156,7 +156,6 @@ class _Found:
         self.short: DensityGroups | None = None  # without ricochet
         if job.case.flight.ground.ricochet != "none":
             self.short = DensityGroups(self.groups.directions, self.together)
-        self.all_round = DensityGroups(Directions(grid), self.together)
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
@@ -166,7 +165,6 @@ class _Found:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
         for number, part in zip(numbers, parts, strict=True):
             self.groups.add(*part.fields)
-            self.all_round.add(*part.fields)
             if self.short is not None:
                 self.short.add(*part.short)
             self.balance += part.balance
@@ -205,7 +203,7 @@ class _Found:
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
         found = assess_ensemble(
             Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
-            undetermined=self.balance.reason, all_round=self.all_round,
+            undetermined=self.balance.reason,
             without_ricochet=None if self.short is None else self.assess(self.short),
         )  # fmt: skip
         exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
