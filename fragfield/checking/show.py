@@ -157,8 +157,7 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
     if law is not None:
         words = (
             f"{law['name']}, up to {law['critical_angle']:.3g} degrees, where {law['speed_kept']:.2g} of the speed is "
-            f"kept; departure at {law['departure']:.2g} of the angle of impact, roughness {law['roughness']:.2g} "
-            f"degrees; {law['source']}"
+            f"kept; departure at {law['departure']:.2g} of the angle of impact, roughness {law['roughness']:.2g} degrees"
         )
     console.print(f"ricochet off the ground: {words}", markup=False)
     for entry in found["obstacles"]:
