@@ -202,10 +202,13 @@ class Simulation(AssembledBurst):
         return self.settings.end_time is None and self.acceleration_complete is not None
 
     def _burnt_out(self) -> bool:
-        """Whether every charge has been initiated and has burnt out."""
-        ignition = self.fields.charge.ignition_time
-        latest = float(ignition[np.isfinite(ignition)].max(initial=0.0))
-        return bool(self.comm.allreduce(latest, op=MPI.MAX) < self.solver.time)
+        """Whether all initiated charges have burnt out, and no shock is about to initiate another; collective.
+
+        A charge that nothing has initiated by then is not waited for.
+        """
+        burning, initiation = self.solver.burning, self.initiation
+        pressed = initiation is not None and initiation.is_pressed()
+        return burning.any and self.solver.time >= burning.end and not pressed
 
     def _open_series(self) -> None:
         if self.comm.rank == 0 and self.writes_series:

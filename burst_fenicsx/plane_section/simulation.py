@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.files.snapshot import RoundRecord
-    from burst_fenicsx.mechanics.ledger import Ledger
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
@@ -44,7 +43,6 @@ if TYPE_CHECKING:
 __all__ = ["SectionSimulation"]
 
 _log = logging.getLogger(__name__)
-_MIN_WORK = 1e-2  # of the chemical energy: below, the ledger's error is taken relative to it
 _SLACK = 0.02  # of the cell size: the outline of the cells bulges a little over the circle
 
 
@@ -150,12 +148,6 @@ class SectionSimulation(Simulation):
         """Go on from the checkpoint."""
         super().resume()
         self.solver.subcycling.steady_contact = self.contact.near
-
-    def _make_ledger(self) -> Ledger:
-        """The ledger; all charges burn in the first microsecond, before which next to no work is done."""
-        ledger = super()._make_ledger()
-        ledger.min_work = _MIN_WORK * float(ledger.chemical_energies.sum())
-        return ledger
 
     def _make_passage(self) -> SectionPassage:
         return SectionPassage(
