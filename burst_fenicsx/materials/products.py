@@ -104,14 +104,14 @@ class JwlProducts:
     def escape_speed(self) -> float:
         """Speed (m/s) at which products expand into a vacuum from behind a plane front, as `LandauProducts` has it.
 
-        On the isentrope P = A exp(-R1 v) + B exp(-R2 v) + C v^-(1 + omega) through the Chapman-Jouguet state, whose
-        pressure is on the Rayleigh line, by Gauss and Legendre over x = (v/v_CJ)^(-omega/2), from 0 to 1, in which the
-        integrand goes to a constant at infinite volume.
+        On the isentrope P = A exp(-R1 v) + B exp(-R2 v) + C v^-(1 + omega) of the energy that they have in the
+        Chapman-Jouguet state, E0 + P (1 - v) / 2 with the pressure on the Rayleigh line, by Gauss and Legendre over
+        x = (v/v_CJ)^(-omega/2), from 0 to 1, in which the integrand goes to a constant at infinite volume.
         """
         c, start = self.constants, self.cj_volume
-        pressure = self.density * self.front_speed**2 * (1.0 - start)
-        cold = c.A * np.exp(-c.R1 * start) + c.B * np.exp(-c.R2 * start)
-        tail = (pressure - cold) * start ** (1.0 + c.omega)
+        energy = c.E0 + 0.5 * self.density * self.front_speed**2 * (1.0 - start) ** 2
+        cold = c.A / c.R1 * np.exp(-c.R1 * start) + c.B / c.R2 * np.exp(-c.R2 * start)
+        tail = c.omega * (energy - cold) * start**c.omega
         nodes, weights = np.polynomial.legendre.leggauss(_ESCAPE_POINTS)
         x = 0.5 * (nodes + 1.0)
         v = start * x ** (-2.0 / c.omega)
