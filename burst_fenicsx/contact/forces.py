@@ -191,7 +191,7 @@ class ContactForces:
 
     @property
     def mesh(self) -> DistributedMesh:
-        """This rank's share of the mesh."""
+        """The mesh as the ranks have it."""
         return self._fields.mesh
 
     @property

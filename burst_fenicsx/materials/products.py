@@ -65,7 +65,8 @@ class LandauProducts:
         particle = (1.0 - self.cj_volume) * self.front_speed
         dense = np.sqrt(GAMMA_DENSE * self.initial_pressure / self.density)
         dense *= 1.0 / self.cj_volume - 1.0 / self.knee_volume
-        dilute = 2.0 / (GAMMA_DILUTE - 1.0) * np.sqrt(GAMMA_DILUTE * self.knee_pressure * self.knee_volume / self.density)
+        knee = np.sqrt(GAMMA_DILUTE * self.knee_pressure * self.knee_volume / self.density)
+        dilute = 2.0 / (GAMMA_DILUTE - 1.0) * knee
         return float(particle + dense + dilute)
 
     def pressure(self, volume: ArrayLike) -> np.ndarray:

@@ -25,8 +25,8 @@ class BurningTimes:
 
     Attributes
     ----------
-    any : whether any cell has been initiated, or will be by its own ignition point.
-    fastest : the largest burn rate (1/s) of these cells. end : time (s) by which they have burnt out.
+    fastest : the largest burn rate (1/s) of the initiated cells. end : time (s) by which they have burnt out, 0 where
+        there are none.
     """
 
     def __init__(self, fields: BurstFields) -> None:
@@ -40,7 +40,6 @@ class BurningTimes:
         rate = float(charge.burn_rate[initiated].max(initial=1e-300))
         end = float((charge.ignition_time[initiated] + 1.0 / charge.burn_rate[initiated]).max(initial=0.0))
         several = comm.size > 1
-        self.any = bool(comm.allreduce(initiated.any(), op=MPI.LOR)) if several else bool(initiated.any())
         self.fastest: float = comm.allreduce(rate, op=MPI.MAX) if several else rate
         self.end: float = comm.allreduce(end, op=MPI.MAX) if several else end
 

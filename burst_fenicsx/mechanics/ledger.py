@@ -170,8 +170,8 @@ class Ledger:
         if not entry.contact_error <= self.energy_tolerance:
             raise NumericalStop(
                 f"contact has {'made' if gain > 0.0 else 'lost'} {100 * entry.contact_error:.6g} % of the work done "
-                f"(allowed {100 * self.energy_tolerance:.6g} %): its forces, its springs and friction took in "
-                f"{gain:.6g} J that nothing supplied",
+                f"(allowed {100 * self.energy_tolerance:.6g} %): the work of its forces, its springs and friction "
+                f"add up to {gain:.6g} J",
                 time,
             )
         return entry

@@ -44,7 +44,7 @@ def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
         fastest, above = mesh.comm.allreduce(fastest, op=MPI.MAX), mesh.comm.allreduce(above)
     if above > 0.0 and mesh.comm.rank == 0:
         _log.warning(
-            "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound is %.0f m/s",
+            "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound: %.0f m/s",
             above,
             fastest,
             bound,

@@ -1,7 +1,8 @@
-"""What contact gives and takes, from its forces and the nodes' own motion: energy from nothing is seen and stops the run."""
+"""What contact gives and takes, from its forces and the nodes' own motion: energy from nothing is seen."""
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from burst_fenicsx.kernels.vectors.exact import rounding_constant
 from burst_fenicsx.kernels.vectors.rows import work_on_rows
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, RigidPlane
+from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.axisymmetric.meridians import ring_burst
 from tests.burst_fenicsx.axisymmetric.test_slide_line import bench
 from tests.burst_fenicsx.bodies import QUIET, bodies, energy, replace_entry
@@ -92,7 +94,8 @@ def test_contact_that_makes_or_loses_energy_stops_the_run(gain, word):
     if word is None:
         assert solver.ledger.record(*take).energy_error < 1e-12
         return
-    with pytest.raises(NumericalStop, match=rf"contact has {word} 6 % of the work done \(allowed 5 %\).* {1e3 * gain:g} J"):
+    message = rf"contact has {word} 6 % of the work done \(allowed 5 %\).* {1e3 * gain:g} J"
+    with pytest.raises(NumericalStop, match=message):
         solver.ledger.record(*take)
 
 
@@ -106,10 +109,11 @@ def vented(solver, factor):
 
 @pytest.mark.parametrize("geometry", ["3d", "axisymmetric"])
 def test_contact_presses_with_the_vented_pressure(geometry):
-    """At no gap the force is the products' pressure after leakage: half of it at a factor of a half, to the last bit."""
-    solver = (
-        bodies([split_charges(layered())], [(0, 0, 0)], QUIET) if geometry == "3d" else ring_burst(bench("cylinder"), QUIET)
-    )
+    """At no gap the force is the products' pressure after leakage: half of it at a factor of a half."""
+    if geometry == "3d":
+        solver = bodies([split_charges(layered())], [(0, 0, 0)], QUIET)
+    else:
+        solver = ring_burst(bench("cylinder"), QUIET)
     solver.fields.charge.burn_fraction[:] = 1.0
     solver.free_step = STEP
     whole, contacts = vented(solver, 1.0)
@@ -144,3 +148,17 @@ def test_all_that_contact_adds_to_the_energy_is_its_gain():
     assert largest > 0.02
     assert abs(gain) > 5e-3
     assert left == pytest.approx(scheme, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("error", "gain", "words"), [(0.0099, 5.0, ()), (0.0101, 5.0, ("made",)), (0.02, -5.0, ("lost",))]
+)
+def test_a_burst_warns_of_what_contact_has_made_or_lost_at_its_end(error, gain, words, caplog):
+    """Above 1 % of the products' work."""
+    caplog.set_level(logging.WARNING)
+    last = SimpleNamespace(contact_error=error, contact_gain=gain)
+    run = SimpleNamespace(ledger=SimpleNamespace(entries=[None, last]), comm=SimpleNamespace(rank=0))
+    Simulation._warn_of_contact(run)
+    assert [record.code for record in caplog.records] == ["contact_energy"] * len(words)
+    for word in words:
+        assert f"contact has {word} {100.0 * error:.2g} % of the products' work; 1 % is the aim" in caplog.text

@@ -114,7 +114,8 @@ def test_the_impulse_of_planes_is_no_error_of_the_momentum():
     solver = flying()
     mass = ELASTIC.density * EDGE**3
     for taken, error in (((3.0, 0.0, 4.0), 0.0), ((0.0, 0.0, 4.0), 0.6), ((3.0, 0.0, 0.0), 0.8)):
-        contact = SimpleNamespace(energy=0.0, gain=0.0, impulse=SimpleNamespace(given=lambda t=taken: mass * np.array(t)))
+        impulse = SimpleNamespace(given=lambda t=taken: mass * np.array(t))
+        contact = SimpleNamespace(energy=0.0, gain=0.0, impulse=impulse)
         entry = solver.ledger.record(solver.fields, 0.0, 0.0, solver.resultant, 0.0, contact)
         assert entry.momentum_error == pytest.approx(error, abs=1e-12)
     solver.fields.nodes.velocity[:] = 0.0

@@ -1,4 +1,4 @@
-"""Cells of products that have been released press on nothing: neither on their nodes nor, through contact, on the casing."""
+"""Released cells of products press on nothing: neither on their nodes nor, through contact, on the casing."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_released_products_of_a_tube_drive_no_casing(tmp_path):
 
 
 def test_a_node_of_released_products_leaves_the_wall_and_others_lose_their_share():
-    """Gas at rest on a rigid wall: along a row of cells the pressure of those that are left, and no force where none is."""
+    """Gas at rest on a rigid wall: a row of cells is released; half of the pressure at its ends, none between."""
     solver, _ = gas_column(1, 2, ContactSettings(), held=True)
     fields, contacts = solver.fields, solver.contact.interface.contacts
     own = contacts.contact

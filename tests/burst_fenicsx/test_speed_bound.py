@@ -42,7 +42,7 @@ def gained(pressure, density, start):
 @pytest.mark.parametrize("explosive", [TNT, COMP_B])
 @pytest.mark.parametrize("model", ["landau", "landau_cj"])
 def test_products_escape_with_the_speed_of_their_own_isentrope(explosive, model):
-    """u at the front and the integral of c over both branches, by quadrature; 1.40 to 1.70 D and never D."""
+    """Particle speed at the front and the integral of c over both branches, by quadrature: 1.40 to 1.70 D."""
     products = make_products(explosive, model)
     front = products.front_speed
     expected = front / 4.0 + gained(lambda v: float(products.pressure(v)), products.density, 0.75)
@@ -51,7 +51,7 @@ def test_products_escape_with_the_speed_of_their_own_isentrope(explosive, model)
 
 
 def test_products_of_one_branch_escape_with_the_detonation_velocity():
-    """gamma = 3 throughout, the knee at infinite volume: D/4 + 3 D/4 (Zel'dovich and Kompaneets 1960)."""
+    """One exponent of 3 throughout, the knee at infinite volume: D/4 + 3 D/4 (Zel'dovich and Kompaneets 1960)."""
     density, velocity, knee = 1600.0, 7000.0, 1e9
     pressure = 27.0 / 256.0 * density * velocity**2
     products = LandauProducts(density, pressure, pressure * knee**-3.0, knee, 1e9)
@@ -68,7 +68,7 @@ def polytropic(omega, density=1000.0, energy=4e9):
 
 @pytest.mark.parametrize("omega", [0.25, 0.4, 2.0])
 def test_jwl_without_its_exponentials_escapes_as_an_ideal_gas(omega):
-    """u + 2 c / (gamma - 1) with u = D / (gamma + 1) and c = gamma D / (gamma + 1), gamma = 1 + omega."""
+    """Riemann invariant u + 2 c / (gamma - 1), u = D / (gamma + 1) and c = gamma D / (gamma + 1), gamma = 1 + omega."""
     products, gamma = polytropic(omega), 1.0 + omega
     expected = products.front_speed / (gamma + 1.0) * (1.0 + 2.0 * gamma / (gamma - 1.0))
     assert products.escape_speed == pytest.approx(expected, rel=1e-9)

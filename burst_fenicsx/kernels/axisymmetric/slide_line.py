@@ -2,8 +2,9 @@
 
 A node of the charge lies at the point of the line from which the normal there leads to it (`line_points`), and is
 followed as it slides. Products press with the pressure with which their cells act on their nodes, that of the vented
-products, corrected by a spring for what is left of the gap (Nitsche's method); unreacted explosive is bonded by springs with tensile strength, cohesion and friction, which fade as
-it burns. Forces, masses and areas are those of the whole ring.
+products, corrected by a spring for what is left of the gap (Nitsche's method); unreacted explosive is bonded by springs
+with tensile strength, cohesion and friction, which fade as it burns. Forces, masses and areas are those of the whole
+ring.
 
 The springs' forces are shared by the ends of the edge on which the node lies. The gas's pressure is spread over all
 nodes of the line (`line_pressure`): at the axis, where a ring's mass goes to nothing, a load that is shared by one edge

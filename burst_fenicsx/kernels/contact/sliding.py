@@ -6,8 +6,8 @@ followed from face to face as it slides. Its force acts along that line and is s
 weights: linear and angular momentum are kept.
 
 Products press with the pressure with which their cells act on their nodes, that of the vented products, corrected by a
-spring for what is left of the gap (Nitsche's method): the gap then stays a small part of what a spring alone would need. Unreacted explosive is bonded: springs with tensile strength,
-cohesion and friction, which fade as it burns.
+spring for what is left of the gap (Nitsche's method): the gap then stays a small part of what a spring alone would
+need. Unreacted explosive is bonded: springs with tensile strength, cohesion and friction, which fade as it burns.
 
 The contacts are worked on sixteen at a time, as cells are.
 """

@@ -114,9 +114,7 @@ def sum_columns(values: np.ndarray, rows: np.ndarray, rounding: float) -> np.nda
 
 
 @parallel_kernel
-def work_on_rows(
-    half_step: float, force: np.ndarray, rows: np.ndarray, velocity: np.ndarray, rounding: float
-) -> float:
+def work_on_rows(half_step: float, force: np.ndarray, rows: np.ndarray, velocity: np.ndarray, rounding: float) -> float:
     """Work (J) in half a step (s) of the rows of `force` (n, 3) in N at the `velocity` (n, 3) in m/s of the same rows.
 
     No row may be named twice. Each row's work is rounded by `quantise`: the sum is exact, in whatever order.
