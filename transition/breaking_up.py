@@ -16,7 +16,7 @@ from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matt
 from transition.cells.points import MaterialPoints
 from transition.errors import InputError
 from transition.law.samplers import Graded, Quantile, Sampler
-from transition.law.segment_law import outside_of, segment_law
+from transition.law.segment_law import outside_of, segment_laws
 from transition.law.segments import CasingSegment, casing_segments
 from transition.ledger import CasingSums, ledger
 from transition.placement.attitude import Attitude, draw_attitude
@@ -24,6 +24,7 @@ from transition.placement.directions import Directions, Shares, compare_directio
 from transition.placement.isometry import Isometry, rotation
 from transition.placement.mirroring import Image, images
 from transition.placement.placing import Clusters, place
+from transition.placement.scatter import scattered
 from transition.results import BreakUpResult, BrokenRound, SegmentResult
 from transition.settings import BreakUpSettings
 from transition.snapshot import Snapshot
@@ -48,6 +49,7 @@ class _Part:
     result: SegmentResult
     points: MaterialPoints
     clusters: Clusters
+    angles: NDArray[np.float64] | None  # (n, 2), deviation of each fragment's direction (rad); None: without scatter
 
 
 class BreakUp:
@@ -66,6 +68,10 @@ class BreakUp:
     ----------
     rounds : tuple of BrokenRound
         The computed rounds, then the images of all of them at one plane after the other.
+    laws : tuple of SegmentLaw
+        By segment.
+    fit : CountFit or None
+        How the mean masses were fitted to the pieces of a test.
 
     Raises
     ------
@@ -79,10 +85,8 @@ class BreakUp:
         self.segments = casing_segments(self.snapshot, self.settings.segments)
         self._casing = casing_of(self.snapshot)
         mass = self.snapshot.mass[self.snapshot.casing]
-        self.laws = tuple(
-            segment_law(s, float(mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
-            for s in self.segments
-        )
+        masses = [float(mass[s.cells].sum()) for s in self.segments]
+        self.laws, self.fit = segment_laws(self.segments, masses, self.snapshot.rounds, self.settings)
         self._outside = outside_of(self.snapshot.rounds, self.settings)
         self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
         self._images = images(self.snapshot.planes, self.snapshot.source)
@@ -109,15 +113,18 @@ class BreakUp:
         parts = list(self._parts(seed, number))
         attitude = self._attitude(seed, number)
         placed = [self._placed(part) for part in parts]
-        fragments = self._fragments([part.result for part in parts], placed, attitude)
-        return self._result(parts, fragments, attitude)
+        results = [part.result for part in parts]
+        flown = [_scattered(part, made) for part, made in zip(parts, placed, strict=True)]
+        fragments = self._fragments(results, flown, attitude)
+        before = self._fragments(results, placed, attitude).velocity
+        return self._result(parts, fragments, before, attitude)
 
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
         results, placed = [], []
         for part in self._parts(seed, number):
             results.append(part.result)
-            placed.append(self._placed(part))
+            placed.append(_scattered(part, self._placed(part)))
         return self._fragments(results, placed, self._attitude(seed, number))
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
@@ -176,10 +183,12 @@ class BreakUp:
                 points = source.draw(placing, local=self.settings.velocity == "interpolation")
                 axis = self.snapshot.rounds[segment.round].axis
                 clusters = place(draw.mass, points.position, points.mass, placing, axis)
+                scatter = self.settings.direction_scatter
+                angles = scatter * placing.standard_normal((clusters.mass.size, 2)) if scatter > 0.0 else None
                 own = copy * len(self.snapshot.rounds) + segment.round
                 resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
                 result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)
-                yield _Part(result, points, clusters)
+                yield _Part(result, points, clusters, angles)
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:
@@ -212,7 +221,10 @@ class BreakUp:
         names = tuple(broken.name for broken in self.rounds)
         return Fragments(mass, position, velocity, shape, of_round, of_segment, names)
 
-    def _result(self, parts: Sequence[_Part], fragments: Fragments, attitude: Attitude) -> BreakUpResult:
+    def _result(
+        self, parts: Sequence[_Part], fragments: Fragments, before: NDArray[np.float64], attitude: Attitude
+    ) -> BreakUpResult:
+        """The realisation with its ledgers; `before` are the velocities (n, 3) without the scatter of directions."""
         results = tuple(part.result for part in parts)
         spin = np.concatenate([part.clusters.spin(part.points) for part in parts])
         found = sorted({result.round for result in results})
@@ -225,7 +237,7 @@ class BreakUp:
             sums[number] = casing
             ledgers[number] = ledger(fragments.select(mine), spin[mine], casing)
         whole = ledger(fragments, spin, sum((sums[number] for number in found[1:]), sums[found[0]]))
-        directions = {number: self._directions(number, fragments, attitude) for number in found}
+        directions = {number: self._directions(number, fragments, before, attitude) for number in found}
         clusters = Clusters.concatenate([(part.clusters, len(part.points)) for part in parts])
         return BreakUpResult(
             fragments=fragments,
@@ -237,7 +249,7 @@ class BreakUp:
             ledger=whole,
             ledgers=tuple(ledgers.items()),
             summary=summarised(
-                self.rounds, results, ledgers, directions, whole, self.settings, self._outside, attitude
+                self.rounds, results, ledgers, directions, whole, self.settings, self._outside, attitude, self.fit
             ),
         )
 
@@ -247,7 +259,9 @@ class BreakUp:
             self._sums[computed] = self._casing.sums(computed)
         return self._sums[computed]
 
-    def _directions(self, number: int, fragments: Fragments, attitude: Attitude) -> Directions:
+    def _directions(
+        self, number: int, fragments: Fragments, before: NDArray[np.float64], attitude: Attitude
+    ) -> Directions:
         """Directions about the round's own axis, the tilt taken back."""
         broken, motion = self.rounds[number], self._upright_motion(number, attitude)
         shares = self._cell_shares.get(number)
@@ -256,10 +270,18 @@ class BreakUp:
             if attitude.turn is None:
                 self._cell_shares[number] = shares
         mine = fragments.round == number
-        velocity, tilting = fragments.velocity[mine], attitude.tilting
+        flown, placed, tilting = fragments.velocity[mine], before[mine], attitude.tilting
         if tilting is not None:
-            velocity = velocity @ tilting.matrix
-        return compare_directions(fragments.mass[mine], velocity, shares, broken.axis)
+            flown, placed = flown @ tilting.matrix, placed @ tilting.matrix
+        return compare_directions(fragments.mass[mine], flown, placed, shares, broken.axis)
+
+
+def _scattered(part: _Part, placed: tuple[NDArray[np.float64], ...]) -> tuple[NDArray[np.float64], ...]:
+    """Masses, positions and velocities of a segment's fragments with the random deviation of their directions."""
+    if part.angles is None:
+        return placed
+    mass, position, velocity = placed
+    return mass, position, scattered(mass, velocity, part.angles)
 
 
 def _rounds(snapshot: Snapshot, mirrored: tuple[Image, ...]) -> Iterator[BrokenRound]:

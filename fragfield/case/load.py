@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.conversion.exposed_sites import exposed_sites_of, resolved_exposed
+from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.geometry import check_geometry
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.messages import explain, join_faults
@@ -102,6 +103,7 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     case = _resolved(case, source, folder)
     _raise(source, check_charges(case, stacked))
     _raise(source, check_geometry(case))
+    check_counts(case, source)
     _check_flight(case, source)
     return case
 
@@ -169,7 +171,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
-    return case.model_copy(update=changes)
+    return with_counts(case.model_copy(update=changes), source, folder)
 
 
 def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleTable:
