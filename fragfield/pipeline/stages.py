@@ -92,9 +92,9 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.rules import rules_of
-    from fragfield.hazard.stack_rule import stack_rule_of
     from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.single_round import single_round
 
     began = time.perf_counter()
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
@@ -119,10 +119,9 @@ def fly(job: Job, stage: Stage) -> None:
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more}  # fmt: skip
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
-    if job.case.hazard.stack_rule is not None:
-        summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
-    rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
+    own = job.fragments is None and bool(job.case.round)
+    rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
     job.team.broadcast()
     job.note(
