@@ -260,7 +260,7 @@ def _largest(likelihood: Any, means: Array, whole: float, source: str) -> float:
 
 
 def _exceeded(degrees: int, chi_square: float) -> float | None:
-    """Probability that chance exceeds this chi-square; None without degrees of freedom."""
+    """Probability of a larger chi-square than this; None without degrees of freedom."""
     from scipy.special import gammaincc
 
     return float(gammaincc(0.5 * degrees, 0.5 * chi_square)) if degrees else None
