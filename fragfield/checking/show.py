@@ -157,7 +157,7 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
     if law is not None:
         words = (
             f"{law['name']}, up to {law['critical_angle']:.3g} degrees, where {law['speed_kept']:.2g} of the speed is "
-            f"kept; departure at {law['departure']:.2g} of the angle of impact, roughness {law['roughness']:.2g} degrees"
+            f"kept; departure at {law['departure']:.2g} of the angle of impact, roughness {law['roughness']:.2g} deg"
         )
     console.print(f"ricochet off the ground: {words}", markup=False)
     for entry in found["obstacles"]:

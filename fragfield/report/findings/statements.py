@@ -102,7 +102,7 @@ def _of_flight(case: Case) -> Iterator[str]:
         kind = case.flight.ground.ricochet.replace("_", " ")
         yield (
             f"Ricochet off {kind}: critical angle and share of speed kept are deduced or judged, without a measurement "
-            "of steel fragments; vary flight.ground.departure_factor and roughness_factor, which decide, over their ranges."
+            "of steel fragments; vary flight.ground.departure_factor and roughness_factor, which decide most."
         )
     ground = "the height map" if case.flight.ground.map is not None else "flat ground"
     stops = _names_of_obstacles(case)
