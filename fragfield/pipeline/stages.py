@@ -116,7 +116,8 @@ def fly(job: Job, stage: Stage) -> None:
     if job.fragments is not None:
         summary["fragments_file"] = job.fragments.name
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
-                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more}  # fmt: skip
+                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
+                "ricochet": job.case.flight.ground.ricochet}  # fmt: skip
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
     obstacles = flown.first.by_face(criteria.energy)
