@@ -91,11 +91,12 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], 
     if reason := _why_none(job, burst):
         return {"reason": reason}
     own = _own_result(burst, flown, headline)
+    job = replace(job, attitude=flown.attitude)  # of mixed attitudes the worst one, with other cells too
     began = time.perf_counter()
     taken = max(began - job.began, burst["wall_seconds"] + seconds)
     words: list[str] = []
     budget = math.inf if job.thorough else _SHARE * taken
-    results = [own, *_other_sizes(job, own, budget, seconds / max(own.realisations, 1), words)]
+    results = [own, *_other_sizes(job, own, budget, seconds / max(flown.flights, 1), words)]
     results.sort(key=lambda one: one.size)
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)

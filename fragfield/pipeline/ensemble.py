@@ -12,7 +12,7 @@ import math
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,11 +30,12 @@ if TYPE_CHECKING:
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
+    from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
     from transition import BreakUpResult
 
-__all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
+__all__ = ["KEPT", "EnsembleFlight", "Flights", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
 
 KEPT = 200
 """Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
@@ -63,6 +64,12 @@ class FlownEnsemble:
         Whether more realisations could be made.
     exposed : list of dict
         What the exposed sites of the case meet, as in summary.json.
+    flights : int
+        Realisations flown, in all attitudes.
+    attitude : Turned, optional
+        The worst one of mixed attitudes, to which all else belongs.
+    curve : list of dict
+        Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json.
     """
 
     first: FlightResult
@@ -71,6 +78,9 @@ class FlownEnsemble:
     balance: Balance
     more: bool
     exposed: list[dict[str, Any]]
+    flights: int
+    attitude: Turned | None = None
+    curve: list[dict[str, Any]] = field(default_factory=list)
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
@@ -110,25 +120,68 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
     -------
     FlownEnsemble, or None on ranks other than 0
     """
+    from fragfield.case.conversion.attitude import is_mixed
+    from fragfield.pipeline.attitudes import fly_attitudes
     from fragfield.pipeline.realisations import Realisations
 
-    source = Realisations(job, realisations)
-    flown = _Flights(job)
-    found = _Found(job, source) if job.team.first else None
-    done, target = 0, source.count
-    while done < target:
-        batch = range(done, min(done + _AT_ONCE, target))
-        if batch.stop > source.count:
-            source.prepare()
-        numbers = job.team.share(batch)
-        parts = job.team.collect(flown.many(numbers, source.of(numbers)))
-        done = batch.stop
-        if found is not None:
-            found.add(batch, parts)
-        if done == target:
-            target = job.team.broadcast(found.wanted(done, more=source.more) if found is not None else None)
-            flown.expected = target
-    return None if found is None else found.result(flown.first, source)
+    source, flights = Realisations(job, realisations), Flights(job)
+    if job.attitude is None and is_mixed(job.case):
+        return fly_attitudes(job, source, flights)
+    one = EnsembleFlight(job, source, flights, job.attitude)
+    one.fly_to_tolerance()
+    return one.result() if job.team.first else None
+
+
+class EnsembleFlight:
+    """The realisations of a run flown in one attitude, batch after batch. Collective.
+
+    Attributes
+    ----------
+    attitude : Turned or None
+        Of the arrangement, whose fragments are turned; None as it stands.
+    done : int
+        Realisations flown.
+    found : _Found or None
+        What they gave, on rank 0.
+    """
+
+    def __init__(self, job: Job, source: Realisations, flights: Flights, attitude: Turned | None = None) -> None:
+        self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
+        own = job if attitude is None else replace(job, case=attitude.case)
+        self.found = _Found(own, source) if job.team.first else None
+        self.done = 0
+        self.first: FlightResult | None = None
+
+    def fly(self, number: int) -> None:
+        """Fly further realisations, up to this number."""
+        while self.done < number:
+            batch = range(self.done, min(self.done + _AT_ONCE, number))
+            if batch.stop > self.source.count:
+                self.source.prepare()
+            numbers = self.job.team.share(batch)
+            fragments = self.source.of(numbers)
+            if self.attitude is not None:
+                fragments = [self.attitude.fragments(one) for one in fragments]
+            parts = self.job.team.collect(self.flights.many(numbers, fragments))
+            if batch.start == 0:
+                self.first = self.flights.first
+            self.done = batch.stop
+            if self.found is not None:
+                self.found.add(batch, parts)
+
+    def fly_to_tolerance(self) -> None:
+        """Fly the realisations at hand, and more until they fix the distance."""
+        target = self.source.count
+        while self.done < target:
+            self.flights.expected = target
+            self.fly(target)
+            found = self.found
+            target = self.job.team.broadcast(None if found is None else found.wanted(target, more=self.source.more))
+
+    def result(self) -> FlownEnsemble:
+        """The whole, once all have been flown; on rank 0."""
+        assert self.found is not None
+        return self.found.result(self.first, self.source)
 
 
 class _Found:
@@ -202,7 +255,7 @@ class _Found:
             undetermined=self.balance.reason, all_round=self.all_round,
         )  # fmt: skip
         exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
-        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed)
+        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +269,7 @@ class _Part:
     exposed: NDArray[Any]
 
 
-class _Flights:
+class Flights:
     """The flights of one rank, with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.case import Case
+    from fragfield.case.conversion.turned import Turned
     from fragfield.files.run_directory import RunDirectory, Stage
     from fragfield.pipeline.parallel import Team
     from fragfield.report.figures.side_by_side import FigureQueue
@@ -53,6 +54,8 @@ class Job:
         Other cell sizes whatever time they take, each with all realisations.
     figures : FigureQueue, optional
         Draws the report's figures while the stages are computed.
+    attitude : Turned, optional
+        The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     began : float
         Clock (s) at which the work began.
     """
@@ -69,6 +72,7 @@ class Job:
     thorough: bool = False
     profile: bool = False
     figures: FigureQueue | None = None
+    attitude: Turned | None = None
     began: float = field(default_factory=time.perf_counter)
 
     @property

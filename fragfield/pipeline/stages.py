@@ -94,6 +94,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.stack_rule import stack_rule_of
     from fragfield.pipeline.convergence import convergence_of
+    from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.ensemble import fly_all
 
     began = time.perf_counter()
@@ -116,7 +117,8 @@ def fly(job: Job, stage: Stage) -> None:
     if job.fragments is not None:
         summary["fragments_file"] = job.fragments.name
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
-                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more}  # fmt: skip
+                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
+                "attitude": flown_attitude(job, flown)}  # fmt: skip
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
     if job.case.hazard.stack_rule is not None:
