@@ -1,10 +1,10 @@
 """The envelope over attitudes: the fragments of every realisation turned as one body, and the worst attitude.
 
-Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then the attitude
-with the largest upper bound is flown until its distance is known to `hazard.tolerance`, and so are the attitudes beside
-it on a finer grid, until the one with the largest bound is known to the tolerance and has no neighbour that was not
-flown. All attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the
-result does not depend on ranks or threads.
+Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then those beside
+the one with the largest upper bound are flown, in finer and finer steps, until all beside it are known; and the worst
+itself with as many realisations as fix its distance to `hazard.tolerance`, whereby another may become the worst. All
+attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the result
+does not depend on ranks or threads.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_attitudes"]
 
-INCLINATION = (15.0, 5.0)
-"""Steps (degrees) from one inclination to the next, coarse and beside the worst."""
+INCLINATION = (15.0, 5.0, 2.5)
+"""Steps (degrees) from one inclination to the next: of the coarse grid, then beside the worst."""
 ROLL = (30.0, 10.0)
 """The same of rolls."""
 
@@ -113,7 +113,7 @@ class _Envelope:
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
         if one.found is not None:
-            expected = one.found.assess(quick=True)
+            expected = one.found.assess(every_direction=False)
             self.rows[key] = {
                 "inclination_deg": key[0],
                 "roll_deg": key[1],
@@ -140,23 +140,28 @@ class _Envelope:
     def _next(self) -> tuple[Key, int] | None:
         """The attitude to fly next and how many realisations to have of it; None once the worst is known."""
         worst = self._worst
+        for key in self._beside(worst):
+            if key not in self.flown:
+                return key, self.source.count
         one = self.flown[worst]
         assert one.found is not None  # on rank 0
         wanted = one.found.wanted(one.done, more=self.source.more)
-        if wanted > one.done:
-            return worst, wanted
-        return next(((key, self.source.count) for key in self._beside(worst) if key not in self.flown), None)
+        return (worst, wanted) if wanted > one.done else None
 
     def _beside(self, key: Key) -> Iterator[Key]:
-        """Attitudes beside one on the fine grid."""
+        """Attitudes beside one, by finer and finer steps."""
         inclination, roll = key
         at_pole = inclination in (0.0, 180.0)
         rolls = np.arange(0.0, 360.0, ROLL[0]).tolist() if at_pole else [roll]
-        for step in (-INCLINATION[1], INCLINATION[1]):
+        for step in _both_ways(INCLINATION):
             if 0.0 <= inclination + step <= 180.0:
                 yield from (_key(self.arrangement, inclination + step, one) for one in rolls)
-        if not at_pole and not self.arrangement.even:
-            yield from (_key(self.arrangement, inclination, roll + step) for step in (-ROLL[1], ROLL[1]))
+        if not at_pole:
+            yield from (_key(self.arrangement, inclination, roll + step) for step in _both_ways(ROLL))
+
+
+def _both_ways(steps: tuple[float, ...]) -> list[float]:
+    return [sign * step for step in steps[1:] for sign in (-1.0, 1.0)]
 
 
 def attitudes_of(case: Case) -> int:

@@ -35,7 +35,16 @@ if TYPE_CHECKING:
     from fragfield.pipeline.realisations import Realisations
     from transition import BreakUpResult
 
-__all__ = ["KEPT", "EnsembleFlight", "Flights", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
+__all__ = [
+    "KEPT",
+    "EnsembleFlight",
+    "Flights",
+    "FlownEnsemble",
+    "above_ground",
+    "break_up_all",
+    "fly_all",
+    "hazard_grid",
+]
 
 KEPT = 200
 """Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
@@ -236,12 +245,12 @@ class _Found:
         wanted = min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
         return min(-(-wanted // self.together) * self.together, most)
 
-    def assess(self, *, quick: bool = False) -> ExpectedDistance:
-        """The distance by what has been flown."""
+    def assess(self, *, quick: bool = False, every_direction: bool = True) -> ExpectedDistance:
+        """The distance by what has been flown; `quick` by fewer draws, which like fewer directions saves time."""
         from flight.hazard.density.expected import DRAWS, expected_distance
 
         draws = DRAWS // 4 if quick else DRAWS
-        return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=not quick)
+        return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick)
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""
