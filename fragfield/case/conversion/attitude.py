@@ -27,7 +27,7 @@ def axis_of(inclination: float, azimuth: float) -> Vector:
     """Unit vector from base to nose of a round whose axis is inclined from upright (rad) to an azimuth (rad)."""
     across = math.sin(inclination)
     components = (across * math.cos(azimuth), across * math.sin(azimuth), math.cos(inclination))
-    x, y, z = (round(value, 15) + 0.0 for value in components)  # "lying" is level, not 6e-17 off
+    x, y, z = (round(value, 14) + 0.0 for value in components)  # angles have 15 digits: "lying" is level
     return x, y, z
 
 
