@@ -24,6 +24,7 @@ from transition.placement.directions import Directions, Shares, compare_directio
 from transition.placement.isometry import Isometry, rotation
 from transition.placement.mirroring import Image, images
 from transition.placement.placing import Clusters, place
+from transition.placement.scatter import scattered
 from transition.results import BreakUpResult, BrokenRound, SegmentResult
 from transition.settings import BreakUpSettings
 from transition.snapshot import Snapshot
@@ -48,6 +49,7 @@ class _Part:
     result: SegmentResult
     points: MaterialPoints
     clusters: Clusters
+    angles: NDArray[np.float64] | None  # (n, 2), deviation of each fragment's direction (rad); None: without scatter
 
 
 class BreakUp:
@@ -109,15 +111,18 @@ class BreakUp:
         parts = list(self._parts(seed, number))
         attitude = self._attitude(seed, number)
         placed = [self._placed(part) for part in parts]
-        fragments = self._fragments([part.result for part in parts], placed, attitude)
-        return self._result(parts, fragments, attitude)
+        results = [part.result for part in parts]
+        flown = [_scattered(part, made) for part, made in zip(parts, placed, strict=True)]
+        fragments = self._fragments(results, flown, attitude)
+        before = self._fragments(results, placed, attitude).velocity
+        return self._result(parts, fragments, before, attitude)
 
     def fragments(self, seed: int, number: int = 0) -> Fragments:
         """The fragments of `realisation(seed, number)` alone, without ledgers and directions: for large ensembles."""
         results, placed = [], []
         for part in self._parts(seed, number):
             results.append(part.result)
-            placed.append(self._placed(part))
+            placed.append(_scattered(part, self._placed(part)))
         return self._fragments(results, placed, self._attitude(seed, number))
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
@@ -176,10 +181,12 @@ class BreakUp:
                 points = source.draw(placing, local=self.settings.velocity == "interpolation")
                 axis = self.snapshot.rounds[segment.round].axis
                 clusters = place(draw.mass, points.position, points.mass, placing, axis)
+                scatter = self.settings.direction_scatter
+                angles = scatter * placing.standard_normal((clusters.mass.size, 2)) if scatter > 0.0 else None
                 own = copy * len(self.snapshot.rounds) + segment.round
                 resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
                 result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)
-                yield _Part(result, points, clusters)
+                yield _Part(result, points, clusters, angles)
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:
@@ -212,7 +219,10 @@ class BreakUp:
         names = tuple(broken.name for broken in self.rounds)
         return Fragments(mass, position, velocity, shape, of_round, of_segment, names)
 
-    def _result(self, parts: Sequence[_Part], fragments: Fragments, attitude: Attitude) -> BreakUpResult:
+    def _result(
+        self, parts: Sequence[_Part], fragments: Fragments, before: NDArray[np.float64], attitude: Attitude
+    ) -> BreakUpResult:
+        """The realisation with its ledgers; `before` are the velocities (n, 3) without the scatter of directions."""
         results = tuple(part.result for part in parts)
         spin = np.concatenate([part.clusters.spin(part.points) for part in parts])
         found = sorted({result.round for result in results})
@@ -225,7 +235,7 @@ class BreakUp:
             sums[number] = casing
             ledgers[number] = ledger(fragments.select(mine), spin[mine], casing)
         whole = ledger(fragments, spin, sum((sums[number] for number in found[1:]), sums[found[0]]))
-        directions = {number: self._directions(number, fragments, attitude) for number in found}
+        directions = {number: self._directions(number, fragments, before, attitude) for number in found}
         clusters = Clusters.concatenate([(part.clusters, len(part.points)) for part in parts])
         return BreakUpResult(
             fragments=fragments,
@@ -247,7 +257,9 @@ class BreakUp:
             self._sums[computed] = self._casing.sums(computed)
         return self._sums[computed]
 
-    def _directions(self, number: int, fragments: Fragments, attitude: Attitude) -> Directions:
+    def _directions(
+        self, number: int, fragments: Fragments, before: NDArray[np.float64], attitude: Attitude
+    ) -> Directions:
         """Directions about the round's own axis, the tilt taken back."""
         broken, motion = self.rounds[number], self._upright_motion(number, attitude)
         shares = self._cell_shares.get(number)
@@ -256,10 +268,18 @@ class BreakUp:
             if attitude.turn is None:
                 self._cell_shares[number] = shares
         mine = fragments.round == number
-        velocity, tilting = fragments.velocity[mine], attitude.tilting
+        flown, placed, tilting = fragments.velocity[mine], before[mine], attitude.tilting
         if tilting is not None:
-            velocity = velocity @ tilting.matrix
-        return compare_directions(fragments.mass[mine], velocity, shares, broken.axis)
+            flown, placed = flown @ tilting.matrix, placed @ tilting.matrix
+        return compare_directions(fragments.mass[mine], flown, placed, shares, broken.axis)
+
+
+def _scattered(part: _Part, placed: tuple[NDArray[np.float64], ...]) -> tuple[NDArray[np.float64], ...]:
+    """Masses, positions and velocities of a segment's fragments with the random deviation of their directions."""
+    if part.angles is None:
+        return placed
+    mass, position, velocity = placed
+    return mass, position, scattered(mass, velocity, part.angles)
 
 
 def _rounds(snapshot: Snapshot, mirrored: tuple[Image, ...]) -> Iterator[BrokenRound]:

@@ -11,9 +11,12 @@ from typing import Literal
 from transition.errors import InputError, nearest
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
-__all__ = ["BreakUpSettings", "Stations"]
+__all__ = ["DIRECTION_SCATTER", "BreakUpSettings", "Stations"]
 
 Stations = tuple[float, ...]
+
+DIRECTION_SCATTER = 0.10471975511966  # 6 degrees
+"""Default of `BreakUpSettings.direction_scatter`, from the panel test of the 75 mm M48 (`python -m validation polar_zones`)."""
 
 _DIMENSIONS = (2, 3, "mixed")
 _COMPARED = {
@@ -76,6 +79,9 @@ class BreakUpSettings:
         Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
         that is axisymmetric until it breaks up: on average over the realisations no azimuth then differs from another,
         whatever the mesh. Several rounds, and rounds with images, are never turned.
+    direction_scatter : float
+        Standard deviation (rad) of the random deviation of each fragment's direction, about each of two axes
+        perpendicular to it; see `transition.placement.scatter`.
     tilt : float
         Standard deviation (rad) of the tilt of all fragments of a realisation together, about each of the two
         horizontal axes: how far from plumb the round or the stack may stand.
@@ -109,6 +115,7 @@ class BreakUpSettings:
     graded_dm: float = 1.0e-4
     velocity: Literal["mean", "interpolation"] = "mean"
     random_turn: bool = False
+    direction_scatter: float = DIRECTION_SCATTER
     tilt: float = 0.0
     shape_factor: float = 2600.0
     explosive_constant: float | None = None
@@ -150,6 +157,7 @@ class BreakUpSettings:
             ("mixed_fraction", 0.0, 1.0),
             ("critical_strain", 0.0, 5.0),
             ("graded_m0", 0.0, math.inf),
+            ("direction_scatter", 0.0, 0.5),
             ("tilt", 0.0, 0.5),
         ):
             value = _number(name, getattr(self, name))

@@ -66,6 +66,7 @@ def summarised(
             "factor_source": source,
             "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
         },
+        "direction_scatter": settings.direction_scatter,
         "turn": attitude.turn,
         "tilt": list(attitude.tilt),
         "tilt_deviation": settings.tilt,

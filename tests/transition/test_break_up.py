@@ -12,6 +12,8 @@ import pytest
 from tests.transition.synthetic import Tube, radial
 from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
 
+ALONG_THE_FIELD = BreakUpSettings(direction_scatter=0.0)
+
 
 def lumped(snapshot):
     """Casing mass at the nodes, assembled as the burst stage does."""
@@ -22,7 +24,7 @@ def lumped(snapshot):
 
 
 def test_mass_and_momentum_are_those_of_the_lumped_casing(pair):
-    result = break_up(pair, seed=3)
+    result = break_up(pair, ALONG_THE_FIELD, seed=3)
     mass = lumped(pair)
     assert result.fragments.total_mass == pytest.approx(mass.sum(), rel=1e-12)
     scale = mass @ np.linalg.norm(pair.velocity, axis=1)
@@ -46,7 +48,7 @@ def test_angular_momentum_is_that_of_the_field_with_the_spin_that_fragments_lose
         return np.column_stack([-900.0 * x[:, 1], 900.0 * x[:, 0], 300.0 + 2000.0 * x[:, 0]]) + 0.3 * radial(x)
 
     tube = Tube(around=24, axial=20, velocity=turning, places=((0.3, -0.2, 1.0),))
-    result = break_up(tube.read(tmp_path / "s.h5"), seed=3)
+    result = break_up(tube.read(tmp_path / "s.h5"), ALONG_THE_FIELD, seed=3)
     found = result.ledger
     assert found.angular_momentum_error < 1e-12
     whole = np.array(found.casing_angular_momentum)
@@ -112,7 +114,7 @@ def test_a_turn_moves_all_fragments_together_about_the_rounds_axis(tmp_path):
     )
     data = replace(made.rounds[0], axis=tuple(tilt[:, 2]), position=(0.0, 0.0, 0.0))
     made = replace(made, rounds=(data,))
-    prepared, turned = BreakUp(made), BreakUp(made, BreakUpSettings(random_turn=True))
+    prepared, turned = (BreakUp(made, replace(ALONG_THE_FIELD, random_turn=turn)) for turn in (False, True))
     angles = []
     for number in range(40):
         still, moved = prepared.fragments(4, number), turned.fragments(4, number)
@@ -162,7 +164,7 @@ def test_many_realisations_are_drawn_on_as_many_threads_as_asked_for(snapshot, m
 
 
 def test_fragments_lie_on_the_casing_and_fly_as_it_does_there(snapshot):
-    result = break_up(snapshot, BreakUpSettings(mean_mass=1e-3), seed=1)
+    result = break_up(snapshot, replace(ALONG_THE_FIELD, mean_mass=1e-3), seed=1)
     fragments = result.fragments
     light = fragments.mass < 1e-3
     assert light.sum() > 0.6 * len(fragments)
@@ -267,8 +269,8 @@ def test_a_tilt_is_a_rotation_of_everything_about_the_centre_of_the_base(tmp_pat
 
 def test_a_tilt_loses_nothing_and_is_reported(tmp_path):
     made = Tube(around=24, axial=20).read(tmp_path / "s.h5")
-    result = BreakUp(made, BreakUpSettings(random_turn=True, tilt=0.1)).realisation(4, 3)
-    upright = BreakUp(made, BreakUpSettings(random_turn=True)).realisation(4, 3)
+    result = BreakUp(made, BreakUpSettings(random_turn=True, tilt=0.1, direction_scatter=0.0)).realisation(4, 3)
+    upright = BreakUp(made, BreakUpSettings(random_turn=True, direction_scatter=0.0)).realisation(4, 3)
     assert result.ledger.momentum_error < 1e-12
     assert result.ledger.angular_momentum_error < 1e-12
     assert result.attitude.turn == upright.attitude.turn

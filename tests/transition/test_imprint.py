@@ -36,7 +36,7 @@ MESHES = {
 def velocities(folder, size, count, **settings):
     """Masses and velocities of `count` realisations on a tube of one segment."""
     tube = Tube(**MESHES[size], velocity=linear, ends=(), kinds=("wall",))
-    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(**settings))
+    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(**settings, direction_scatter=0.0))
     return [(f.mass, f.velocity) for f in (prepared.fragments(29, number) for number in range(count))]
 
 

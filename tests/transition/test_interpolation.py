@@ -11,7 +11,7 @@ from transition.cells.shape_functions import trilinear
 
 pytestmark = pytest.mark.dolfinx
 
-SETTINGS = BreakUpSettings(velocity="interpolation", mean_mass=3e-3)
+SETTINGS = BreakUpSettings(velocity="interpolation", mean_mass=3e-3, direction_scatter=0.0)
 GRADIENT = np.array([[900.0, -300.0, 40.0], [120.0, 800.0, -70.0], [10.0, 60.0, -500.0]])
 SHIFT = np.array([5.0, -7.0, 11.0])
 

@@ -60,7 +60,7 @@ def test_polar_angles_count_from_the_nose(axis):
     velocity = 500.0 * np.array([[np.sin(up), 0.0, np.cos(up)], [0.0, np.sin(down), np.cos(down)]])
     mass = np.array([0.6, 0.4])
     cells = cell_shares(mass, np.repeat(velocity[:, None], 8, axis=1), axis)
-    found = compare_directions(mass, velocity, cells, axis)
+    found = compare_directions(mass, velocity, velocity, cells, axis)
     for polar in (found.polar_fragments, found.polar_cells):
         assert found.polar[polar > 0.0].tolist() == [32.5, 147.5]
         assert polar[polar > 0.0] == pytest.approx([0.6, 0.4], rel=1e-12)

@@ -148,11 +148,15 @@ def test_radius_and_wall_at_rupture_are_those_of_the_burst_where_it_has_both():
 
 
 @pytest.mark.parametrize(("end", "wall"), [(0.115, 0.015), (0.2, 0.02)])
-def test_a_base_is_as_thick_as_it_is_long_where_that_is_less(end, wall):
-    piece = segment(end=end)
+def test_an_end_is_as_thick_as_it_is_long_where_that_is_less(end, wall):
+    """A nose as it was before the burst; a base stretched by the critical strain in both directions."""
+    piece = segment(end=end, kind="nose")
     piece.is_end = True
-    radius, thickness, source = _at_rupture(piece, BreakUpSettings(), "")
-    assert (radius, thickness, source) == (0.08, pytest.approx(wall), "unstretched")
+    assert _at_rupture(piece, BreakUpSettings(), "") == (0.08, pytest.approx(wall), "unstretched")
+    piece = segment(end=end, kind="base")
+    piece.is_end = True
+    found = _at_rupture(piece, BreakUpSettings(critical_strain=0.5), "")
+    assert found == (pytest.approx(0.12), pytest.approx(wall / 2.25), "critical_strain")
 
 
 def test_mirrors_close_wherever_they_stand():

@@ -23,7 +23,7 @@ def linear(r, z):
 def velocities(folder, size, count):
     """Masses and velocities of `count` realisations on a tube of one segment."""
     tube = Meridian(**MESHES[size], velocity=linear, ends=(), kinds=("wall",))
-    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(random_turn=False))
+    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(random_turn=False, direction_scatter=0.0))
     return [(f.mass, f.velocity) for f in (prepared.fragments(29, number) for number in range(count))]
 
 

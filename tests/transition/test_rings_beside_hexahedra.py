@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 from burst_fenicsx.geometry import load_profile
 from tests.transition.profiles import hexahedral_snapshot, meridian_snapshot
-from transition import BreakUp
+from transition import BreakUp, BreakUpSettings
 
 COUNT = 40
 ANGLES = np.arange(60.0, 121.0, 10.0)
@@ -43,7 +43,8 @@ def rows(prepared, count):
 @pytest.fixture(scope="module")
 def both():
     profile = load_profile("m107")
-    return tuple(BreakUp(make(profile, 8e-3)) for make in (meridian_snapshot, hexahedral_snapshot))
+    settings = BreakUpSettings(direction_scatter=0.0)
+    return tuple(BreakUp(make(profile, 8e-3), settings) for make in (meridian_snapshot, hexahedral_snapshot))
 
 
 def test_fragments_are_statistically_the_same(both):

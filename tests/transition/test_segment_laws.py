@@ -26,7 +26,7 @@ def test_number_follows_the_law_per_segment_and_in_total(snapshot):
 
 
 def test_laws_by_hand(snapshot):
-    """Wall: Eq. 21 with Eq. 22; ends: the same with radius and wall before the burst."""
+    """Wall: Eq. 21 with Eq. 22; nose: with radius and wall before the burst; base: a plate stretched both ways."""
     laws = BreakUp(snapshot, BreakUpSettings(critical_strain=0.5)).laws
     segments = snapshot.rounds[0].segments
     wall = mott_linfoot(4.0, STEEL, 1.5 * 0.0775, 14.7e4, 0.018 / 1.5, segments[1].speed)
@@ -38,7 +38,9 @@ def test_laws_by_hand(snapshot):
     assert laws[0].v0 == pytest.approx(expansion, rel=3e-3)
     end = mott_linfoot(4.0, STEEL, 0.0775, 14.7e4, 0.018, laws[0].v0)
     assert laws[0].law.mean == pytest.approx(end, rel=1e-12)
-    assert [law.rupture for law in laws] == ["unstretched", "critical_strain", "critical_strain", "unstretched"]
+    plate = mott_linfoot(4.0, STEEL, 1.5 * 0.0775, 14.7e4, 0.018 / 1.5**2, laws[3].v0)
+    assert laws[3].law.mean == pytest.approx(plate, rel=1e-12)
+    assert [law.rupture for law in laws] == ["unstretched", "critical_strain", "critical_strain", "critical_strain"]
 
 
 def test_rupture_from_the_burst_and_eq_22_where_it_has_none(tmp_path):

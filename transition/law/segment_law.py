@@ -1,10 +1,12 @@
 """The law by which a segment breaks: mean mass, mu and number from its geometry, speed and settings.
 
 End pieces (nose and base, before and behind the charge) are few and large. The v0/a of Eq. 21 is a rate of hoop
-strain, and an end piece is thrown along the axis without much of it: its v0 is the outward speed of its expansion, not
-its speed of flight. It does not stretch before it parts from the wall, so radius and thickness are those before the
-burst, the thickness being the smaller of wall and length (a base is a plate). And there is never less than one piece:
-the mean mass is at most the segment's mass.
+strain, and an end piece is thrown along the axis too: its v0 is the outward speed of its expansion, not its speed of
+flight. A base is a plate, which the charge stretches in both directions (at the end of the burst by a median of 1.7 to
+1.9 times in the M107 and the M48): at rupture its radius has grown by the critical strain and its thickness shrunk by the
+square of that. Half of a nose stretches little before it parts from the wall: its radius and wall are those before the
+burst, the thickness being at most its length. And there is never less than one piece: the mean mass is at most the
+segment's mass.
 """
 
 from __future__ import annotations
@@ -122,7 +124,11 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"{where}: {name} is {value:g} m; above zero is needed")
     if segment.is_end:
-        return data.outer_radius, min(data.wall_thickness, data.end - data.start), "unstretched"
+        thickness = min(data.wall_thickness, data.end - data.start)
+        if data.kind == "base":
+            stretch = 1.0 + settings.critical_strain
+            return stretch * data.outer_radius, thickness / stretch**2, "critical_strain"
+        return data.outer_radius, thickness, "unstretched"
     found = (data.rupture_radius, data.rupture_wall)
     if settings.rupture == "burst" and all(math.isfinite(value) and value > 0.0 for value in found):
         return *found, "burst"

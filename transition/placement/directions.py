@@ -36,6 +36,10 @@ class Directions:
         Bins of the horizontal direction from +x counter-clockwise, named by their centre (degrees).
     azimuth_fragments, azimuth_cells : (72,) float64
         Shares of the mass in them; what flies straight up or down or stands still has none.
+    polar_difference : float
+        Largest difference of the two shares below any polar angle, 0 to 1, before directions scatter.
+    azimuth_difference : float
+        Largest difference in any sector of the horizon, 0 to 1, before directions scatter (Kuiper's statistic).
     """
 
     polar: NDArray[np.float64]
@@ -44,17 +48,8 @@ class Directions:
     azimuth: NDArray[np.float64]
     azimuth_fragments: NDArray[np.float64]
     azimuth_cells: NDArray[np.float64]
-
-    @property
-    def polar_difference(self) -> float:
-        """Largest difference of the two shares below any polar angle, 0 to 1."""
-        return float(np.abs(np.cumsum(self.polar_fragments - self.polar_cells)).max())
-
-    @property
-    def azimuth_difference(self) -> float:
-        """Largest difference of the two shares in any sector of the horizon, 0 to 1 (Kuiper's statistic)."""
-        along = np.cumsum(self.azimuth_fragments - self.azimuth_cells)
-        return float(along.max() - along.min())
+    polar_difference: float
+    azimuth_difference: float
 
 
 def cell_shares(
@@ -129,11 +124,26 @@ def ring_shares(
 def compare_directions(
     fragment_mass: NDArray[np.float64],
     fragment_velocity: NDArray[np.float64],
+    placed_velocity: NDArray[np.float64],
     cells: Shares,
     axis: tuple[float, float, float],
 ) -> Directions:
-    """Directions of a round's fragments (n,), (n, 3), kg and m/s, beside the `cell_shares` of its casing."""
+    """Directions of a round's fragments beside those of its casing.
+
+    Parameters
+    ----------
+    fragment_mass, fragment_velocity : (n,), (n, 3)
+        As they fly (kg, m/s).
+    placed_velocity : (n, 3)
+        Before their directions scatter (m/s): these are the casing's, and the differences are theirs.
+    cells : pair of arrays
+        `cell_shares` or `ring_shares` of the casing.
+    axis : tuple of float
+        Axis of the round.
+    """
     fragments = _shares(fragment_mass, fragment_velocity, np.asarray(axis))
+    placed = _shares(fragment_mass, placed_velocity, np.asarray(axis))
+    along = np.cumsum(placed[1] - cells[1])
     return Directions(
         polar=np.arange(0.5 * _BIN, 180.0, _BIN),
         polar_fragments=fragments[0],
@@ -141,6 +151,8 @@ def compare_directions(
         azimuth=np.arange(0.0, 360.0, _BIN),
         azimuth_fragments=fragments[1],
         azimuth_cells=cells[1],
+        polar_difference=float(np.abs(np.cumsum(placed[0] - cells[0])).max()),
+        azimuth_difference=float(along.max() - along.min()),
     )
 
 

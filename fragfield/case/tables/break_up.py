@@ -62,8 +62,11 @@ class BreakUpTable(Table):
     """Mean over the fragment's material points, or the field at a random one of them (Eq. 30)."""
     explosive_constant: float | None = Field(default=None, gt=0.0)
     """B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); left out: by the name of the explosive."""
-    tilt: Annotated[float, Quantity("rad", "2 deg", minimum=0.0, maximum=0.5)] = degrees(2.0)
-    """How far from plumb the round or the whole stack may stand: standard deviation of the tilt about each of two
+    direction_scatter: Annotated[float, Quantity("rad", "6 deg", minimum=0.0, maximum=0.5)] = degrees(6.0)
+    """Random deviation of each fragment's direction from that of its metal: standard deviation about each of two axes
+    perpendicular to it."""
+    tilt: Annotated[float, Quantity("rad", "2 deg", minimum=0.0, maximum=0.5)] = 0.0
+    """How far from its attitude the round or the whole stack may lean at random: standard deviation about each of two
     horizontal axes, drawn for every realisation."""
     segments: list[Length] | None = None
     """Stations at which every casing is cut into segments; left out: the segments of its profile."""

@@ -45,7 +45,7 @@ def default_inputs(case: Case) -> Iterator[UncertainInputTable]:
     if case.flight.shape.model != "box":
         yield _entry("presented_area", ["flight.shape_factor"])
     if case.round:
-        yield _entry("tilt", ["break_up.tilt"])
+        yield _entry("direction_scatter", ["break_up.direction_scatter"])
 
 
 def _burst(case: Case) -> Iterator[UncertainInputTable]:
