@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import time
 from collections.abc import Sequence
@@ -97,6 +98,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.ensemble import fly_all
 
+    _load_together(job)
     began = time.perf_counter()
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     seconds = time.perf_counter() - began
@@ -138,6 +140,16 @@ def fly(job: Job, stage: Stage) -> None:
             "convergence": convergence,
         }
     )
+
+
+def _load_together(job: Job) -> None:
+    """Load dolfinx on all ranks at once where rank 0 computes other cell sizes alone: PETSc starts collectively."""
+    from fragfield.case.conversion.geometry import burst_geometry
+
+    if job.team.size == 1 or job.fragments is not None or job.case.burst is None:
+        return
+    if burst_geometry(job.case).geometry == "axisymmetric":
+        importlib.import_module("burst_fenicsx.run_burst")
 
 
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
