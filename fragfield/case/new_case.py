@@ -122,7 +122,11 @@ def _lying(profile: str) -> dict[str, Any]:
 
     found = load_profile(profile)
     height = math.ceil(1e3 * found.max_radius - 1e-6)  # whole millimetres, not into the ground
-    return {"position": ["0 m", f"{-500.0 * found.length:.10g} mm", f"{height} mm"], "attitude": "lying", "azimuth": "90 deg"}
+    return {
+        "position": ["0 m", f"{-500.0 * found.length:.10g} mm", f"{height} mm"],
+        "attitude": "lying",
+        "azimuth": "90 deg",
+    }
 
 
 def _require(option: str, name: str, allowed: Iterable[str]) -> None:

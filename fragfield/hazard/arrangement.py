@@ -36,9 +36,10 @@ def arrangement(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points, first and last delay, `initiation`),
-        `min_clearance` (two names and the clear distance, or None for a single round), `planes` (name, kind, the
-        nearest round and its clear distance), `surroundings` (of the flight) and `contact`; SI, angles in degrees.
+        `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points,
+        first and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single
+        round), `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and
+        `contact`; SI, angles in degrees.
     """
     from fragfield.case.conversion.stages import burst_settings
 

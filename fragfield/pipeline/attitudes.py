@@ -1,10 +1,10 @@
 """The envelope over attitudes: the fragments of every realisation turned as one body, and the worst attitude.
 
-Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then those beside
-the one with the largest upper bound are flown, in finer and finer steps, until all beside it are known; and the worst
-itself with as many realisations as fix its distance to `hazard.tolerance`, whereby another may become the worst. All
-attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the result
-does not depend on ranks or threads.
+Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then the one with
+the largest distance is flown with as many realisations as fix it to `hazard.tolerance`, and those beside it in finer
+steps; whichever becomes the worst by that is treated alike, until the worst is known and has no neighbour that was not
+flown. All attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the
+result does not depend on ranks or threads.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_attitudes"]
 
-INCLINATION = (15.0, 5.0, 2.5)
+INCLINATION = (15.0, 5.0)
 """Steps (degrees) from one inclination to the next: of the coarse grid, then beside the worst."""
 ROLL = (30.0, 10.0)
 """The same of rolls."""
@@ -126,30 +126,27 @@ class _Envelope:
 
     @property
     def _worst(self) -> Key:
-        """The attitude with the largest bound; one whose distance is not determined before all others."""
+        """The attitude with the largest distance; one whose distance is not determined before all others."""
 
         def reach(key: Key) -> float:
-            row, found = self.rows[key], self.flown[key].found
+            found = self.flown[key].found
             assert found is not None  # on rank 0
-            if found.balance.reason:
-                return np.inf
-            return float(row["distance"] if row["upper"] is None else row["upper"])
+            return np.inf if found.balance.reason else float(self.rows[key]["distance"])
 
         return max(sorted(self.rows), key=reach)
 
     def _next(self) -> tuple[Key, int] | None:
         """The attitude to fly next and how many realisations to have of it; None once the worst is known."""
         worst = self._worst
-        for key in self._beside(worst):
-            if key not in self.flown:
-                return key, self.source.count
         one = self.flown[worst]
         assert one.found is not None  # on rank 0
         wanted = one.found.wanted(one.done, more=self.source.more)
-        return (worst, wanted) if wanted > one.done else None
+        if wanted > one.done:
+            return worst, wanted
+        return next(((key, self.source.count) for key in self._beside(worst) if key not in self.flown), None)
 
     def _beside(self, key: Key) -> Iterator[Key]:
-        """Attitudes beside one, by finer and finer steps."""
+        """Attitudes beside one, in the finer steps."""
         inclination, roll = key
         at_pole = inclination in (0.0, 180.0)
         rolls = np.arange(0.0, 360.0, ROLL[0]).tolist() if at_pole else [roll]

@@ -250,7 +250,9 @@ class _Found:
         from flight.hazard.density.expected import DRAWS, expected_distance
 
         draws = DRAWS // 4 if quick else DRAWS
-        return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick)
+        return expected_distance(
+            self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick
+        )
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""

@@ -58,6 +58,8 @@ class Job:
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     began : float
         Clock (s) at which the work began.
+    noted : dict
+        What has been put into summary.json.
     """
 
     case: Case
@@ -74,6 +76,7 @@ class Job:
     figures: FigureQueue | None = None
     attitude: Turned | None = None
     began: float = field(default_factory=time.perf_counter)
+    noted: dict[str, Any] = field(default_factory=dict)
 
     @property
     def cores(self) -> int:
@@ -94,7 +97,8 @@ class Job:
             "seed": self.case.seed,
         }
         earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
-        everything = {**summary, **earlier, **parts}
+        self.noted.update(parts)  # the source has them where it is the target, too
+        everything = {**summary, **earlier, **self.noted}
         self.target.write_summary({key: _finite(value) for key, value in everything.items()})
 
 

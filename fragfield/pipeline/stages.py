@@ -94,8 +94,8 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.stack_rule import stack_rule_of
-    from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.attitudes import flown_attitude
+    from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.ensemble import fly_all
 
     _load_together(job)

@@ -148,7 +148,9 @@ ANY_REFUSED = 'round[1].attitude: found "any" together with'
 )
 def test_what_does_not_turn_with_the_rounds_is_refused_with_any(tables, what):
     """With what to do instead; the same tables are sound with an attitude of their own."""
-    _refused([f"{ANY_REFUSED} {what}", "fragfield sweep CASE round.0.attitude=upright,lying"], {"attitude": "any"}, **tables)
+    _refused(
+        [f"{ANY_REFUSED} {what}", "fragfield sweep CASE round.0.attitude=upright,lying"], {"attitude": "any"}, **tables
+    )
     assert _case({"attitude": "upright"}, **tables).round[0].axis == (0.0, 0.0, 1.0)
 
 
@@ -168,13 +170,17 @@ def test_distances_of_any_are_counted_from_the_rounds():
 
 
 def test_the_check_says_the_attitude_and_what_any_costs(tmp_path):
-    text = '[burst]\ncell_size = "14 mm"\n[[round]]\nname = "a"\nprofile = "tube"\nexplosive = "tnt"\ncasing = "copper"\n'
+    text = (
+        '[burst]\ncell_size = "14 mm"\n[[round]]\nname = "a"\nprofile = "tube"\nexplosive = "tnt"\ncasing = "copper"\n'
+    )
     path = write_case(tmp_path, text + 'attitude = "any"\n')
     done = invoke("check", path)
     assert done.exit_code == 0, done.stderr
     assert "attitude: mixed attitudes, the distance is that of the worst; base as placed 0 m over" in done.stdout
     assert "the flight is computed in 13 attitudes" in done.stdout
-    done = invoke("check", path, "--set", "round.0.attitude=lying", "--set", "round.0.position=['0 m','0 m','1 m']", "--json")
+    done = invoke(
+        "check", path, "--set", "round.0.attitude=lying", "--set", "round.0.position=['0 m','0 m','1 m']", "--json"
+    )
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["arrangement"]["attitude"]["words"] == "lying, nose to 0 deg"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,7 +78,8 @@ class Arrangement:
         found: list[tuple[Array, Array]] = [(np.eye(3), np.zeros(3))]
         for plane in self.case.plane:
             if plane.kind == "symmetry":
-                normal = np.array(plane.normal) / np.linalg.norm(plane.normal)
+                normal = np.array(plane.normal, dtype=np.float64)
+                normal = normal / np.linalg.norm(normal)
                 mirror = np.eye(3) - 2.0 * np.outer(normal, normal)
                 shift = 2.0 * (np.array(plane.point) @ normal) * normal
                 found += [(mirror @ matrix, mirror @ s + shift) for matrix, s in found]
@@ -158,7 +160,7 @@ def origin_faults(case: Case) -> Iterator[str]:
     apart = math.dist((x, y), case.flight.origin)
     if apart > _NEAR:
         yield (
-            f'flight.origin: found {apart:.3g} m from the centre of the rounds, ({x:.3g} m, {y:.3g} m); allowed with '
+            f"flight.origin: found {apart:.3g} m from the centre of the rounds, ({x:.3g} m, {y:.3g} m); allowed with "
             f'attitude = "any": at most {_NEAR:g} m, since its distance holds in every direction'
         )
 
@@ -176,7 +178,7 @@ def _casing(entry: RoundTable) -> tuple[float, Array]:
         return density * float(weight.sum()), weight @ cell_centres(mesh) / weight.sum()
     profile = profile_of(entry)
     edges = np.linspace(0.0, profile.length, _SLICES + 1)
-    volume = np.array([profile.volumes(*ends).casing for ends in zip(edges[:-1], edges[1:], strict=True)])
+    volume = np.array([profile.volumes(*ends).casing for ends in pairwise(edges)])
     station = float(volume @ (0.5 * (edges[:-1] + edges[1:]))) / float(volume.sum())
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
     return density * float(volume.sum()), np.array(entry.position) + (profile.length - station) * axis

@@ -9,7 +9,17 @@ from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
 from fragfield.case.units.compound import NumberOrWord
-from fragfield.case.units.kinds import Angle, Density, Direction, EnergyPerMass, EnergyRange, Offset, Position, Pressure, Speed
+from fragfield.case.units.kinds import (
+    Angle,
+    Density,
+    Direction,
+    EnergyPerMass,
+    EnergyRange,
+    Offset,
+    Position,
+    Pressure,
+    Speed,
+)
 from fragfield.case.units.quantities import Quantity
 
 __all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
