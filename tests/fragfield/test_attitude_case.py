@@ -275,7 +275,7 @@ def test_a_roll_of_one_round_of_revolution_changes_nothing():
 
 
 def test_rolls_that_are_mirror_images_are_flown_once():
-    """A pair has two mirror planes: rolls of 0 to 90 degrees; rounds of different fill one; three in a row askew none."""
+    """A pair has two mirror planes: rolls of 0 to 90 degrees; rounds of different fill have one."""
     pair = Arrangement(_case({"attitude": "any"}, **PAIR))
     assert not pair.even
     assert [pair.roll(angle) for angle in (0, 30, 90, 120, 180, 210, 330)] == [0, 30, 90, 60, 0, 30, 30]

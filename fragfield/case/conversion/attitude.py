@@ -116,8 +116,8 @@ def attitude_of(case: Case, *, given: bool = False) -> dict[str, Any]:
     dict
         `kind` ("upright", "lying", "inclined", "several", "any" or "given"), `words`, `inclination_deg` and
         `azimuth_deg` (None where rounds differ or the attitude is any; the azimuth of a vertical axis is None),
-        `base_height` (m, of the lowest base's centre over the ground), `worst_inclination_deg`, `worst_roll_deg` and `curve` (of "any", once
-        flown).
+        `base_height` (m, of the lowest base's centre over the ground), `worst_inclination_deg`, `worst_roll_deg`
+        and `curve` (of "any", once flown).
     """
     from fragfield.case.conversion.surroundings import ground_height
 

@@ -158,7 +158,7 @@ class RoundTable(Table):
     azimuth: Angle | None = None
     """Direction in plan to which the nose of a lying or inclined round points, from +x counter-clockwise; left out:
     0 deg."""
-    axis: Direction = (0.0, 0.0, 1.0)
+    axis: Direction = Field(default=(0.0, 0.0, 1.0), json_schema_extra={"instead_of": "attitude"})
     """Direction from the base to the nose, z up, instead of `attitude`."""
     ignition: list[IgnitionTable] | None = None
     """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: by `initiation` alone."""

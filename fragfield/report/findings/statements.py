@@ -55,8 +55,9 @@ def _limits(run: RunFiles) -> Iterator[str]:
         )
     if (run.part("hazard").get("attitude") or {}).get("kind") == "any":
         yield (
-            "Mixed attitudes: the hazard distance is that of the worst attitude and holds in every direction. Landings, "
-            "densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to azimuth 0."
+            "Mixed attitudes: the hazard distance is that of the worst attitude and holds in every direction. "
+            "Landings, densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to "
+            "azimuth 0."
         )
     if run.case is not None:
         yield from _of_flight(run.case)

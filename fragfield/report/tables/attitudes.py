@@ -79,7 +79,7 @@ def attitude_sections(run: RunFiles) -> list[Section]:
         for row in rows
     )  # fmt: skip
     note = (
-        "Inclination of the axis from upright, 180°: nose down. Coarse steps, and finer ones beside the worst attitude, "
-        "which alone is flown until its distance is known to the tolerance. ± is the standard error by bootstrap."
+        "Inclination of the axis from upright, 180°: nose down. Coarse steps, and finer ones beside the worst "
+        "attitude, which is flown until its distance is known to the tolerance. ± is the standard error by bootstrap."
     )
     return [Section("attitudes", "Annex: hazard distance by attitude", [Table("Attitudes", head, lines, note)])]
