@@ -97,9 +97,13 @@ def test_a_stale_option_would_be_found():
         parse(line)
 
 
+PIT = "# rounds = 2\nmass_above_g;number\n0.5;1880\n2;1470\n8;885\n32;330\n128;47\n"
+
+
 @pytest.mark.parametrize("page", GUIDE)
 def test_every_case_file_is_read(page, tmp_path):
-    """Whole ones as they stand; parts of one over a tube."""
+    """Whole ones as they stand; parts of one over a tube, beside the fragments of two such tubes."""
+    (tmp_path / "pit.csv").write_text(PIT, encoding="utf-8")
     for number, block in enumerate(block for block in blocks(page) if block.language == "toml"):
         named = re.match(r"# (\w+\.toml)\n", block.text)
         path = tmp_path / (named[1] if named else f"part_{number}.toml")

@@ -16,7 +16,7 @@ from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matt
 from transition.cells.points import MaterialPoints
 from transition.errors import InputError
 from transition.law.samplers import Graded, Quantile, Sampler
-from transition.law.segment_law import outside_of, segment_law
+from transition.law.segment_law import outside_of, segment_laws
 from transition.law.segments import CasingSegment, casing_segments
 from transition.ledger import CasingSums, ledger
 from transition.placement.attitude import Attitude, draw_attitude
@@ -68,6 +68,10 @@ class BreakUp:
     ----------
     rounds : tuple of BrokenRound
         The computed rounds, then the images of all of them at one plane after the other.
+    laws : tuple of SegmentLaw
+        By segment.
+    fit : CountFit or None
+        How the mean masses were fitted to the pieces of a test.
 
     Raises
     ------
@@ -81,10 +85,8 @@ class BreakUp:
         self.segments = casing_segments(self.snapshot, self.settings.segments)
         self._casing = casing_of(self.snapshot)
         mass = self.snapshot.mass[self.snapshot.casing]
-        self.laws = tuple(
-            segment_law(s, float(mass[s.cells].sum()), self.snapshot.rounds[s.round], self.settings)
-            for s in self.segments
-        )
+        masses = [float(mass[s.cells].sum()) for s in self.segments]
+        self.laws, self.fit = segment_laws(self.segments, masses, self.snapshot.rounds, self.settings)
         self._outside = outside_of(self.snapshot.rounds, self.settings)
         self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
         self._images = images(self.snapshot.planes, self.snapshot.source)
@@ -247,7 +249,7 @@ class BreakUp:
             ledger=whole,
             ledgers=tuple(ledgers.items()),
             summary=summarised(
-                self.rounds, results, ledgers, directions, whole, self.settings, self._outside, attitude
+                self.rounds, results, ledgers, directions, whole, self.settings, self._outside, attitude, self.fit
             ),
         )
 

@@ -9,6 +9,8 @@ from itertools import pairwise
 from typing import Literal
 
 from transition.errors import InputError, nearest
+from transition.law.count_fit import fit_counts
+from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
 __all__ = ["DIRECTION_SCATTER", "BreakUpSettings", "Stations"]
@@ -16,7 +18,7 @@ __all__ = ["DIRECTION_SCATTER", "BreakUpSettings", "Stations"]
 Stations = tuple[float, ...]
 
 DIRECTION_SCATTER = 0.10471975511966  # 6 degrees
-"""Default of `BreakUpSettings.direction_scatter`, from the panel test of the 75 mm M48 (`python -m validation polar_zones`)."""
+"""Default of `BreakUpSettings.direction_scatter`, from panels of the 75 mm M48 (validation/polar_zones)."""
 
 _DIMENSIONS = (2, 3, "mixed")
 _COMPARED = {
@@ -46,8 +48,9 @@ class BreakUpSettings:
         Break-up of a thin wall (exponent 1/2), of a thick one (1/3), or a mixture of both by mass.
     mixed_fraction : float
         Part of the mass, 0 to 1, that breaks in three dimensions when `dimension` is "mixed".
-    mean_mass : "mott", "mott_1947", "gurney_sarmousakis" or float
-        Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass (kg).
+    mean_mass : "mott", "mott_1947", "gurney_sarmousakis", float or FragmentCounts
+        Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass (kg); or
+        pieces counted in a test, to which the mean masses of Eq. 21 are fitted by one scale.
     mean_mass_factor : float or None
         Geometric standard deviation of the mean fragment mass about the truth, 1 or above; it is stated in the summary
         and the report and changes no fragment. None: see `factor`.
@@ -100,7 +103,7 @@ class BreakUpSettings:
 
     dimension: Literal[2, 3, "mixed"] = 2
     mixed_fraction: float = 0.5
-    mean_mass: Literal["mott", "mott_1947", "gurney_sarmousakis"] | float = "mott"
+    mean_mass: Literal["mott", "mott_1947", "gurney_sarmousakis"] | float | FragmentCounts = "mott"
     mean_mass_factor: float | None = None
     prefactor: float | Literal["paper"] = 4.0
     fracture_energy: float = 14.7e4
@@ -133,7 +136,7 @@ class BreakUpSettings:
                 raise InputError(
                     f"break_up.mean_mass: found {self.mean_mass!r}{nearest(self.mean_mass, laws)} or a mass in kg"
                 )
-        else:
+        elif not isinstance(self.mean_mass, FragmentCounts):
             _positive("mean_mass", self.mean_mass, "kg")
         if isinstance(self.prefactor, str):
             if self.prefactor != "paper":
@@ -174,10 +177,14 @@ class BreakUpSettings:
         """Factor by which the mean mass is uncertain either way, and where that comes from.
 
         As given; else that of the law over published data, as long as the inputs are those it was compared with; else
-        None, with the reason.
+        None, with the reason. Of a test's counts that of one law for all pieces: the segments, once they are known,
+        give another standard error (`BreakUp.fit`).
         """
         if self.mean_mass_factor is not None:
             return self.mean_mass_factor, "input"
+        if isinstance(self.mean_mass, FragmentCounts):
+            fit = fit_counts(self.mean_mass, self.dimension, self.mixed_fraction)
+            return fit.factor, fit.label
         if not isinstance(self.mean_mass, str):
             return None, "the mean mass is given"
         changed = [name for name in _COMPARED[self.mean_mass] if getattr(self, name) != _default(name)]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from transition.law.count_fit import CountFit
     from transition.ledger import BreakUpLedger
     from transition.placement.attitude import Attitude
     from transition.placement.directions import Directions
@@ -25,6 +26,7 @@ def summarised(
     settings: BreakUpSettings,
     outside: Mapping[str, Sequence[str]],
     attitude: Attitude,
+    fit: CountFit | None = None,
 ) -> dict[str, Any]:
     """Numbers of one realisation.
 
@@ -44,8 +46,9 @@ def summarised(
         In which respects no published data on mean masses are near it.
     attitude : Attitude
         How all fragments were turned about the round's axis, and tilted.
+    fit : CountFit or None
+        Of the mean masses to the pieces of a test.
     """
-    factor, source = settings.factor
     return {
         "fragments": sum(r.fragments for r in results),
         "points": sum(r.points for r in results),
@@ -60,12 +63,7 @@ def summarised(
         "energy_lost": handed_over.casing_energy - handed_over.energy,
         "sampler": settings.sampler,
         "velocity": settings.velocity,
-        "mean_mass": {
-            "law": settings.mean_mass if isinstance(settings.mean_mass, str) else "given",
-            "factor": factor,
-            "factor_source": source,
-            "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
-        },
+        "mean_mass": _mean_mass(settings, fit, outside),
         "direction_scatter": settings.direction_scatter,
         "turn": attitude.turn,
         "tilt": list(attitude.tilt),
@@ -74,6 +72,23 @@ def summarised(
             _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
             for number, found in directions.items()
         ],
+    }
+
+
+def _mean_mass(settings: BreakUpSettings, fit: CountFit | None, outside: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    if fit is None:
+        factor, source = settings.factor
+    elif settings.mean_mass_factor is None:
+        factor, source = fit.factor, fit.label
+    else:
+        factor, source = settings.mean_mass_factor, "input"
+    law = settings.mean_mass if isinstance(settings.mean_mass, str) else "given"
+    return {
+        "law": law if fit is None else "fitted",
+        "factor": factor,
+        "factor_source": source,
+        "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
+        **({} if fit is None else {"test": fit.summary()}),
     }
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_FAULT, EXIT_INPUT, nearest
+from validation.attitudes import study as attitudes
 from validation.axisymmetric import study as axisymmetric
 from validation.colliding_tubes import study as colliding_tubes
 from validation.copper_cylinder import study as copper_cylinder
@@ -27,6 +28,7 @@ from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
 from validation.plane_section import study as plane_section
+from validation.polar_zones import study as polar_zones
 from validation.products import study as products
 from validation.readme import LADDER
 from validation.record import Outcome
@@ -53,10 +55,12 @@ CASES = {
     "stack_trends": stack_trends.study,
     "plane_section": plane_section.study,
     "mean_mass": mean_mass.study,
+    "polar_zones": polar_zones.study,
     "paper_3_1": paper_3_1.study,
     "paper_3_2": paper_3_2.study,
     "m107_1944": m107_1944.study,
     "m107_convergence": m107_convergence.study,
+    "attitudes": attitudes.study,
     "m107_pair": m107_pair.study,
     "sensitivities": sensitivities.study,
 }

@@ -105,16 +105,18 @@ def _inactive_of_burst(case: Case) -> Iterator[str]:
 
 def _inactive_of_break_up(case: Case) -> Iterator[str]:
     part = case.break_up
-    given = not isinstance(part.mean_mass, str)
+    given, law = not isinstance(part.mean_mass, str), "mott" if part.mean_mass_is_file else part.mean_mass
     if part.dimension != "mixed":
         yield "break_up.mixed_fraction"
-    if given or part.mean_mass != "mott":
+    if given or law != "mott" or part.mean_mass_is_file:  # a common factor, which the fit replaces
         yield from ("break_up.prefactor", "break_up.fracture_energy")
-    if given or part.mean_mass != "mott_1947":
+    if given or law != "mott_1947":
         yield from ("break_up.fracture_stress", "break_up.fracture_gamma")
-    if given or part.mean_mass != "gurney_sarmousakis":
+    if given or law != "gurney_sarmousakis":
         yield "break_up.explosive_constant"
-    if given or part.mean_mass == "gurney_sarmousakis":
+    if part.mean_mass_is_file:
+        yield "break_up.counts"  # the report shows them beside the law
+    if given or law == "gurney_sarmousakis":
         yield from (f"break_up.{key}" for key in ("rupture", "critical_strain", "strain_rate", "velocity_source"))
     if part.sampler != "graded":
         yield from ("break_up.graded_m0", "break_up.graded_dm")

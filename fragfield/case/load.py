@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import exposed_sites_of, resolved_exposed
+from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.geometry import check_geometry
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.turned import origin_faults
@@ -108,6 +109,7 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     _raise(source, check_geometry(case))
     if is_mixed(case):
         _raise(source, _with_location(lambda: list(origin_faults(case)), source))
+    check_counts(case, source)
     _check_flight(case, source)
     return case
 
@@ -175,7 +177,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
-    return case.model_copy(update=changes)
+    return with_counts(case.model_copy(update=changes), source, folder)
 
 
 def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleTable:

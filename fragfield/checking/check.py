@@ -248,10 +248,10 @@ def _warnings(
 
 
 def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """Rounds near which no published mean masses are; a mean mass that is given needs none."""
+    """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
     from transition.law.mean_mass_data import outside_data
 
-    if not isinstance(case.break_up.mean_mass, str):
+    if not isinstance(case.break_up.mean_mass, str) or case.break_up.mean_mass_is_file:
         return
     for index, number in Counter(_first_alike(case)).items():
         entry, found = rounds[index], described[index]

@@ -17,6 +17,7 @@ from fragfield.report.figures import site as site_figure
 from fragfield.report.tables import zones as zone_blocks
 from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_tables
+from fragfield.report.tables.counted import counted_table
 from fragfield.report.tables.distances import distance_table, stack_rule_table
 from fragfield.report.tables.exposed_sites import exposed_tables
 from fragfield.report.tables.ignition import ignition_table
@@ -117,6 +118,7 @@ def break_up_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *break_up_rows(run),
         *broken_rounds_table(run),
+        *counted_table(run),
         *draw(
             "number_by_mass", "Number of fragments by mass",
             "Number of fragments heavier than m against the root of m (upper figures; lower figures: m)"

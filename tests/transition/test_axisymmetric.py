@@ -176,7 +176,9 @@ def test_dolfinx_gives_the_field_of_the_meridian(tmp_path):
         return generator.normal(scale=1000.0, size=(r.size, 2))
 
     snapshot = tilted(axial=12, velocity=field).read(tmp_path / "s.h5")
-    result = break_up(snapshot, BreakUpSettings(velocity="interpolation", random_turn=False, direction_scatter=0.0), seed=2)
+    result = break_up(
+        snapshot, BreakUpSettings(velocity="interpolation", random_turn=False, direction_scatter=0.0), seed=2
+    )
     half = snapshot.half_plane
     cell, local = (getattr(result.points, name)[result.clusters.chosen] for name in ("cell", "local"))
     nodes = snapshot.cells[snapshot.casing][cell]

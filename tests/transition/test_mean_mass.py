@@ -9,7 +9,15 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings, InputError
-from transition.law.mean_mass import ASPECT_RATIO, gurney_sarmousakis, mott_1947, mott_linfoot, ruptured, thinned
+from transition.law.mean_mass import (
+    ASPECT_RATIO,
+    EXPLOSIVE_CONSTANTS,
+    gurney_sarmousakis,
+    mott_1947,
+    mott_linfoot,
+    ruptured,
+    thinned,
+)
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS, equivalent_cylinder, outside_data
 
 STEEL, TNT = (7850.0, 448e6), ("tnt", 1630.0)
@@ -52,6 +60,12 @@ def test_law_of_1947_by_hand():
     breadth = math.sqrt(mass / (density * wall * ASPECT_RATIO))
     assert breadth == pytest.approx(1.5 * 1.470 / math.sqrt(gamma) * 0.0254, rel=1e-3)
     assert mott_1947(density, stress, gamma, wall, 0.0) == math.inf
+
+
+def test_constants_of_the_explosives_are_those_in_ounces_and_inches():
+    in_si = math.sqrt(28.349523125e-3) * 0.0254 ** (-7.0 / 6.0)
+    for name, constant in (("TNT", 0.312), ("Composition B", 0.222)):
+        assert EXPLOSIVE_CONSTANTS[name] == pytest.approx(constant * in_si, rel=2e-3), name
 
 
 def test_wall_of_plane_strain_keeps_its_section():

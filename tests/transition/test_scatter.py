@@ -46,8 +46,9 @@ def test_a_deviation_is_the_rotation_by_its_angle(direction, angle):
     assert np.linalg.norm(turned) == pytest.approx(1.0, rel=1e-15)
 
 
-def cylinder(generator, count, cone=math.radians(93.0)):
-    """Masses, and velocities on a cone about z."""
+def cylinder(generator, count):
+    """Masses, and velocities on a cone of 93 degrees about z."""
+    cone = math.radians(93.0)
     turn = 2.0 * math.pi * generator.random(count)
     direction = np.column_stack(
         [math.sin(cone) * np.cos(turn), math.sin(cone) * np.sin(turn), np.full(count, math.cos(cone))]
@@ -86,7 +87,7 @@ def test_one_piece_keeps_its_direction_and_what_rests_stays_at_rest():
 
 
 def test_without_scatter_the_break_up_is_what_it_was_and_with_it_only_directions_change(tmp_path):
-    made = Tube(around=24, axial=20, velocity=lambda x: radial(x) + [0.0, 0.0, -60.0]).read(tmp_path / "s.h5")
+    made = Tube(around=24, axial=20, velocity=lambda x: radial(x) + np.array([0.0, 0.0, -60.0])).read(tmp_path / "s.h5")
     plain, wide = (BreakUp(made, BreakUpSettings(direction_scatter=size)) for size in (0.0, DEVIATION))
     before, after = plain.fragments(3, 2), wide.fragments(3, 2)
     np.testing.assert_array_equal(after.mass, before.mass)

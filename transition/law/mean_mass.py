@@ -24,7 +24,9 @@ __all__ = [
 
 PAPER_PREFACTOR = 0.3815  # the printed 381.5 of Eq. 21, read as grams
 ASPECT_RATIO = 1.6  # length over breadth of a piece: mean over three sets of recovered fragments (Felix et al. 2022)
-EXPLOSIVE_CONSTANTS = {"TNT": 3.81, "Composition B": 2.71}  # B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6))
+EXPLOSIVE_CONSTANTS = {"TNT": 3.81, "Composition B": 2.71}
+"""B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)): 0.312 and 0.222 oz^(1/2) in^(-7/6) from memory of UFC 3-340-02,
+whose table could not be read."""
 
 
 def mott_linfoot(
@@ -88,9 +90,9 @@ def mott_1947(density: float, fracture_stress: float, gamma: float, thickness: f
 def gurney_sarmousakis(constant: float, thickness: float, inner_diameter: float) -> float:
     """Mean fragment mass 2 M_A^2 (kg), with M_A = B t^(5/6) d^(1/3) (1 + t/d).
 
-    Gurney and Sarmousakis (1943), as used in UFC 3-340-02: mu = M_A^2 of a law in two dimensions, whose mean is
-    2 mu. `constant` is B (kg^(1/2) m^(-7/6)), `thickness` t and `inner_diameter` d those of the casing before the
-    burst (m). A solid piece (d = 0) does not break: infinite.
+    Gurney and Sarmousakis (1943), as used in UFC 3-340-02 (the form in SI: Nystroem 2008, p. 15): mu = M_A^2 of a law
+    in two dimensions, whose mean is 2 mu. `constant` is B (kg^(1/2) m^(-7/6)), `thickness` t and `inner_diameter` d
+    those of the casing before the burst (m). A solid piece (d = 0) does not break: infinite.
     """
     if inner_diameter <= 0.0:
         return math.inf

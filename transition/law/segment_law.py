@@ -2,11 +2,11 @@
 
 End pieces (nose and base, before and behind the charge) are few and large. The v0/a of Eq. 21 is a rate of hoop
 strain, and an end piece is thrown along the axis too: its v0 is the outward speed of its expansion, not its speed of
-flight. A base is a plate, which the charge stretches in both directions (at the end of the burst by a median of 1.7 to
-1.9 times in the M107 and the M48): at rupture its radius has grown by the critical strain and its thickness shrunk by the
-square of that. Half of a nose stretches little before it parts from the wall: its radius and wall are those before the
-burst, the thickness being at most its length. And there is never less than one piece: the mean mass is at most the
-segment's mass.
+flight. A base is a plate, which the charge stretches in both directions (by the end of the burst to 1.7 to 1.9 times in
+the M107 and the M48, median by mass): at rupture its radius has grown by the critical strain and its thickness shrunk
+by the square of that. Half of a nose stretches little before it parts from the wall: its radius and wall are those
+before the burst, the thickness being at most its length. And there is never less than one piece: the mean mass is at
+most the segment's mass.
 """
 
 from __future__ import annotations
@@ -17,16 +17,21 @@ from typing import TYPE_CHECKING
 
 from transition.errors import InputError
 from transition.law import mean_mass, mean_mass_data
+from transition.law.count_fit import SegmentMasses, fit_counts
+from transition.law.fragment_counts import FragmentCounts
 from transition.law.mott import MottLaw
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from transition.law.count_fit import CountFit
     from transition.law.segments import CasingSegment
     from transition.settings import BreakUpSettings
     from transition.snapshot import RoundData
 
-__all__ = ["SegmentLaw", "outside_of", "segment_law"]
+__all__ = ["SegmentLaw", "outside_of", "segment_law", "segment_laws"]
+
+_ALIKE = 0.02  # of a segment's mass, by which the meshes of rounds that are alike may differ
 
 
 @dataclass(frozen=True)
@@ -76,27 +81,79 @@ class _Rupture:
     rate_source: str
 
 
-def segment_law(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> SegmentLaw:
-    """Law of a segment of `mass` (kg).
+def segment_laws(
+    segments: Sequence[CasingSegment], masses: Sequence[float], rounds: Sequence[RoundData], settings: BreakUpSettings
+) -> tuple[tuple[SegmentLaw, ...], CountFit | None]:
+    """Laws of all segments, and the fit of their mean masses to the pieces of a test, where the settings hold them.
+
+    Parameters
+    ----------
+    segments, masses : sequences
+        Segments of all rounds, and their masses (kg).
+    rounds : sequence of RoundData
+        The rounds.
+    settings : BreakUpSettings
+        Choices of the break-up.
+
+    Raises
+    ------
+    InputError
+        As `segment_law` and `fit_counts`; a test's pieces with rounds that are not alike.
+    """
+    pairs = list(zip(segments, masses, strict=True))
+    if not isinstance(settings.mean_mass, FragmentCounts):
+        return tuple(segment_law(s, mass, rounds[s.round], settings) for s, mass in pairs), None
+    by_round: dict[int, list[float]] = {}
+    for segment, mass in pairs:
+        by_round.setdefault(segment.round, []).append(mass)
+    first, *others = by_round.values()
+    for other in others:
+        if len(other) != len(first) or any(abs(b - a) > _ALIKE * a for a, b in zip(first, other, strict=True)):
+            raise InputError(
+                f"break_up.mean_mass: {settings.mean_mass.source} holds the fragments of one kind of round, and the "
+                "rounds here are of several; give a law or a mass"
+            )
+    relative = tuple(_at_scale_one(s, mass, rounds[s.round], settings) for s, mass in pairs)
+    known = SegmentMasses(relative, tuple(masses), len(by_round))
+    fit = fit_counts(settings.mean_mass, settings.dimension, settings.mixed_fraction, known)
+    scale = fit.scale * settings.mean_mass.scale
+    return tuple(segment_law(s, mass, rounds[s.round], settings, scale) for s, mass in pairs), fit
+
+
+def _at_scale_one(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> float:
+    """Mean mass (kg) by the law, not limited by the segment's mass."""
+    return _mean_mass(segment, data, settings, _state(segment, mass, data, settings)[1])
+
+
+def segment_law(
+    segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings, scale: float = 1.0
+) -> SegmentLaw:
+    """Law of a segment of `mass` (kg); `scale` is a factor on its mean mass.
 
     Raises
     ------
     InputError
         The burst's speed, radius or wall of the segment cannot be used.
     """
+    speed, at = _state(segment, mass, data, settings)
+    mean = min(scale * _mean_mass(segment, data, settings, at), mass)
+    law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
+    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
+
+
+def _state(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> tuple[float, _Rupture]:
+    """Speed (m/s) and state at rupture that the laws take."""
     where = f"round {data.name!r}, segment {segment.data.name!r}"
     speed = _speed(segment, mass, data, settings, where)
     radius, wall, source = _at_rupture(segment, settings, where)
     at = _Rupture(radius, wall, source, speed / radius, "speed")
     if settings.strain_rate == "burst":
         at = _from_burst(segment, data, at, where)
-    mean = min(_mean_mass(segment, data, settings, at), mass)
-    law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
-    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
+    return speed, at
 
 
 def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[str, list[str]]:
-    """By a round's name: in which respects no published data on mean masses are near it; empty for a given mean."""
+    """By a round's name: in which respects no published data on mean masses are near it; none for a known mean."""
     if not isinstance(settings.mean_mass, str):
         return {}
     found = {}
@@ -158,7 +215,7 @@ def _from_burst(segment: CasingSegment, data: RoundData, by_speed: _Rupture, whe
 
 
 def _mean_mass(segment: CasingSegment, data: RoundData, settings: BreakUpSettings, at: _Rupture) -> float:
-    if settings.mean_mass == "mott":
+    if settings.mean_mass == "mott" or isinstance(settings.mean_mass, FragmentCounts):
         return mean_mass.mott_linfoot(
             settings.prefactor, data.casing_density, at.radius, settings.fracture_energy, at.wall, at.rate * at.radius
         )

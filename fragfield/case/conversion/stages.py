@@ -42,7 +42,12 @@ def break_up_settings(case: Case) -> BreakUpSettings:
     from fragfield.case.conversion.symmetry import is_axisymmetric
     from transition import BreakUpSettings
 
-    values = case.break_up.model_dump(exclude={"realisations"})
+    values = case.break_up.model_dump(exclude={"realisations", "counts"})
+    if case.break_up.mean_mass_is_file:
+        from fragfield.case.conversion.fragment_counts import counts_of
+
+        assert case.break_up.counts is not None  # read when the case was resolved
+        values["mean_mass"] = counts_of(case.break_up.counts)
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
     return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_turn=is_axisymmetric(case))

@@ -8,17 +8,38 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.compound import NumberOrWord
+from fragfield.case.units.compound import NumberOrWord, QuantityOrFile
 from fragfield.case.units.kinds import EnergyPerArea, Length, Mass
 from fragfield.case.units.quantities import Quantity, degrees
 
-__all__ = ["BreakUpTable"]
+__all__ = ["BreakUpTable", "FragmentCountsTable"]
+
+_MEAN_MASS = QuantityOrFile(
+    "kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"), holds="counted fragments"
+)
 
 
 def _renamed(value: object) -> object:
     if value == "patch":
         raise PydanticCustomError("renamed", 'Now called "mean": the mean over a fragment\'s material points')
     return value
+
+
+class FragmentCountsTable(Table):
+    """Fragments counted in a test, by mass: what the file that `mean_mass` names holds. The program fills it in."""
+
+    source: str = Field(min_length=1)
+    """The file."""
+    edges: list[Annotated[float, Quantity("kg", "0.5 g", minimum=0.0)]] = Field(min_length=1)
+    """Rising edges of the groups of mass: as many as groups where the last has no upper end, or one more."""
+    number: list[float] = Field(min_length=1)
+    """Pieces of each group, of all rounds together."""
+    mass: list[Annotated[float, Quantity("kg", "12 g", minimum=0.0)]] | None = None
+    """Mass of the pieces of each group, where they were weighed."""
+    rounds: float = Field(default=1.0, gt=0.0)
+    """Rounds that the pieces come from; below 1: the part of one round whose fragments were caught."""
+    scale: float = Field(default=1.0, gt=0.0)
+    """Factor on the fitted mean masses, for studies of their uncertainty."""
 
 
 class BreakUpTable(Table):
@@ -30,10 +51,11 @@ class BreakUpTable(Table):
     """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
     mixed_fraction: float = Field(default=0.5, ge=0.0, le=1.0)
     """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
-    mean_mass: Annotated[
-        float | str, Quantity("kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"))
-    ] = "mott"
-    """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), or the mean itself."""
+    mean_mass: Annotated[float | str, _MEAN_MASS] = "mott"
+    """Law of the mean fragment mass (Eq. 21, Mott's of 1947, or Gurney and Sarmousakis), the mean itself, or a .csv
+    file of the fragments that a test of this round counted, to which the mean masses of Eq. 21 are fitted."""
+    counts: FragmentCountsTable | None = None
+    """What the file of `mean_mass` holds; the program fills it in."""
     mean_mass_factor: float | None = Field(default=None, ge=1.0)
     """Factor by which the mean mass is uncertain, for the report; left out: that of the law over published data."""
     prefactor: Annotated[float | str, NumberOrWord(("paper",), 4.0)] = 4.0
@@ -70,3 +92,8 @@ class BreakUpTable(Table):
     horizontal axes, drawn for every realisation."""
     segments: list[Length] | None = None
     """Stations at which every casing is cut into segments; left out: the segments of its profile."""
+
+    @property
+    def mean_mass_is_file(self) -> bool:
+        """Whether the mean mass is fitted to the fragments of a file."""
+        return _MEAN_MASS.is_file(self.mean_mass)

@@ -16,7 +16,36 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
 
-__all__ = ["NumberOrWord", "Vector"]
+__all__ = ["NumberOrWord", "QuantityOrFile", "Vector"]
+
+
+@dataclass(frozen=True)
+class QuantityOrFile(Quantity):
+    """Marks a float of the schema as a value with a dimension, one of some words, or the name of a file.
+
+    Attributes
+    ----------
+    ending : str
+        By which the name of a file is known.
+    holds : str
+        What the file holds, for messages.
+    """
+
+    ending: str = ".csv"
+    holds: str = "values"
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        return f"{super().allowed}, or a {self.ending} file of {self.holds}"
+
+    def parse(self, value: object) -> float | str:
+        """Read a value, a word or the name of a file; raises PydanticCustomError for anything else."""
+        return value if isinstance(value, str) and self.is_file(value) else super().parse(value)
+
+    def is_file(self, value: object) -> bool:
+        """Whether a value is the name of a file."""
+        return isinstance(value, str) and value.lower().endswith(self.ending)
 
 
 @dataclass(frozen=True)

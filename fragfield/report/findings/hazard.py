@@ -11,6 +11,7 @@ from fragfield.hazard.certainty import certainty
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.values import value_of
 from fragfield.report.quantities import number
+from fragfield.report.tables.counted import counted_findings
 
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
@@ -46,6 +47,8 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
     """How well the mean fragment mass is known, and where no data are near; nothing for runs of earlier versions."""
     if part is None:
         return []
+    if "test" in part:
+        return list(counted_findings(part["test"], part["factor"], own_factor=part["factor_source"] == "input"))
     law = "is given" if part["law"] == "given" else f"follows the law “{part['law']}”"
     own = part["factor_source"] == "input"
     if part["factor"] is None:

@@ -108,6 +108,14 @@ def _movable(entry: RoundTable) -> float:
 def _mean_mass(case: Case) -> Iterator[UncertainInputTable]:
     """The mean mass by the key in which it is linear; a law without one, or a mean that is given, by its own key."""
     law = case.break_up.mean_mass
+    if case.break_up.mean_mass_is_file:
+        factor, label = break_up_settings(case).factor
+        assert factor is not None
+        name = "mean_mass_fitted" if case.break_up.mean_mass_factor is None else "mean_mass"
+        table = dict(_data()[name])
+        table["source"] = table["source"].replace("{label}", label)
+        yield _entry("mean_mass", ["break_up.counts.scale"], table, factor=max(factor, 1.001))
+        return
     if isinstance(law, str) and law in _LINEAR:
         key = _LINEAR[law]
         if getattr(case.break_up, key.rpartition(".")[2]) == "paper":

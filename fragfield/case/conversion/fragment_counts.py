@@ -1,0 +1,248 @@
+"""Files of fragments counted by mass, as `break_up.mean_mass` names them: a table of the case, and its check.
+
+A file is CSV with a line of column names (commas, semicolons or tabs; lines with # are comments) and has one of four
+forms; UNIT is kg, g, mg, lb, oz or grain.
+
+- Groups: mass_from_UNIT, mass_to_UNIT, number, and, where they were weighed, mass_UNIT (of all pieces of the group). A
+  last mass_to of inf is a group without an upper end.
+- Numbers above masses: mass_above_UNIT, number.
+- Single pieces: mass_UNIT, and, where one line stands for several, number. The lightest piece is taken for the limit of
+  what was collected.
+- An arena table (`flight.arena`), its zones added up. Groups between its own that have no line hold nothing.
+
+Numbers are of all rounds together; a line "# rounds = 4" gives their number, 1 where it is missing; below 1 it is the
+part of a round whose fragments were caught. Those of an arena table are of one round, the mean over that many.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.arena import ArenaTable
+from flight.errors import InputError as FlightInputError
+from flight.files.text_tables import read_columns
+from fragfield.case.tables.break_up import FragmentCountsTable
+from fragfield.case.units.quantities import with_unit
+from fragfield.errors import InputError, nearest
+from fragfield_base.reading import read_text
+from transition.errors import InputError as BreakUpInputError
+from transition.law.count_fit import SegmentMasses, fit_counts
+from transition.law.fragment_counts import FragmentCounts
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fragfield.case.schema import Case
+
+    Array = NDArray[np.float64]
+    Groups = tuple[Array, Array, Array | None]
+
+__all__ = ["UNITS", "check_counts", "counts_of", "read_counts", "with_counts"]
+
+UNITS = {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237, "oz": 0.028349523125, "grain": 64.79891e-6}
+"""Units of mass that the names of columns end with, in kg."""
+_FORMS = "mass_from_g, mass_to_g, number or mass_above_g, number or mass_g or the columns of an arena table"
+_ROUNDS = re.compile(r"^#\s*rounds\s*[=:]\s*(\S+)\s*$")
+_PER_OCTAVE = 8  # groups into which single pieces are put: the fit differs by less than 1 % of its standard error
+_SAME = 1e-5  # of a mass: edges of neighbouring groups
+
+
+def with_counts(case: Case, source: str, folder: Path) -> Case:
+    """A case with the counts of the file that `break_up.mean_mass` names; one that has them already stays as it is."""
+    part = case.break_up
+    if not part.mean_mass_is_file:
+        if part.counts is not None:
+            raise InputError(
+                f"{source}: break_up.counts: found without a file in break_up.mean_mass; allowed: only with "
+                f'mean_mass = "{part.counts.source}"'
+            )
+        return case
+    if part.counts is not None and part.counts.source == part.mean_mass:
+        return case
+    try:
+        counts = read_counts(folder / str(part.mean_mass), str(part.mean_mass))
+    except (FlightInputError, BreakUpInputError, InputError) as error:
+        raise InputError(f"{source}: break_up.mean_mass: {error}") from None
+    mass = None if counts.mass is None else [with_unit(one, "kg") for one in counts.mass]
+    values = {"edges": [with_unit(edge, "kg") for edge in counts.edges], "number": list(counts.number), "mass": mass}
+    table = FragmentCountsTable.model_validate({"source": str(part.mean_mass), "rounds": counts.rounds, **values})
+    return case.model_copy(update={"break_up": part.model_copy(update={"counts": table})})
+
+
+def counts_of(table: FragmentCountsTable) -> FragmentCounts:
+    """The break-up's form of the table [break_up.counts]."""
+    mass = None if table.mass is None else tuple(table.mass)
+    return FragmentCounts(table.source, tuple(table.edges), tuple(table.number), table.rounds, mass, table.scale)
+
+
+def check_counts(case: Case, source: str) -> None:
+    """Refuse counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
+    from fragfield.case.conversion.placing import profile_of
+
+    if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
+        return
+    where = f"{source}: break_up.mean_mass"
+    kinds = {(entry.mesh, str(entry.profile), str(entry.casing), str(entry.explosive)) for entry in case.round}
+    if len(kinds) > 1:
+        raise InputError(
+            f"{where}: {case.break_up.counts.source} holds the fragments of one kind of round, and those of the case "
+            "differ; allowed: rounds alike, or a law or a mass"
+        )
+    known = None
+    if case.round and isinstance(case.round[0].profile, dict) and not isinstance(case.round[0].casing, str):
+        casing = profile_of(case.round[0]).casing_volume * case.round[0].casing.density
+        known = SegmentMasses((1.0,), (casing,))
+    try:
+        fit_counts(counts_of(case.break_up.counts), case.break_up.dimension, case.break_up.mixed_fraction, known)
+    except BreakUpInputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
+    """Read a file of counted fragments.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str, optional
+        What messages and results call it; default: the name of the file.
+
+    Raises
+    ------
+    InputError
+        Of flight, of the break-up or ours: no such file, columns that are not of one of the forms, groups that overlap
+        or leave a gap, numbers that are no counts; the message names the file.
+    """
+    name = path.name if name is None else name
+    columns = read_columns(path)
+    rounds = _rounds(path)
+    if "zone_from_deg" in columns:
+        edges, number, mass = _of_arena(path, ArenaTable.read(path))
+        return _counts(path, name, (edges, number * rounds, None if mass is None else mass * rounds), rounds)
+    masses = {column: unit for column in columns if (unit := _unit_of(column))}
+    kinds = {column.rpartition("_")[0] for column in masses}
+    units = set(masses.values())
+    if unknown := set(columns) - set(masses) - {"number"}:
+        column = min(unknown)
+        raise InputError(f"{path}: unknown column {column!r}{nearest(column, _known_columns())}; needed: {_FORMS}")
+    if len(units) > 1:
+        raise InputError(f"{path}: masses in {' and '.join(sorted(units))}; allowed: one unit")
+    values = {column.rpartition("_")[0]: UNITS[unit] * columns[column] for column, unit in masses.items()}
+    if kinds == {"mass"}:
+        return _counts(path, name, _of_pieces(path, values["mass"], columns.get("number")), rounds)
+    if "number" in columns and kinds == {"mass_above"}:
+        return _counts(path, name, _of_cumulative(path, values["mass_above"], columns["number"]), rounds)
+    if "number" in columns and kinds in ({"mass_from", "mass_to"}, {"mass_from", "mass_to", "mass"}):
+        found = _of_groups(path, values["mass_from"], values["mass_to"], columns["number"], values.get("mass"))
+        return _counts(path, name, found, rounds)
+    raise InputError(f"{path}: found columns {', '.join(columns)}; needed: {_FORMS}, with kg, g, mg, lb, oz or grain")
+
+
+def _counts(path: Path, name: str, groups: Groups, rounds: float) -> FragmentCounts:
+    edges, number, mass = groups
+    try:
+        return FragmentCounts(
+            name, tuple(edges.tolist()), tuple(number.tolist()), rounds, None if mass is None else tuple(mass.tolist())
+        )
+    except BreakUpInputError as error:
+        raise InputError(str(error).replace(f"{name}:", f"{path}:", 1)) from None
+
+
+def _unit_of(column: str) -> str:
+    kind, _, unit = column.rpartition("_")
+    return unit if unit in UNITS and kind in ("mass", "mass_from", "mass_to", "mass_above") else ""
+
+
+def _known_columns() -> list[str]:
+    kinds = ("mass", "mass_from", "mass_to", "mass_above")
+    return ["number", *(f"{kind}_{unit}" for kind in kinds for unit in UNITS)]
+
+
+def _rounds(path: Path) -> float:
+    for line in read_text(path, InputError).splitlines():
+        if found := _ROUNDS.match(line):
+            try:
+                value = float(found[1].strip('"'))
+            except ValueError:
+                value = 0.0
+            if not 0.0 < value < np.inf:
+                raise InputError(f"{path}: found the line {line!r}; needed: a number above zero, as # rounds = 4")
+            return value
+    return 1.0
+
+
+def _of_groups(path: Path, start: Array, end: Array, number: Array, mass: Array | None) -> Groups:
+    order = np.argsort(start, kind="stable")
+    start, end, number = start[order], end[order], number[order]
+    off = np.abs(start[1:] - end[:-1]) > _SAME * start[1:]
+    if off.any():
+        at = int(np.argmax(off))
+        what = "overlap" if start[at + 1] < end[at] else "leave a gap; a group without pieces needs a row with number 0"
+        raise InputError(f"{path}: groups that end at {end[at]:g} kg and begin at {start[at + 1]:g} kg {what}")
+    edges = start if np.isposinf(end[-1]) else np.append(start, end[-1])
+    return edges, number, None if mass is None else mass[order]
+
+
+def _of_cumulative(path: Path, above: Array, number: Array) -> Groups:
+    order = np.argsort(above, kind="stable")
+    above, number = above[order], number[order]
+    rising = np.diff(number) > 0.0
+    if rising.any():
+        at = int(np.argmax(rising))
+        raise InputError(
+            f"{path}: {number[at]:g} pieces above {above[at]:g} kg and {number[at + 1]:g} above {above[at + 1]:g} kg; "
+            "numbers above a mass fall with it"
+        )
+    return above, np.append(number[:-1] - number[1:], number[-1]), None
+
+
+def _of_pieces(path: Path, mass: Array, number: Array | None) -> Groups:
+    times = np.ones(len(mass)) if number is None else number
+    if not (np.isfinite(mass).all() and (mass > 0.0).all() and np.isfinite(times).all() and (times >= 0.0).all()):
+        raise InputError(f"{path}: pieces need masses above zero, and numbers of 0 or more")
+    mass, times = mass[times > 0.0], times[times > 0.0]
+    if not len(mass):
+        raise InputError(f"{path}: no piece in it")
+    lightest = mass.min()
+    count = int(np.floor(_PER_OCTAVE * np.log2(mass.max() / lightest))) + 1
+    edges = lightest * 2.0 ** (np.arange(count) / _PER_OCTAVE)
+    group = np.clip(np.searchsorted(edges, mass, side="right") - 1, 0, count - 1)
+    numbers = np.bincount(group, weights=times, minlength=count)
+    weighed = np.bincount(group, weights=times * mass, minlength=count)
+    numbers[0] -= 1.0  # the lightest is the limit, not a piece above it
+    weighed[0] -= lightest
+    return edges, np.maximum(numbers, 0.0), np.maximum(weighed, 0.0)
+
+
+def _of_arena(path: Path, table: ArenaTable) -> Groups:
+    """Groups of all zones together, empty ones between them, and all heavier masses, of which there were none."""
+    rows = table.mass_to > table.mass_from
+    if (table.number[~rows] > 0.0).any():
+        raise InputError(f"{path}: a row has fragments and no group of mass (mass_from_kg below mass_to_kg)")
+    pairs, group = np.unique(np.column_stack([table.mass_from[rows], table.mass_to[rows]]), axis=0, return_inverse=True)
+    if not len(pairs):
+        raise InputError(f"{path}: no fragment in it")
+    number = np.bincount(group.ravel(), weights=table.number[rows])
+    mass = np.bincount(group.ravel(), weights=(table.number * table.mass)[rows])
+    edges, numbers, masses = [pairs[0, 0]], [], []
+    for (start, end), n, m in zip(pairs, number, mass, strict=True):
+        gap = start - edges[-1]
+        if gap < -_SAME * start:
+            raise InputError(
+                f"{path}: groups of mass from {start:g} kg overlap those up to {edges[-1]:g} kg; allowed: the same "
+                "groups in every zone"
+            )
+        if gap > _SAME * start:
+            edges.append(start)
+            numbers.append(0.0)
+            masses.append(0.0)
+        edges.append(end)
+        numbers.append(float(n))
+        masses.append(float(m))
+    return np.array(edges), np.array([*numbers, 0.0]), np.array([*masses, 0.0])

@@ -1,0 +1,94 @@
+"""Fragments that a test counted beside the law that was fitted to them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from fragfield.report.blocks import Finding, Table
+from fragfield.report.quantities import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["counted_findings", "counted_table"]
+
+_REJECTED = 0.05  # of probability; the break-up widens the standard error there
+_COMPLETE = (0.8, 1.05)  # mass of the pieces over that of the law in the same range
+
+
+def counted_findings(test: dict[str, Any], factor: float, *, own_factor: bool) -> Iterator[Finding]:
+    """What the mean mass was fitted to, how well the law fits, and how much of the casing the pieces hold.
+
+    Parameters
+    ----------
+    test : dict
+        `break_up.mean_mass.test` of summary.json.
+    factor : float
+        Factor of the mean mass's uncertainty.
+    own_factor : bool
+        Whether the case gives that factor.
+    """
+    recovered, in_range = test["recovered_fraction"], test["fraction_in_range"]
+    several = "" if test["rounds"] == 1.0 else f" of {number(test['rounds'], 3)} rounds"
+    error = f"standard error {number(100.0 * test['standard_error'], 2)} %"
+    uncertain = (
+        f"The case gives a factor of {number(factor, 3)} for its uncertainty."
+        if own_factor
+        else f"It is uncertain by a factor of {number(factor, 3)} either way; from round to round it may scatter more."
+    )
+    yield Finding(
+        "note",
+        f"The mean fragment mass is fitted to {test['source']}, {test['what']}{several}, {error}: "
+        f"{number(1e3 * test['mean'], 3)} g, {number(test['scale'], 3)} times that of Mott's law (Eq. 21), whose "
+        f"ratios between segments it keeps. The pieces hold {number(100.0 * recovered, 3)} % of the casing's mass, "
+        f"where the law has {number(100.0 * in_range, 3)} % in their range of masses. {uncertain}",
+    )
+    share, margin = recovered / in_range, test["mass_margin"]
+    if not _COMPLETE[0] / margin <= share <= _COMPLETE[1] * margin:
+        why = (
+            "pieces were lost, and the fit holds only if light and heavy ones were lost alike"
+            if share < 1.0
+            else "they may be of the fuze or of another round, or the law has too few heavy ones"
+        )
+        text = (
+            f"The pieces of {test['source']} hold {number(100.0 * share, 3)} % of the law's mass in their range: {why}."
+        )
+        yield Finding("warning", text)
+    probability = test["probability"]
+    if probability is not None and probability < _REJECTED:
+        worst = max(_groups(test), key=lambda one: (one[1] - one[2]) ** 2 / max(one[2], 5.0))
+        widened = test["standard_error"] / test["curvature_error"]
+        yield Finding(
+            "warning",
+            f"Mott's law does not describe the pieces of {test['source']}: chi-square {number(test['chi_square'], 3)} "
+            f"with {test['degrees_of_freedom']} degrees of freedom (probability {number(100.0 * probability, 2)} %). "
+            f"Most out of line: {worst[0]} g, {number(worst[1], 4)} counted, {number(worst[2], 4)} expected. The "
+            f"standard error is widened {number(widened, 2)} times for it. Compare the numbers of the heavy pieces, "
+            "which decide the distance.",
+        )
+
+
+def counted_table(run: RunFiles) -> Iterator[Table]:
+    """Pieces counted and expected by group of mass."""
+    test = (run.part("break_up").get("mean_mass") or {}).get("test")
+    if not test:
+        return
+    lines = tuple((mass, number(count, 4), number(expected, 4)) for mass, count, expected in _groups(test))
+    yield Table(
+        "Pieces counted and expected",
+        ("Mass (g)", "Counted", "Expected"),
+        lines,
+        note=f"{test['source']}; expected: the fitted law, with the total that was counted.",
+    )
+
+
+def _groups(test: dict[str, Any]) -> list[tuple[str, float, float]]:
+    """Range of mass in g, pieces counted and pieces expected."""
+    edges = [1e3 * edge for edge in test["edges"]]
+    names = [f"{number(low, 3)} to {number(high, 3)}" for low, high in pairwise(edges)]
+    if len(names) < len(test["number"]):
+        names.append(f"above {number(edges[-1], 3)}")
+    return list(zip(names, test["number"], test["expected"], strict=True))
