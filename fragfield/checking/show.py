@@ -82,7 +82,7 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
     if number := expected.get("attitudes"):
         console.print(
             f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
-            f"takes about {number} to {2 * number} times as long as in one attitude"
+            f"takes about {number} to {3 * number} times as long as in one attitude"
         )
     if len(found["rounds"]) > 1:
         each = expected["per_round"]
