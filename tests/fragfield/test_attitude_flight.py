@@ -108,7 +108,6 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     assert envelope.attitude.inclination == worst["inclination_deg"]
     assert expected.upper == worst["upper"]
     assert expected.distance == worst["distance"]
-    assert expected.distance > rows[0.0, 0.0]["upper"]  # an upright tube throws its sheet level: others reach farther
     for beside in (worst["inclination_deg"] - 20.0, worst["inclination_deg"] + 20.0):
         assert (beside, 0.0) in rows or not 0.0 <= beside <= 180.0
     assert envelope.flights == sum(row["realisations"] for row in rows.values())
