@@ -13,8 +13,6 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
     median, low, high and pooled by sector (azimuth in degrees) and by distance (m);
 /expected
     the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction and by distance;
-/all_round
-    densities over all azimuths by group of realisations (`flight.hazard.DensityGroups`);
 /witness/I
     hits on every witness surface by realisation and sector (`flight.hazard.density.witness_hazard.SECTOR_HITS`).
 """
@@ -34,10 +32,7 @@ from flight.files.hdf5 import open_checked, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
@@ -68,7 +63,6 @@ FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
 CSV_FILES = ("ensemble.csv", "hazard_by_distance.csv", "hazard_by_sector.csv")
 _AGAIN = "break the casing up again"
 _COUNTS = ("edges", "landings", "tracks", "fragments", "hazardous", "throw")
-_GRID = ("sectors", "cuts", "cell", "cells")
 _CRITERIA = ("energy", "density", "person_area", "person_height")
 
 
@@ -101,8 +95,6 @@ def write_ensemble(
         file.attrs["undetermined"] = found.undetermined
         if found.expected is not None:
             _put_expected(file.create_group("expected"), found.expected)
-        if found.all_round is not None:
-            _put_groups(file.create_group("all_round"), found.all_round)
         for name in _COUNTS:
             _put(file, f"counts/{name}", getattr(found.counts, name))
         for name, values in found.each.items():
@@ -147,15 +139,12 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
             criteria = Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA})
             tolerance = float(file.attrs["tolerance"])
             expected = _expected(file["expected"]) if "expected" in file else None
-            all_round = _groups(file["all_round"]) if "all_round" in file else None
             undetermined = str(file.attrs["undetermined"])
             groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
             witnesses = {str(group.attrs["name"]): _witness(group) for group in groups}
         except (KeyError, OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
-    found = assess_ensemble(
-        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, all_round=all_round
-    )
+    found = assess_ensemble(counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined)
     return found, witnesses
 
 
@@ -178,19 +167,6 @@ def _expected(group: h5py.Group) -> ExpectedDistance:
             values[entry.name] = value.item() if isinstance(value, np.generic) else value
     values["mirrors"] = tuple(float(one) for one in np.atleast_1d(values["mirrors"]))
     return ExpectedDistance(**values)
-
-
-def _put_groups(group: h5py.Group, groups: DensityGroups) -> None:
-    grid = groups.directions.grid
-    for name in _GRID:
-        group.attrs[name] = getattr(grid, name)
-    _put(group, "sums", groups.sums)
-    _put(group, "sizes", groups.sizes)
-
-
-def _groups(group: h5py.Group) -> DensityGroups:
-    grid = PolarGrid(**{name: group.attrs[name].item() for name in _GRID})
-    return DensityGroups.of(Directions(grid), group["sums"][...], group["sizes"][...])
 
 
 def write_fragment_ensemble(

@@ -16,7 +16,8 @@ from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import by_azimuth, density_on
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.hazard.stack_rules import effective_number, stack_rule
+from flight.hazard.retardation import Retardation
+from flight.hazard.tp12 import PolarField, beam_distance, effective_number, stack_distance
 
 __all__ = [
     "Criteria",
@@ -26,12 +27,15 @@ __all__ = [
     "ExpectedDistance",
     "Hazard",
     "NearGround",
+    "PolarField",
     "PolarGrid",
     "Prism",
+    "Retardation",
     "Site",
     "Tally",
     "assess",
     "assess_ensemble",
+    "beam_distance",
     "by_azimuth",
     "contours_of",
     "count_exposed",
@@ -40,7 +44,7 @@ __all__ = [
     "expected_distance",
     "fields_of",
     "hit_probability",
-    "stack_rule",
+    "stack_distance",
     "surfaces_of",
     "tally",
     "write_geojson",

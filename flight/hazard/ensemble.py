@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.density.groups import DensityGroups
 
 __all__ = ["EnsembleHazard", "assess_ensemble"]
 
@@ -56,8 +55,6 @@ class EnsembleHazard:
         The hazard distance: of the expected density, over all realisations that were flown.
     undetermined : str
         Why it cannot be determined; empty where it can.
-    all_round : DensityGroups, optional
-        Densities over all azimuths by group of realisations, from which other criteria can be assessed.
     """
 
     counts: Tally
@@ -66,7 +63,6 @@ class EnsembleHazard:
     pooled: Hazard
     expected: ExpectedDistance | None = None
     undetermined: str = ""
-    all_round: DensityGroups | None = None
 
     def __repr__(self) -> str:
         number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}"
@@ -292,7 +288,7 @@ class EnsembleHazard:
 
 def assess_ensemble(
     counts: Tally | Sequence[Tally], criteria: Criteria | None = None, *, tolerance: float = 0.05,
-    expected: ExpectedDistance | None = None, undetermined: str = "", all_round: DensityGroups | None = None,
+    expected: ExpectedDistance | None = None, undetermined: str = "",
 ) -> EnsembleHazard:  # fmt: skip
     """Hazard over many realisations.
 
@@ -304,8 +300,8 @@ def assess_ensemble(
         Those that were counted with.
     tolerance : float
         Largest standard error of a distance that counts as converged, as a fraction of the distance.
-    expected, undetermined, all_round
-        The hazard distance, why it cannot be determined, and the densities behind it; see `EnsembleHazard`.
+    expected, undetermined
+        The hazard distance, and why it cannot be determined; see `EnsembleHazard`.
 
     Raises
     ------
@@ -317,4 +313,4 @@ def assess_ensemble(
         raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)
     criteria = criteria or Criteria()
-    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, all_round)
+    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined)

@@ -75,6 +75,8 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
             f"flight.ground.{key}"
             for key in ("surface", "normal_restitution", "tangential_restitution", "friction")
         )  # fmt: skip
+    if not own_fragments or (len(case.round) < 2 and not any(plane.kind == "symmetry" for plane in case.plane)):
+        yield "hazard.stack_rule"
     if own_fragments:
         yield from _inactive_of_burst(case)
         yield from _inactive_of_break_up(case)

@@ -19,7 +19,6 @@ from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
-from fragfield.case.tables.flight import StackRuleTable
 from fragfield.case.tables.plane import resolved_plane
 from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
 from fragfield.errors import InputError
@@ -170,25 +169,10 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
         flight["ground"] = case.flight.ground.model_copy(update={"map": place})
     if flight:
         changes["flight"] = case.flight.model_copy(update=flight)
-    if case.hazard.stack_rule is not None:
-        changes["hazard"] = case.hazard.model_copy(
-            update={"stack_rule": _located_rule(case.hazard.stack_rule, source, folder)}
-        )
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
     return with_counts(case.model_copy(update=changes), source, folder)
-
-
-def _located_rule(rule: StackRuleTable, source: str, folder: Path) -> StackRuleTable:
-    """The rule with the path of the single round's run, which must exist: its absence is reported at once."""
-    single = (folder / rule.single).resolve()
-    if not (single / "ensemble.h5").is_file():
-        raise InputError(
-            f"{source}: hazard.stack_rule.single: found {rule.single!r}, but there is no {single / 'ensemble.h5'}; "
-            "needed: the run directory of the single round, flown before"
-        )
-    return rule.model_copy(update={"single": str(single)})
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:

@@ -1,7 +1,8 @@
 """Distances by published rules, compared with the computed ones: source, formula, inputs and range of each.
 
-None of them knows the burst. Blast distances come from the net explosive mass alone and are marked so. A rule that
-could not be read at a public source is left out and listed in `LEFT_OUT`.
+Those here know masses alone, those of `fragfield.hazard.tp12` the single round's break-up. Blast distances come from
+the net explosive mass alone and are marked so. A rule that could not be read at a public source is left out and listed
+in `LEFT_OUT`.
 """
 
 from __future__ import annotations
@@ -10,12 +11,17 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from fragfield.hazard.rule import Rule
+from fragfield.hazard.tp12 import tp12_part, tp12_rules
+from fragfield_base.explosive_names import value_for
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from fragfield.case import Case
+    from fragfield.pipeline.single_round import SingleRound
 
-__all__ = ["LEFT_OUT", "Contents", "Rule", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of"]  # fmt: skip  # noqa: E501
+__all__ = ["LEFT_OUT", "Contents", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of", "tnt_equivalent"]  # fmt: skip  # noqa: E501
 
 POUND, FOOT = 0.45359237, 0.3048
 # A to E of exp(A + B ln Z + C ln^2 Z + ...) in kPa, Z in m/kg^(1/3), and the range of Z (Swisdak 1994, Table 1).
@@ -24,8 +30,14 @@ _KINGERY = (
     (2.9, 23.8, (7.5938, -3.0523, 0.40977, 0.0261, -0.01267)),
     (23.8, 198.5, (6.0536, -1.4066, 0.0, 0.0, 0.0)),
 )
-# Equivalent mass of TNT for peak pressure (IATG 01.80, clause 7.2, as printed by others).
-_TNT = {"tnt": 1.0, "comp_b": 1.11}
+# Equivalent mass of TNT for peak pressure, at second hand: IATG 01.80, clause 7.2, and for Composition A-3, H-6, HBX-1
+# and Pentolite ConWep (1992), as printed by others. Where both have an explosive they agree.
+_TNT = {
+    "TNT": 1.0, "Composition A-3": 1.09, "Composition B": 1.11, "Composition C-3": 1.08, "Composition C-4": 1.37,
+    "Cyclotol": 1.14, "H-6": 1.38, "HBX-1": 1.17, "HMX": 1.02, "Octol": 1.06, "Pentolite": 1.42, "PETN": 1.27,
+    "RDX": 1.14, "Tetryl": 1.07, "Tritonal": 1.07,
+}  # fmt: skip
+_LARGEST = max(_TNT, key=lambda name: _TNT[name])
 _PRESSURES = (5e3, 21e3)  # among the levels by which IATG 02.20 (2021), Table 8, grades damage
 
 LEFT_OUT = (
@@ -65,29 +77,6 @@ class Contents:
     largest_round: float
     rounds: int
     equivalents: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A distance by a rule.
-
-    Attributes
-    ----------
-    name, source, formula, inputs, range : str
-        In words and SI units.
-    hazard : "fragments" or "blast"
-        What it keeps people from.
-    distance : float or None
-        In m; None outside the rule's range.
-    """
-
-    name: str
-    hazard: str
-    distance: float | None
-    source: str
-    formula: str
-    inputs: str
-    range: str
 
 
 def incident_pressure(scaled: float) -> float:
@@ -184,6 +173,20 @@ def _waste(mass: float) -> float | None:
     return None
 
 
+def tnt_equivalent(explosive: str) -> tuple[float, str]:
+    """Equivalent of an explosive in TNT for peak pressure, and words on it (empty for TNT itself).
+
+    An explosive that is not in the table has the largest equivalent that is: its blast distances are then rather too
+    long.
+    """
+    factor = value_for(explosive, _TNT)
+    if factor is None:
+        return _TNT[_LARGEST], (
+            f"{_TNT[_LARGEST]:g} for {explosive}, whose equivalent is not known: the largest known one, of {_LARGEST}"
+        )
+    return factor, f"{factor:g} for {explosive}" if factor != 1.0 else ""
+
+
 def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
     """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
 
@@ -208,23 +211,24 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
             whole = charge + float(burst[entry.name]["casing_mass"])
         else:
             return None
-        name = one.explosive.name.lower().replace("-", "_").replace(" ", "_")
-        if name not in _TNT:
-            words.append(f"{one.explosive.name} taken as TNT")
-        elif _TNT[name] != 1.0:
-            words.append(f"{_TNT[name]:g} for {one.explosive.name}")
+        factor, said = tnt_equivalent(one.explosive.name)
+        if said:
+            words.append(said)
         explosive, all_up = explosive + images * charge, all_up + images * whole
-        tnt, heaviest = tnt + images * charge * _TNT.get(name, 1.0), max(heaviest, whole)
+        tnt, heaviest = tnt + images * charge * factor, max(heaviest, whole)
     return Contents(explosive, tnt, all_up, heaviest, images * len(case.round), tuple(dict.fromkeys(words)))
 
 
-def rules_of(case: Case, summary: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The part `rules` of summary.json; None where the case has no rounds."""
+def rules_of(case: Case, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
+    """The part `rules` of summary.json; None where the case has no rounds. `single` is one of its rounds alone."""
     contents = contents_of(case, summary)
     if contents is None:
         return None
+    part = tp12_part(case, single)
+    rules = [*tp12_rules(case, part), *rules_for(contents)]
     return {
         "contents": asdict(contents),
-        "rules": [asdict(rule) for rule in rules_for(contents)],
+        "tp12": part,
+        "rules": [asdict(rule) for rule in rules],
         "left_out": list(LEFT_OUT),
     }

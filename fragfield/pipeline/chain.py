@@ -205,7 +205,10 @@ def _compile_ahead(job: Job, stages: list[Stage]) -> None:
     """Compile what the stages need, on rank 0 while the others wait."""
     if job.team.first and job.case.burst is not None:
         geometry = burst_geometry(job.case).geometry
-        compile_ahead([list_of(stage.name, geometry) for stage in stages], job.cores, job.reporter.kernels)
+        lists = [list_of(stage.name, geometry) for stage in stages]
+        if geometry == "3d" and not job.lean and job.fragments is None and any(one.name == "fly" for one in stages):
+            lists += [list_of(name, "axisymmetric") for name in ("burst", "break-up")]  # of the single round's rules
+        compile_ahead(lists, job.cores, job.reporter.kernels)
     job.team.broadcast()
 
 

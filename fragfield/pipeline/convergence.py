@@ -10,21 +10,17 @@ from __future__ import annotations
 
 import logging
 import math
-import shutil
 import time
-import warnings
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
-from fragfield.files.run_directory import SCRATCH
 from fragfield.pipeline.followed_quantities import QUANTITIES
 from fragfield.pipeline.grid_convergence import grid_convergence
+from fragfield.pipeline.side_burst import side_burst, silent
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from pathlib import Path
 
     from fragfield.case import Case
     from fragfield.pipeline.ensemble import FlownEnsemble
@@ -49,7 +45,6 @@ _SHARE = 0.5  # of the time that the run has taken: what other sizes may take
 _FEWEST = 12  # realisations at another size, where the run has so many
 _ROOT = math.sqrt(2.0)
 _SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
-_LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 
 _log = logging.getLogger(__name__)
 
@@ -118,7 +113,7 @@ def with_cells(case: Case, size: float, realisations: int) -> Case:
     burst = case.burst.model_copy(
         update={"cell_size": size, "convergence": "off", "geometry": "axisymmetric", "output": output}
     )
-    hazard = {"max_realisations": realisations, "stack_rule": None}
+    hazard = {"max_realisations": realisations}
     return case.model_copy(
         update={
             "burst": burst,
@@ -216,18 +211,16 @@ def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words
 def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Result | None:
     """The quantities with cells of another size; None where they cannot be computed."""
     import transition
-    from burst_fenicsx import simulate
-    from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
+    from fragfield.case.conversion.stages import break_up_settings
     from fragfield.pipeline.ensemble import fly_all
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter
 
     case = with_cells(job.case, size, realisations)
-    folder = job.target.file(SCRATCH)
     try:
-        with _scratch(folder), _silent():
-            done = simulate(burst_rounds(case), burst_settings(case), folder, comm=job.team.alone, series=False)
-            broken = transition.BreakUp(transition.Snapshot.read(folder / "burst_snapshot.h5"), break_up_settings(case))
+        with silent():
+            done, snapshot = side_burst(job, case)
+            broken = transition.BreakUp(snapshot, break_up_settings(case))
             fragments = [broken.realisation(case.seed).fragments]
             fragments += broken.many(case.seed, range(1, realisations), job.threads)
             alone = replace(job, case=case, team=Team(), reporter=ProgressReporter(enabled=False))
@@ -241,33 +234,6 @@ def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Re
     return _own_result(
         done.summary, flown, flown.hazard.headline or {"realisations": realisations, "determined": False}
     )
-
-
-@contextmanager
-def _scratch(folder: Path) -> Iterator[None]:
-    """A folder that is there for a while, however the while ends."""
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    try:
-        yield
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Other sizes log and warn of nothing: the run's log and findings are those of its own size."""
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
-    levels = [one.level for one in loggers]
-    for one in loggers:
-        one.setLevel(logging.CRITICAL)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        for one, level in zip(loggers, levels, strict=True):
-            one.setLevel(level)
 
 
 def _representative(one: _Result, own: _Result) -> float:

@@ -214,7 +214,6 @@ class _Found:
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         self.together = source.together
         self.groups = DensityGroups(Directions(grid, basis, kernel, used), self.together)
-        self.all_round = DensityGroups(Directions(grid), self.together)
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
@@ -224,7 +223,6 @@ class _Found:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
         for number, part in zip(numbers, parts, strict=True):
             self.groups.add(*part.fields)
-            self.all_round.add(*part.fields)
             self.balance += part.balance
             if self.exposed.sites:
                 self.exposed.add(part.exposed)
@@ -263,7 +261,7 @@ class _Found:
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
         found = assess_ensemble(
             Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
-            undetermined=self.balance.reason, all_round=self.all_round,
+            undetermined=self.balance.reason,
         )  # fmt: skip
         exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
         return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)

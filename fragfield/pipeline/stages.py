@@ -93,10 +93,10 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.rules import rules_of
-    from fragfield.hazard.stack_rule import stack_rule_of
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.single_round import single_round
 
     _load_together(job)
     began = time.perf_counter()
@@ -123,10 +123,9 @@ def fly(job: Job, stage: Stage) -> None:
                 "attitude": flown_attitude(job, flown)}  # fmt: skip
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
-    if job.case.hazard.stack_rule is not None:
-        summary["stack_rule"] = stack_rule_of(job.case)
     obstacles = flown.first.by_face(criteria.energy)
-    rules = rules_of(job.case, job.source.summary()) if job.fragments is None else None
+    own = job.fragments is None and bool(job.case.round)
+    rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
     job.team.broadcast()
     job.note(
@@ -143,12 +142,8 @@ def fly(job: Job, stage: Stage) -> None:
 
 
 def _load_together(job: Job) -> None:
-    """Load dolfinx on all ranks at once where rank 0 computes other cell sizes alone: PETSc starts collectively."""
-    from fragfield.case.conversion.geometry import burst_geometry
-
-    if job.team.size == 1 or job.fragments is not None or job.case.burst is None:
-        return
-    if burst_geometry(job.case).geometry == "axisymmetric":
+    """Load dolfinx on all ranks at once: its start is collective, and after the flight rank 0 computes bursts alone."""
+    if job.team.size > 1 and job.fragments is None and job.case.burst is not None:
         importlib.import_module("burst_fenicsx.run_burst")
 
 

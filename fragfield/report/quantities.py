@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fragfield.case.units.quantities import Measured
+from fragfield_base.explosive_names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -63,7 +64,7 @@ def number(value: float | int | None, digits: int = 4) -> str:
 
 def explosive_title(name: str) -> str:
     """Name of an explosive as text shows it: built-in ones by their usual name, others as the case has them."""
-    return _EXPLOSIVES.get(name, name)
+    return value_for(name, _EXPLOSIVES) or name
 
 
 def _minus(text: str) -> str:

@@ -18,7 +18,7 @@ from fragfield.report.tables import zones as zone_blocks
 from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_tables
 from fragfield.report.tables.counted import counted_table
-from fragfield.report.tables.distances import distance_table, stack_rule_table
+from fragfield.report.tables.distances import distance_table
 from fragfield.report.tables.exposed_sites import exposed_tables
 from fragfield.report.tables.ignition import ignition_table
 from fragfield.report.tables.obstacles import obstacle_tables
@@ -190,7 +190,6 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
             "arrangement that is not axisymmetric the worst roll of each inclination.",
             attitude_figure,
         ),
-        *stack_rule_table(run),
         *exposed_tables(run),
         *draw(
             "exposed_sites", "Exposed sites against their criteria",

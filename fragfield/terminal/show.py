@@ -99,6 +99,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     console = console or plain_console()
     console.print(table)
     _print_hazard(console, summary.get("hazard") or {})
+    _print_tp12(console, (summary.get("rules") or {}).get("tp12") or {})
     for line in convergence_words(summary.get("convergence") or {}):
         console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
@@ -152,6 +153,17 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
     ]
     for label, value, note in lines:
         console.print(f"{label:37}{value:>16}  {note}", markup=False)
+
+
+def _print_tp12(console: Console, part: Mapping[str, Any]) -> None:
+    """The distances of TP-12 beside the computed one."""
+    beam, stack = part.get("beam"), part.get("stack")
+    if beam:
+        zone = f"worst polar zone, {beam['low']:.0f} to {beam['high']:.0f} degrees from the nose"
+        console.print(f"{'TP-12: beam of the single round':37}{metres(beam['distance']):>16}  {zone}", markup=False)
+    if stack and stack["distance"] is not None:
+        words = f"{stack['effective_number']:.3g} effective rounds, perpendicular to their axes"
+        console.print(f"{'TP-12: rule for stacks':37}{metres(stack['distance']):>16}  {words}", markup=False)
 
 
 def print_info(found: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ from flight.hazard.density.ring_counts import count_by_azimuth
 from flight.hazard.density.tally import sectors_of, tally
 from flight.hazard.ensemble import assess_ensemble
 from flight.hazard.exposed import Prism
-from flight.hazard.stack_rules import effective_number
+from flight.hazard.tp12 import effective_number
 from flight.result import HITS, LANDING, Status
 from flight.scene.walls import Wall as StoppingWall
 

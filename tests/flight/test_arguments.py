@@ -18,7 +18,7 @@ from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.ensemble import assess_ensemble
 from flight.hazard.exposed import Prism
-from flight.hazard.stack_rules import effective_number
+from flight.hazard.tp12 import effective_number
 from flight.scene.walls import Wall as StoppingWall
 
 ONE = flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))

@@ -1,4 +1,4 @@
-"""Bands, pooled distances and their convergence over many realisations; the files of an ensemble; stack rules."""
+"""Bands, pooled distances and their convergence over many realisations; the files of an ensemble."""
 
 from __future__ import annotations
 
@@ -30,7 +30,6 @@ from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from flight.hazard.distances import DISTANCES, FEWEST
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
-from flight.hazard.stack_rules import effective_number, stack_rule
 from flight.result import HITS, LANDING, Status
 from tests.flight.fields import groups_of_landings
 
@@ -244,32 +243,6 @@ def test_hits_by_sector_are_the_table_of_the_summary() -> None:
         assert [row[name] for row in rows] == table[name].tolist()
 
 
-def test_stack_rule_of_tp12() -> None:
-    assert effective_number(10, 20) == pytest.approx(0.9 * 10 + 0.1 * 20)
-    assert effective_number(10, 20, "earth") == pytest.approx(0.7 * 10 + 0.1 * 20)
-    generator = np.random.default_rng(1)
-    parts = [poisson_field(generator) for _ in range(30)]
-    groups = groups_of_landings(parts, Directions(PolarGrid.of(72, 10.0, 10.0, 3000.0)))
-    single = assess_ensemble(
-        [tally(part, FLAT) for part in parts], FLAT, expected=expected_distance(groups, LIMIT), all_round=groups
-    )
-    assert single.expected is not None
-    assert stack_rule(single, 1.0).distance == single.expected.distance
-    # six times the density reaches as far as a limit of a sixth
-    six = stack_rule(single, 6.0)
-    assert six.distance == expected_distance(groups, LIMIT / 6.0).distance
-    # density 6 * 3000 / (2 pi d 150 m) exp(-d / 150 m) = limit
-    low, high = 10.0, 2000.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        dense = 6.0 * 3000.0 / (2.0 * np.pi * middle * 150.0) * np.exp(-middle / 150.0) > LIMIT
-        low, high = (middle, high) if dense else (low, middle)
-    assert six.distance == pytest.approx(low, abs=3.0 * six.standard_error)
-    assert six.distance < six.upper < six.distance + 3.0 * six.standard_error
-    with pytest.raises(InputError, match="the single round has no hazard distance: none of"):
-        stack_rule(assess_ensemble(single.counts, FLAT, undetermined="none of 3 fragments landed"), 2.0)
-
-
 def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
     generator = np.random.default_rng(2)
     parts = [poisson_field(generator) for _ in range(12)]
@@ -277,10 +250,7 @@ def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
     counts = [tally(part, FLAT) for part in parts]
     for basis, reason in (("all_azimuths", ""), ("worst_direction", "none landed")):
         groups = groups_of_landings(parts, Directions(grid, basis, 10.0, (0.0,) if reason else ()))
-        found = assess_ensemble(
-            counts, FLAT, expected=expected_distance(groups, LIMIT), undetermined=reason,
-            all_round=groups_of_landings(parts, Directions(grid)),
-        )  # fmt: skip
+        found = assess_ensemble(counts, FLAT, expected=expected_distance(groups, LIMIT), undetermined=reason)
         write_ensemble(found, {}, tmp_path)
         back, _ = read_ensemble(tmp_path / "ensemble.h5")
         assert back.headline == found.headline
@@ -288,9 +258,7 @@ def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
         for entry in fields(ExpectedDistance):
             mine, theirs = getattr(found.expected, entry.name), getattr(back.expected, entry.name)
             assert np.array_equal(mine, theirs) if isinstance(mine, np.ndarray) else mine == theirs, entry.name
-        assert back.all_round is not None
         if not reason:
-            assert stack_rule(back, 2.0).upper == stack_rule(found, 2.0).upper
             assert found.headline["single_event"]["low"] < found.headline["single_event"]["high"]
         else:
             assert found.headline["distance"] is None
@@ -302,10 +270,6 @@ def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
     [
         (lambda: assess_ensemble([]), "no realisation"),
         (lambda: assess_ensemble(ensemble(2).counts, tolerance=0.0), "tolerance is 0.0"),
-        (lambda: effective_number(1, 1, "erth"), r"cover is 'erth'.*earth"),
-        (lambda: effective_number(-1, 1), "side is -1"),
-        (lambda: effective_number(0, 0), "no round on the side"),
-        (lambda: stack_rule(ensemble(2), np.inf), "effective number is inf"),
     ],
 )
 def test_messages(make, message: str) -> None:

@@ -126,6 +126,33 @@ def test_a_power_law_is_found_exactly() -> None:
     assert expected_distance(groups, LIMIT).distance == pytest.approx(1e4 ** (1 / 2.5), rel=3e-4)
 
 
+@pytest.mark.parametrize("reach", [30.0, 80.0, 200.0])
+def test_fields_beyond_the_grid_give_the_distance_of_a_grid_that_holds_them(reach: float) -> None:
+    """A fragment may land beyond a first guess of the reach; the guess must not matter, to the last digit."""
+    near, far = (Directions(PolarGrid.of(36, KERNEL, 10.0, length)) for length in (reach, 4000.0))
+    drawn = np.random.default_rng(1).poisson(expected_numbers(far.grid, radial, even), (6, *far.grid.shape))
+    found = []
+    for field in (near, far):
+        groups = DensityGroups(field)
+        for numbers in drawn.astype(float):
+            cells = 20 if groups.realisations == 0 else None  # the first realisation reaches 20 cells only
+            groups.add(numbers[:, :cells], numbers[:, :cells])
+        found.append(expected_distance(groups, LIMIT))
+    assert 80.0 < found[1].distance < 100.0
+    for name in ("distance", "upper", "standard_error", "ground", "normal"):
+        assert getattr(found[0], name) == getattr(found[1], name), name
+
+
+@pytest.mark.parametrize("cells", [1, 2, 345, 346, 367, 5000])
+def test_a_grid_that_holds_so_many_cells_is_the_smallest(cells: int) -> None:
+    grid = PolarGrid.of(72, 10.0, 10.0, 2000.0)
+    held = grid.holding(cells)
+    assert held.shape[1] >= cells
+    assert held.cells == 1 or held.up_to(held.reach - held.cell).shape[1] < cells
+    both = min(held.shape[1], grid.shape[1])
+    assert (held.edges[: both + 1] == grid.edges[: both + 1]).all()
+
+
 @pytest.mark.parametrize("power", [8.0, 20.0])
 def test_a_steep_power_law_is_found_as_well(power: float) -> None:
     """The kernel alone would raise the density by exp((0.04 (power - 2))^2 / 2), the distance by 1.3 % at 20."""

@@ -24,7 +24,7 @@ from flight.hazard.density.estimate import _student
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.exposed import Prism
-from flight.hazard.stack_rules import effective_number
+from flight.hazard.tp12 import effective_number
 from flight.scene.bounce import SURFACES
 from flight.scene.obstacles import count_by_face
 from flight.scene.walls import FRAGMENT_DENSITY

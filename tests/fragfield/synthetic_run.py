@@ -373,7 +373,6 @@ def _ensemble(folder: Path, landing: np.ndarray, by_azimuth: list[dict[str, Any]
     groups = groups_of_landings(dangerous, Directions(grid, "worst_direction"))
     found = assess_ensemble(
         counts, Criteria(), tolerance=0.02, expected=expected_distance(groups, Criteria().density),
-        all_round=groups_of_landings(dangerous, Directions(grid)),
     )  # fmt: skip
     write_ensemble(found, {"ring": hits}, folder, PROVENANCE)
     return found

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from flight.arena import ArenaTable
+from flight.arena import COLUMNS, ArenaTable
 from tests.flight.test_arena import burst
 from tests.fragfield.short_run import invoke
 
@@ -112,3 +112,19 @@ def test_planes_of_symmetry_are_refused(runs, tmp_path):
     done = invoke("fly", tmp_path / "p.toml", "--fragments", runs / "test.csv", "--out", tmp_path / "p")
     assert done.exit_code == 2
     assert "give every round its own table [[round]] with its position" in done.stderr
+
+
+def test_pieces_that_land_beyond_the_first_guess_of_the_reach(tmp_path):
+    """Pieces of 20 kg land up to 2.2 km away, the densities begin with cells to 2 km."""
+    header = ";".join(COLUMNS)
+    lines = (header, "0;60;0;0;0;0;0;0", "60;90;18;22;60;20;900;900", "90;180;0;0;0;0;0;0")
+    (tmp_path / "far.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (tmp_path / "far.toml").write_text("seed = 1\n[hazard]\nmax_realisations = 8\n[break_up]\nrealisations = 8\n")
+    done = invoke(
+        "fly", tmp_path / "far.toml", "--fragments", tmp_path / "far.csv", "--out", tmp_path / "run", "--json"
+    )
+    assert done.exit_code == 0, done.stderr
+    hazard = json.loads(done.stdout)["hazard"]
+    assert hazard["largest_throw"] > 2000.0
+    assert hazard["determined"]
+    assert 10.0 < hazard["distance"] < hazard["upper"] < 100.0

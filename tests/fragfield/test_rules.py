@@ -17,6 +17,7 @@ from fragfield.hazard.rules import (
     incident_pressure,
     pressure_distance,
     rules_for,
+    tnt_equivalent,
 )
 from tests.fragfield.short_run import ROOT
 
@@ -99,6 +100,42 @@ def test_contents_count_images_and_equivalents():
     assert pair.all_up == pytest.approx(2.0 * pair.largest_round)
     assert one.tnt == pytest.approx(one.explosive)
     assert 40.0 < one.all_up < 45.0
+
+
+@pytest.mark.parametrize("name", ["comp_b", "Composition B", "COMP-B", "Comp. B", "composition_b"])
+def test_an_explosive_has_its_equivalent_however_its_name_is_written(name):
+    assert tnt_equivalent(name)[0] == 1.11
+    assert name in tnt_equivalent(name)[1]
+
+
+def test_an_unknown_explosive_is_taken_as_the_strongest_known_with_a_word():
+    factor, words = tnt_equivalent("Tetrytol 70/30")
+    known = [tnt_equivalent(name)[0] for name in ("TNT", "tritonal", "Composition C-4", "H-6", "PETN", "RDX")]
+    assert factor == 1.42
+    assert factor > max(known)
+    assert "Tetrytol 70/30, whose equivalent is not known" in words
+    assert tnt_equivalent("tnt") == (1.0, "")
+
+
+def test_every_built_in_explosive_has_an_equivalent():
+    from burst_fenicsx.materials.library import explosive_names
+
+    for name in explosive_names():
+        assert "not known" not in tnt_equivalent(name)[1]
+
+
+def test_blast_distances_do_not_depend_on_how_the_name_is_written(tmp_path):
+    from fragfield.case import load_case
+
+    text = (ROOT / "cases" / "m107_comp_b.toml").read_text(encoding="utf-8")
+    (tmp_path / "built_in.toml").write_text(text, encoding="utf-8")
+    library = (ROOT / "burst_fenicsx" / "data" / "explosives.toml").read_text(encoding="utf-8")
+    (tmp_path / "own.toml").write_text(library.replace("[comp_b]", '["Composition B"]'), encoding="utf-8")
+    own = text.replace('explosive = "comp_b"', 'explosive = "own.toml#Composition B"')
+    assert own != text
+    (tmp_path / "own_name.toml").write_text(own, encoding="utf-8")
+    built_in, named = (contents_of(load_case(tmp_path / f"{name}.toml"), {}) for name in ("built_in", "own_name"))
+    assert named.tnt == built_in.tnt == pytest.approx(1.11 * built_in.explosive)
 
 
 def test_every_rule_names_source_formula_inputs_and_range():

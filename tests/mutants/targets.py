@@ -35,7 +35,7 @@ _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
     "contact", "surroundings", "walls", "arguments", "allowed_values", "published_values",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
-    "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls",
+    "hazard", "expected", "ensemble", "exposed", "contours", "ring_counts", "arena", "fragments", "walls", "tp12",
     "arguments", "allowed_values", "published_values",
 )]  # fmt: skip
 
@@ -160,7 +160,8 @@ AREAS = (
                     "hazard/distances",
                     "hazard/density/witness_hazard",
                     "hazard/density/polar_grid",
-                    "hazard/stack_rules",
+                    "hazard/retardation",
+                    "hazard/tp12",
                     "fragments",
                     "scene/tables",
                 )

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Literal
 
+from fragfield_base.explosive_names import value_for
 from transition.errors import InputError, nearest
 
 __all__ = [
@@ -104,10 +104,9 @@ def explosive_constant(explosive: str, given: float | None) -> float:
     """B of Gurney and Sarmousakis: `given`, or that of the explosive by its name (kg^(1/2) m^(-7/6))."""
     if given is not None:
         return given
-    wanted = re.sub(r"[^a-z0-9]", "", explosive.lower()).replace("composition", "comp")
-    for name, constant in EXPLOSIVE_CONSTANTS.items():
-        if wanted == re.sub(r"[^a-z0-9]", "", name.lower()).replace("composition", "comp"):
-            return constant
+    constant = value_for(explosive, EXPLOSIVE_CONSTANTS)
+    if constant is not None:
+        return constant
     raise InputError(
         f"break_up.mean_mass = 'gurney_sarmousakis': no constant is known for the explosive {explosive!r}"
         f"{nearest(explosive, EXPLOSIVE_CONSTANTS)}; give break_up.explosive_constant in kg^(1/2) m^(-7/6)"

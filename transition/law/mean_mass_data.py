@@ -7,8 +7,9 @@ described as there: by the cylinder of its outer diameter that has its ratio of 
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING
+
+from fragfield_base.explosive_names import explosive_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,9 +79,5 @@ def outside_data(
     elif casing_yield is not None and not STEEL_YIELD[0] <= casing_yield <= STEEL_YIELD[1]:
         low, high = STEEL_YIELD
         yield f"yield strength {casing_yield / 1e6:.4g} MPa (data: steels of about {low / 1e6:g} to {high / 1e6:g} MPa)"
-    if _plain(explosive) not in {_plain(name) for name in EXPLOSIVES}:
+    if explosive_key(explosive) not in {explosive_key(name) for name in EXPLOSIVES}:
         yield f"explosive {explosive!r} (data: {', '.join(EXPLOSIVES)})"
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower()).replace("composition", "comp")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,8 @@ class DensityGroups:
     neighbouring groups are joined in pairs, so that the fields of any number of realisations take no more than `MEMORY`
     bytes (64 groups at least).
 
+    Fields that reach beyond the grid of `directions` extend it.
+
     Parameters
     ----------
     directions : Directions
@@ -42,6 +45,8 @@ class DensityGroups:
         """Add one realisation: numbers and path lengths over height (turns, r) on the grid or up to a nearer reach."""
         here = np.stack([self.directions.folded(values) for values in (landings, tracks)])
         cells = max(here.shape[-1], self.cells)
+        if cells > self.directions.grid.shape[1]:
+            self.directions = replace(self.directions, grid=self.directions.grid.holding(cells))
         if cells > self.cells:
             self._sums = [_padded(one, cells) for one in self._sums]
         here = _padded(here, cells)

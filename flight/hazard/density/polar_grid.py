@@ -77,6 +77,12 @@ class PolarGrid:
         """The same cells up to another distance (m)."""
         return PolarGrid(self.sectors, self.cuts, self.cell, max(1, math.ceil(reach / self.cell - 1e-9)))
 
+    def holding(self, cells: int) -> PolarGrid:
+        """The same cells, as few of the tables as hold so many fine ones; beyond this grid's reach if need be."""
+        missing = max(0, cells - int(self.first[-1]))
+        longer = self.up_to(self.cell * (self.cells + missing))  # a cell of the tables has one fine cell or more
+        return longer.up_to(longer.cell * max(1, int(np.searchsorted(longer.first, cells))))
+
     @property
     def turns(self) -> int:
         """Number of azimuth cells."""

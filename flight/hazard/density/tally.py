@@ -186,9 +186,7 @@ def _along_paths(
     if grid.sectors != sectors or grid.cell != float(np.asarray(distance)):
         return None
     fields = fields_of(landing)  # type: ignore[arg-type]  # a FlightResult
-    whole = grid.up_to(float(grid.cell * (np.searchsorted(grid.first, fields[0].shape[1]))))
-    if whole.shape[1] < fields[0].shape[1]:
-        whole = grid.up_to(whole.reach + grid.cell)
+    whole = grid.holding(fields[0].shape[1])
     wide = (np.pad(one, ((0, 0), (0, whole.shape[1] - one.shape[1]))) for one in fields)
     return tuple(whole.for_tables(one) for one in wide)
 

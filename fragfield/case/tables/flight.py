@@ -207,10 +207,8 @@ WitnessTable = Annotated[
 
 
 class StackRuleTable(Table):
-    """The rule of TP-12 for stacks, shown beside the direct result: a single round's field times a number."""
+    """The rule of TP-12 for stacks, shown beside every result of several equal rounds: how it counts them."""
 
-    single: str
-    """Run directory of the single round, with its ensemble.h5; relative to the case's folder."""
     cover: Literal["open", "earth"] = "open"
     """Open stack, 0.9 of the rounds on a side and 0.1 of those on top; under earth cover 0.7 and 0.1."""
     side: int | None = Field(default=None, ge=0)
@@ -241,5 +239,5 @@ class HazardTable(Table):
     """Area of a person that a fragment may hit."""
     person_height: Annotated[float, Quantity("m", "1.8 m", minimum=0.0)] = 1.8
     """Height of a person: a fragment passing lower may hit."""
-    stack_rule: StackRuleTable | None = None
-    """Beside the direct result of a stack, the rule of DDESB TP-12."""
+    stack_rule: StackRuleTable = StackRuleTable()
+    """How the rule of DDESB TP-12 counts the rounds of a stack."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +12,12 @@ from fragfield.report.quantities import SPACE, number
 from fragfield.report.reading.landings import ensemble, hazard_density
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["density_table", "distance_table", "sector_table", "stack_rule_table"]
+__all__ = ["density_table", "distance_table", "sector_table"]
 
 
 def distance_table(run: RunFiles) -> Iterator[Table]:
@@ -141,44 +141,6 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
         f"reached.{same} Farthest fragment of single events, which is not a hazard distance."
     )
     yield Table("Distances by direction", head, tuple(lines), note)
-
-
-def stack_rule_table(run: RunFiles) -> Iterator[Table]:
-    """TP-12's rule for stacks beside the direct result."""
-    rule = run.part("flight").get("stack_rule")
-    found = ensemble(run)
-    if not isinstance(rule, dict) or found is None:
-        return
-    if found.expected is None or found.undetermined:
-        return
-    direct, by_rule = found.expected, rule["hazard"]
-    lines = [
-        (
-            "Hazard distance, upper bound", whole_metres(direct.upper), whole_metres(by_rule["upper"]),
-            _ratio(direct.upper, by_rule["upper"]),
-        ),
-        (
-            "Hazard distance", metres_and_error(direct.distance, direct.standard_error, SPACE),
-            metres_and_error(by_rule["distance"], by_rule["standard_error"], SPACE),
-            _ratio(direct.distance, by_rule["distance"]),
-        ),
-    ]  # fmt: skip
-    head = ("Distance (m)", f"Direct, {number(direct.realisations)} realisations", _rule_words(rule), "Ratio")
-    weights = "0.9 and 0.1" if rule["cover"] == "open" else "0.7 and 0.1"
-    note = (
-        f"The rule of DDESB TP-12 takes {weights} of the {number(rule['side'])} rounds on the fullest side and of the "
-        f"{number(rule['top'])} on top: {rule['effective_number']:.3g} times the field of the single round of "
-        f"{rule['single']}. It does not account for colliding casings."
-    )
-    yield Table("Rule for stacks", head, tuple(lines), note)
-
-
-def _ratio(one: float | None, other: float | None) -> str:
-    return f"{one / other:.2f}" if one is not None and other else "–"
-
-
-def _rule_words(rule: Mapping[str, Any]) -> str:
-    return f"Rule, {rule['effective_number']:.3g} single rounds, {number(rule['realisations'])} realisations"
 
 
 def _span(low: float, high: float) -> str:

@@ -8,7 +8,7 @@ from fragfield.hazard.certainty import whole_metres
 from fragfield.report.blocks import Paragraph, Points, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
@@ -33,12 +33,11 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
             "computed from the burst",
         )
     ]
-    lines += [(rule["name"], rule["hazard"], whole_metres(rule["distance"]), _based(rule["hazard"])) for rule in rules]
-    lines += [*_stack_rule(run)]
+    lines += [(rule["name"], rule["hazard"], whole_metres(rule["distance"]), _based(rule)) for rule in rules]
     note = (
-        "Rules give distances from mass alone; they account neither for this round nor for this site. “–”: "
-        "outside the rule's "
-        "range. Sources, formulas, inputs and ranges follow."
+        "Rules from mass alone account neither for this round nor for this site. Those of TP-12 take the fragments of "
+        "one round alone, without its attitude, height and site. “–”: outside the rule's range. Sources, formulas, "
+        "inputs and ranges follow."
     )
     yield Table(
         "Distances by rules, compared with the computed one",
@@ -66,12 +65,5 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     yield Points(tuple(part.get("left_out") or ()))
 
 
-def _stack_rule(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
-    rule = run.part("flight").get("stack_rule")
-    if isinstance(rule, dict):
-        upper = rule["hazard"]["upper"] or rule["hazard"]["distance"]
-        yield ("DDESB TP-12, rule for stacks (upper bound)", "fragments", whole_metres(upper), "single round's run")
-
-
-def _based(hazard: str) -> str:
-    return "mass alone; not from the burst" if hazard == "blast" else "mass alone"
+def _based(rule: Mapping[str, str]) -> str:
+    return f"{rule['basis']}; not from the burst" if rule["hazard"] == "blast" else rule["basis"]

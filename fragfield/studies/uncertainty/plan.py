@@ -162,8 +162,7 @@ def _bare(case: Case, table: UncertaintyTable) -> dict[str, Any]:
     """Tables of the resolved case, without what a sample does not need, and with its number of realisations."""
     document = {key: value for key, value in plain(case, units=True).items() if key not in _LEFT_OUT}
     document["break_up"] = {**document["break_up"], "realisations": table.realisations}
-    hazard = {key: value for key, value in document["hazard"].items() if key != "stack_rule"}
-    document["hazard"] = {**hazard, "max_realisations": table.realisations}
+    document["hazard"] = {**document["hazard"], "max_realisations": table.realisations}
     document["flight"] = {**document["flight"], "trajectories": 0}
     output = {**document["burst"].get("output", {}), "interval": document["burst"]["time_limit"]}
     document["burst"] = {**document["burst"], "convergence": "off", "output": output}

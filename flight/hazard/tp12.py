@@ -1,0 +1,352 @@
+"""The procedure of DDESB Technical Paper 12 (Zaker 1975): fragments of one round by polar angle, and stacks of it.
+
+The paper counts fragments per steradian Q0 about a round, lets them fly straight and slow down by drag alone, and takes
+a fragment as hazardous at a distance R where it keeps the critical energy E there, or has it in free fall at its
+terminal speed (p. 8-10, 14):
+
+    m V^2 exp(-2 R / (L1 m^(1/3))) = 2 E    or    g L1 m^(4/3) = 2 E,    L1 = 2 k^(2/3) / (C_D rho)
+
+With the Mott law of the mean mass m0 the number per area normal to the path is q = Q0 / R^2 exp(-(2 m / m0)^(1/2)); the
+distance is where it falls to the acceptable density. Attitude, height and ground play no part.
+
+Two distances follow: that of a stack, by the paper's steps and constants, see `stack_distance`; and that of a single
+round in its worst polar zone, as an arena test reports it, see `beam_distance`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flight.arguments import require_number
+from flight.constants import STANDARD_GRAVITY
+from flight.drag import Drag
+from flight.errors import InputError, nearest
+from flight.hazard.retardation import Retardation
+from flight.shape_factors import HEAVY_PIECES_OF_STACKS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from flight.fragments import Fragments
+    from flight.hazard.criteria import Criteria
+
+    Array = NDArray[np.float64]
+
+__all__ = ["BeamDistance", "MottField", "PolarField", "StackDistance"]
+__all__ += ["COVERS", "beam_distance", "effective_number", "procedure", "stack_distance"]
+
+COVERS = {"open": (0.9, 0.1), "earth": (0.7, 0.1)}
+"""Weights of the rounds on the side and of those on top, by the stack's cover (p. 11, after Fugelso 1973)."""
+SUPERSONIC_DRAG = 1.28
+"""C_D taken as constant at its supersonic value (p. 8)."""
+ZONE_WIDTH = 10.0
+"""Width of a polar zone (degrees)."""
+COARSE = 0.7
+"""Fraction of a zone's mass, from the heaviest fragment down, to which the Mott law is fitted: what is heavier than 1.8
+mean masses, of the M107 20 g. The distance of a stack of M107 scatters over sets of 12 break-ups by 0.6 %; with half of
+the mass by 1.6 %, about the same mean."""
+FEWEST = 10  # fragments in the coarse end of a zone, of all realisations
+_SMALLEST = 0.1  # of the mean excess over the edge, in the root of the mass: 0.5 for a Mott law
+_STEP = 1.0  # degrees between the zones that are tried
+
+
+def effective_number(side: float, top: float, cover: str = "open") -> float:
+    """Effective number N_E of rounds of a stack: 0.9 N_S + 0.1 N_T in the open, 0.7 N_S + 0.1 N_T under earth.
+
+    The paper's sentence names N_S and N_T in the wrong order ("in the top layer and on the side ... respectively",
+    p. 11); the subscripts, and rounds on the side as those that throw towards a place, leave no doubt.
+
+    Parameters
+    ----------
+    side, top : float
+        Rounds on the side that faces the place, and in the top layer.
+    cover : "open" or "earth"
+        Of the stack.
+
+    Raises
+    ------
+    InputError
+        A number below zero or without meaning, none at all, or another cover.
+    """
+    if cover not in COVERS:
+        raise InputError(f"stack rule: cover is {cover!r}{nearest(cover, COVERS)}; allowed: {', '.join(COVERS)}")
+    for name, value in (("side", side), ("top", top)):
+        require_number("stack rule", name, value, "")
+        if not (math.isfinite(value) and value >= 0.0):
+            raise InputError(f"stack rule: {name} is {value}, needed: zero or more rounds")
+    number = COVERS[cover][0] * side + COVERS[cover][1] * top
+    if not number > 0.0:
+        raise InputError("stack rule: no round on the side and none on top")
+    return number
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PolarField:
+    """Fragments of one round by polar angle from its nose, of one or several realisations; azimuths count alike.
+
+    Attributes
+    ----------
+    polar : (n,) float64
+        Angle of the velocity from the direction base to nose (degrees).
+    mass, speed : (n,) float64
+        kg, m/s.
+    realisations : int
+        How many bursts they are of.
+    """
+
+    polar: Array
+    mass: Array
+    speed: Array
+    realisations: int = 1
+
+    @classmethod
+    def of(cls, realisations: Sequence[Fragments], axis: ArrayLike = (0.0, 0.0, 1.0)) -> PolarField:
+        """From the fragments of a single round whose axis points along `axis` (3,), from base to nose.
+
+        Raises
+        ------
+        InputError
+            There is no fragment, or the axis has no length.
+        """
+        along = np.asarray(axis, dtype=np.float64)
+        if not realisations or not any(len(one) for one in realisations):
+            raise InputError("polar field: no fragment")
+        if along.shape != (3,) or not float(np.linalg.norm(along)) > 0.0:
+            raise InputError(f"polar field: the axis is {along.tolist()}, needed: three components, not all zero")
+        mass = np.concatenate([one.mass for one in realisations])
+        velocity = np.concatenate([one.velocity for one in realisations])
+        speed = np.linalg.norm(velocity, axis=1)
+        cosine = velocity @ (along / np.linalg.norm(along)) / np.maximum(speed, 1e-300)
+        polar = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        return cls(polar, mass, speed, len(realisations))
+
+    def __repr__(self) -> str:
+        return f"<flight.PolarField: {len(self.mass)} fragments of {self.realisations} realisations>"
+
+    def zone(self, low: float, high: float) -> PolarField:
+        """The fragments between two polar angles (degrees); those at 180 degrees belong to the last zone."""
+        inside = (self.polar >= low) & ((self.polar < high) | (high >= 180.0))
+        return PolarField(self.polar[inside], self.mass[inside], self.speed[inside], self.realisations)
+
+
+def solid_angle(low: float, high: float) -> float:
+    """Solid angle (sr) between two polar angles (degrees)."""
+    return 2.0 * math.pi * (math.cos(math.radians(low)) - math.cos(math.radians(high)))
+
+
+@dataclass(frozen=True)
+class BeamDistance:
+    """Where the density in the worst polar zone of a single round falls to the acceptable one.
+
+    Attributes
+    ----------
+    distance : float
+        m; 0 where it never reaches it.
+    low, high : float
+        The zone (degrees from the nose).
+    per_steradian : float
+        Hazardous fragments per steradian at that distance.
+    """
+
+    distance: float
+    low: float
+    high: float
+    per_steradian: float
+
+
+def beam_distance(
+    field: PolarField, retardation: Retardation, criteria: Criteria, *, width: float = ZONE_WIDTH
+) -> BeamDistance:
+    """Distance of a single round in its worst polar zone, by the paper's procedure with counted fragments.
+
+    An arena test reports fragments by polar zone; here every fragment of the zone counts with its own mass and speed,
+    in place of a Mott law and one speed. Zones are moved in steps of a degree, so that none cuts a beam in two.
+
+    Parameters
+    ----------
+    field : PolarField
+        Fragments of the round.
+    retardation : Retardation
+        Drag, air and shape factor (2600 kg/m3 for single shells).
+    criteria : Criteria
+        Energy and acceptable density.
+    width : float
+        Of a zone (degrees), from 1 to 180.
+
+    Raises
+    ------
+    InputError
+        A width outside that range.
+    """
+    require_number("beam distance", "width", width, "degrees")
+    if not 1.0 <= width <= 180.0:
+        raise InputError(f"beam distance: width is {width} degrees, allowed: 1 to 180")
+    reach = retardation.reach(field.mass, field.speed, criteria.energy)
+    order = np.argsort(-reach, kind="stable")
+    reach, polar = reach[order], field.polar[order]
+    best = BeamDistance(0.0, 0.0, width, 0.0)
+    for low in np.append(np.arange(0.0, 180.0 - width, _STEP), 180.0 - width).tolist():
+        high = low + width
+        inside = reach[(polar >= low) & ((polar < high) | (high >= 180.0))]
+        each = 1.0 / (solid_angle(low, high) * field.realisations)  # per steradian, of one fragment
+        number = each * np.arange(1, len(inside) + 1)
+        found = np.minimum(inside, np.sqrt(number / criteria.density))  # of the k farthest: how far they are enough
+        if len(found) and found.max() > best.distance:
+            at = int(np.argmax(found))
+            best = BeamDistance(float(found[at]), low, high, float(number[at]))
+    return best
+
+
+@dataclass(frozen=True)
+class MottField:
+    """Q0 exp(-(2 m / m0)^(1/2)) fragments per steradian heavier than m, with one speed.
+
+    Attributes
+    ----------
+    per_steradian : float
+        Q0 (1/sr).
+    mean_mass : float
+        m0 (kg).
+    speed : float
+        V (m/s).
+    """
+
+    per_steradian: float
+    mean_mass: float
+    speed: float
+
+    @classmethod
+    def fitted(cls, field: PolarField, low: float, high: float) -> MottField:
+        """The Mott law of a polar zone, fitted to its coarse end, and the zone's mean speed by mass.
+
+        Above a mass m_c the law is an exponential in x = (2 m)^(1/2), whose parameter m0^(1/2) is the mean of x - x_c
+        (maximum likelihood); Q0 is such that the number above m_c is kept. Above m_c lie seven tenths of the zone's
+        mass: the paper asks to emphasise the coarse end (step 3).
+
+        Raises
+        ------
+        InputError
+            Too few fragments in the coarse end, or all of one mass.
+        """
+        zone = field.zone(low, high)
+        mass = -np.sort(-zone.mass)
+        held = np.cumsum(mass)
+        edge = float(mass[np.searchsorted(held, COARSE * held[-1])]) if len(mass) else math.inf
+        coarse = int(np.searchsorted(-mass, -edge))  # those heavier than the edge
+        excess = float(np.mean(np.sqrt(2.0 * mass[:coarse]))) - math.sqrt(2.0 * edge) if coarse else 0.0
+        if coarse < FEWEST or excess < _SMALLEST * math.sqrt(2.0 * edge):
+            raise InputError(
+                f"stack rule: {coarse} fragments in the coarse end of the zone from {low:g} to {high:g} degrees; "
+                f"needed for a Mott law: {FEWEST} or more, of different masses"
+            )
+        above = coarse / (field.realisations * solid_angle(low, high))
+        speed = float((zone.mass * zone.speed).sum() / zone.mass.sum())
+        return cls(above * math.exp(math.sqrt(2.0 * edge) / excess), excess**2, speed)
+
+    def heavier(self, mass: float) -> float:
+        """Fragments per steradian heavier than a mass (kg)."""
+        return self.per_steradian * math.exp(-math.sqrt(2.0 * mass / self.mean_mass))
+
+
+@dataclass(frozen=True)
+class StackDistance:
+    """Distance of a stack, and what it rests on.
+
+    Attributes
+    ----------
+    distance : float
+        m.
+    lightest : float
+        Lightest hazardous fragment there (kg).
+    free_fall : bool
+        Whether it is hazardous at its terminal speed.
+    low, high : float
+        Polar zone of the single round (degrees from the nose).
+    single : MottField
+        Of the single round in that zone.
+    """
+
+    distance: float
+    lightest: float
+    free_fall: bool
+    low: float
+    high: float
+    single: MottField
+
+
+def procedure(
+    single: MottField, number: float, retardation: Retardation, criteria: Criteria
+) -> tuple[float, float, bool]:
+    """Steps 4 and 5 of the paper (p. 14): distance (m), lightest hazardous mass there (kg), whether by free fall.
+
+    The distance is the larger of two: with the mass that keeps the critical energy against drag, and with that which
+    has it in free fall.
+    """
+    limit = criteria.density / number
+    low = math.log(max(2.0 * criteria.energy / single.speed**2, 1e-12)) if single.speed > 0.0 else 30.0
+    high = max(low, 0.0) + 30.0
+    for _ in range(80):  # with the mass the distance rises and the density there falls
+        middle = 0.5 * (low + high)
+        mass = math.exp(middle)
+        at = float(retardation.distance(mass, single.speed, math.sqrt(2.0 * criteria.energy / mass)))
+        dense = at <= 0.0 or single.heavier(mass) >= limit * at**2
+        low, high = (middle, high) if dense else (low, middle)
+    flown = math.exp(low)
+    reached = float(retardation.distance(flown, single.speed, math.sqrt(2.0 * criteria.energy / flown)))
+    falling = retardation.lightest_in_free_fall(criteria.energy)
+    if math.isfinite(falling):
+        fallen = math.sqrt(single.heavier(falling) / limit)
+        if fallen > reached:
+            return fallen, falling, True
+    return reached, flown, False
+
+
+def stack_distance(
+    field: PolarField, number: float, criteria: Criteria, *, density: float = 1.225, gravity: float = STANDARD_GRAVITY
+) -> StackDistance:
+    """Distance of a stack by the paper's suggested procedure (p. 13-14).
+
+    Perpendicular to the rounds' axes N_E times the single round's fragments, with k = 4740 kg/m3 and C_D = 1.28. Of the
+    zones of 10 degrees that hold the perpendicular the worst counts. The paper takes the initial speed from Gurney's
+    formula and the Mott law from an arena test; here both are those of the fragments given.
+
+    Parameters
+    ----------
+    field : PolarField
+        Fragments of the single round.
+    number : float
+        N_E, see `effective_number`.
+    criteria : Criteria
+        Energy and acceptable density.
+    density, gravity : float
+        Of the air (kg/m3), and in m/s2.
+
+    Raises
+    ------
+    InputError
+        The number is not above zero, or the zones hold too few fragments for a Mott law.
+    """
+    require_number("stack rule", "effective number", number, "")
+    if not (math.isfinite(number) and number > 0.0):
+        raise InputError(f"stack rule: effective number is {number}, needed: above zero")
+    drag = Drag.constant(SUPERSONIC_DRAG)
+    retardation = Retardation(
+        drag, density, 340.0, HEAVY_PIECES_OF_STACKS, gravity
+    )  # a constant C_D has no Mach number
+    found, fault = [], ""
+    for low in np.arange(90.0 - ZONE_WIDTH, 90.0 + 0.5 * _STEP, _STEP).tolist():
+        try:
+            single = MottField.fitted(field, low, low + ZONE_WIDTH)
+        except InputError as error:
+            fault = str(error)
+            continue
+        found.append(StackDistance(*procedure(single, number, retardation, criteria), low, low + ZONE_WIDTH, single))
+    if not found:
+        raise InputError(fault)
+    return max(found, key=lambda one: one.distance)
