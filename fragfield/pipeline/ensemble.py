@@ -156,7 +156,8 @@ class EnsembleFlight:
 
     def __init__(self, job: Job, source: Realisations, flights: Flights, attitude: Turned | None = None) -> None:
         self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
-        own = job if attitude is None else replace(job, case=attitude.case)
+        placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
+        own = replace(job, case=job.case.model_copy(update=placed))
         self.found = _Found(own, source) if job.team.first else None
         self.done = 0
         self.first: FlightResult | None = None

@@ -83,7 +83,7 @@ def envelope(mixed):
 def test_one_attitude_of_the_envelope_is_the_run_in_that_attitude(mixed, tmp_path, inclination):
     """The case with that attitude, its base where the turned one's is: with the same fragments, and with its own."""
     job, fragments = _job(mixed, few=True), _fragments(mixed)
-    turned = Arrangement(job.case).turned(inclination)
+    turned = Arrangement(_job(mixed).case).turned(inclination)  # of it the places alone count
     ours = fly_all(replace(job, attitude=turned), fragments).hazard.expected
     place = json.dumps([f"{value!r} m" for value in turned.case.round[0].position])
     folder = _to_fragments(tmp_path, f"{inclination:g} deg", place)
@@ -96,6 +96,7 @@ def test_one_attitude_of_the_envelope_is_the_run_in_that_attitude(mixed, tmp_pat
     for name in ("distance", "upper", "standard_error", "direction"):
         assert getattr(ours, name) == getattr(same, name), name
     assert own.distance > 30.0
+    assert ours.realisations == same.realisations == own.realisations == 8
     assert abs(ours.distance - own.distance) < 2.0 * np.hypot(ours.standard_error, own.standard_error)
 
 
