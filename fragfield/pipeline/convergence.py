@@ -212,7 +212,7 @@ def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Re
     """The quantities with cells of another size; None where they cannot be computed."""
     import transition
     from fragfield.case.conversion.stages import break_up_settings
-    from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter
 

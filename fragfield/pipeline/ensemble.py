@@ -42,7 +42,6 @@ __all__ = [
     "FlownEnsemble",
     "above_ground",
     "break_up_all",
-    "fly_all",
     "hazard_grid",
 ]
 
@@ -110,35 +109,6 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     numbers = team.share(range(1, job.case.break_up.realisations))
     further = team.collect(prepared.many(seed, numbers, job.threads))
     return None if first is None else (first, further)
-
-
-def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None:
-    """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
-
-    The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
-    the standard error of the distance is below `hazard.tolerance` or there are `hazard.max_realisations`.
-
-    Parameters
-    ----------
-    job : Job
-        The case, the ranks, threads and progress.
-    realisations : sequence of Fragments
-        On rank 0; the others receive them.
-
-    Returns
-    -------
-    FlownEnsemble, or None on ranks other than 0
-    """
-    from fragfield.case.conversion.attitude import is_mixed
-    from fragfield.pipeline.attitudes import fly_attitudes
-    from fragfield.pipeline.realisations import Realisations
-
-    source, flights = Realisations(job, realisations), Flights(job)
-    if job.attitude is None and is_mixed(job.case):
-        return fly_attitudes(job, source, flights)
-    one = EnsembleFlight(job, source, flights, job.attitude)
-    one.fly_to_tolerance()
-    return one.result() if job.team.first else None
 
 
 class EnsembleFlight:

@@ -95,7 +95,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.hazard.rules import rules_of
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
-    from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.single_round import single_round
 
     _load_together(job)
