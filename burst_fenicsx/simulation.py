@@ -38,6 +38,7 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
+_MOST_OF_CONTACT = 0.01  # of the work: what contact may make or lose without a warning
 # Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
@@ -202,10 +203,13 @@ class Simulation(AssembledBurst):
         return self.settings.end_time is None and self.acceleration_complete is not None
 
     def _burnt_out(self) -> bool:
-        """Whether every charge has been initiated and has burnt out."""
-        ignition = self.fields.charge.ignition_time
-        latest = float(ignition[np.isfinite(ignition)].max(initial=0.0))
-        return bool(self.comm.allreduce(latest, op=MPI.MAX) < self.solver.time)
+        """Whether all initiated charges have burnt out, and no shock is about to initiate another; collective.
+
+        A charge that nothing has initiated by then is not waited for.
+        """
+        burning, initiation = self.solver.burning, self.initiation
+        pressed = initiation is not None and initiation.is_pressed()
+        return 0.0 < burning.end <= self.solver.time and not pressed
 
     def _open_series(self) -> None:
         if self.comm.rank == 0 and self.writes_series:
@@ -284,6 +288,7 @@ class Simulation(AssembledBurst):
         history = whole.history(self.ledger.columns())
         summary = self._summary(along, [record.charge_mass for record in records])
         self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
+        self._warn_of_contact()
         if self.comm.rank == 0:
             names = whole.names
             write_snapshot(
@@ -299,6 +304,18 @@ class Simulation(AssembledBurst):
                 geometry=self.geometry,
             )
         return BurstResult(summary, along, history)
+
+    def _warn_of_contact(self) -> None:
+        """Warn where contact has made or lost much of the work by the end."""
+        last = self.ledger.entries[-1]
+        if last.contact_error > _MOST_OF_CONTACT and self.comm.rank == 0:
+            _log.warning(
+                "contact has %s %.2g %% of the products' work; %g %% is the aim",
+                "made" if last.contact_gain > 0.0 else "lost",
+                100.0 * last.contact_error,
+                100.0 * _MOST_OF_CONTACT,
+                extra={"code": "contact_energy"},
+            )
 
     def _symmetry_planes(self) -> list[RigidPlane]:
         """Planes in the world behind which mirrored rounds stand."""

@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import Literal
 
 from transition.errors import InputError, nearest
-from transition.law.count_fit import fit_counts
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
@@ -183,6 +182,8 @@ class BreakUpSettings:
         if self.mean_mass_factor is not None:
             return self.mean_mass_factor, "input"
         if isinstance(self.mean_mass, FragmentCounts):
+            from transition.law.count_fit import fit_counts  # needs scipy
+
             fit = fit_counts(self.mean_mass, self.dimension, self.mixed_fraction)
             return fit.factor, fit.label
         if not isinstance(self.mean_mass, str):

@@ -104,22 +104,21 @@ class LineInterface:
             weight=np.zeros((count, 2)),
             force=np.zeros((count, 2)),
             off=np.where(of_node[group_node[groups]] == group_node[groups], _TIED, 0).astype(np.int8),
-            tally=np.zeros((count, 4)),
+            tally=np.zeros((count, 3)),
             span=_spans(edges, covered, end, groups),
             spread_over=np.zeros((count, SPREAD), dtype=np.int32),
             spread=np.zeros((count, SPREAD)),
             spread_count=np.zeros(count, dtype=np.int32),
             pressing=np.zeros((count, 2)),
             normal=np.zeros((count, 2)),
-            taken=np.zeros(count),
             load=np.zeros(len(fields.mass)),
             last_position=fields.nodes.position.copy(),
         )
 
     @property
     def energies(self) -> np.ndarray:
-        """Spring energy now, friction and work given in the last step (J)."""
-        total: np.ndarray = self.contacts.tally.sum(axis=0)[:3]
+        """Spring energy now and friction in the last step (J)."""
+        total: np.ndarray = self.contacts.tally.sum(axis=0)[:2]
         return total
 
     def counts(self) -> np.ndarray:
@@ -155,12 +154,13 @@ class MeridianContact(ContactForces):
         self._fields = fields
         self.comm = MPI.COMM_SELF
         self.force = self.line_force = np.zeros_like(fields.nodes.force)
-        self.friction = self.stiffness_work = 0.0
+        self.friction = self.work = 0.0
         self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
         self.torn = np.zeros(len(mesh.cells), dtype=bool)  # the line's own contacts end in its kernel
         # Parts that share their nodes have a line without edges, which does nothing.
         self.line = LineInterface(mesh, fields)
+        self._always = self._pushed = np.zeros(0, dtype=np.int32)  # all forces are the line's
         self.interface = self.line if len(mesh.twins) else None
         self.collisions, self.planes = None, []
         contact = settings.contact
@@ -180,15 +180,20 @@ class MeridianContact(ContactForces):
         touched[self.line.line.nodes] = True
         return touched
 
+    @property
+    def forces(self) -> dict[str, np.ndarray]:
+        """Those of the slide line."""
+        return {"line_force": self.line_force}
+
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on."""
         self.settings = self.settings._replace(level=level)
         self.line.contacts.last_position[:] = self._fields.nodes.position
 
     def take(self, sums: np.ndarray, *, front_near: bool) -> None:
-        """Take the sums of a step, (3,): friction and stiffness work (J), largest penetration (m); they are cleared."""
+        """Take the sums of a step, (3,): friction, work on the nodes (J), largest penetration (m); they are cleared."""
         self.friction += float(sums[0])
-        self.stiffness_work += float(sums[1])
+        self.work += float(sums[1])
         deepest, found = self.penetrations, float(sums[2])
         if front_near:
             deepest.interface_at_front = max(deepest.interface_at_front, found)

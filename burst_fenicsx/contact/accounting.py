@@ -33,7 +33,7 @@ class NodeContact:
 
     @property
     def energies(self) -> np.ndarray:
-        """Spring energy now, friction and work of the stiffness in the last step (J), exact, on this rank's nodes."""
+        """Spring energy now and friction in the last step (J), exact, on this rank's nodes."""
         rows = np.arange(len(self.state.energies), dtype=np.int32)
         total: np.ndarray = sum_columns(self.state.energies, rows, self._fields.grid.rounding)
         return total

@@ -117,7 +117,7 @@ class CollidingSurfaces(NodeContact):
             face=np.zeros(0, dtype=np.int32),
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
-            energies=np.zeros((0, 3)),
+            energies=np.zeros((0, 2)),
         )
 
     def _owners(self, count: int) -> np.ndarray:
@@ -232,7 +232,7 @@ class CollidingSurfaces(NodeContact):
             face=np.full(count, -1, dtype=np.int32),
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
-            energies=np.zeros((count, 3)),
+            energies=np.zeros((count, 2)),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True

@@ -15,13 +15,14 @@ from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_p
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
 from burst_fenicsx.contact.torn_faces import TornFaces
-from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means
+from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means, work_on_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
+    from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
 __all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "stable_budget"]
@@ -78,7 +79,8 @@ class ContactForces:
     Attributes
     ----------
     force : (nodes, 3) N, on this rank's nodes.
-    friction, stiffness_work : J so far, on this rank: friction, and what changes of the springs' stiffness gave.
+    friction, work : J so far, on this rank: heat of friction, and work of all contact forces on the nodes, action and
+        reaction, from these forces and the nodes' own motion.
     impulse : given by the planes.
     penetrations : the largest so far.
     torn : (cells of the whole mesh,) bool, cells that are torn metal and whose faces nothing meets any more.
@@ -91,7 +93,7 @@ class ContactForces:
         self.comm = fields.mesh.comm
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
-        self.stiffness_work = 0.0
+        self.work = 0.0
         self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
         self.torn = np.zeros(len(mesh.cells), dtype=bool)
@@ -176,6 +178,23 @@ class ContactForces:
         return self.force
 
     @property
+    def forces(self) -> dict[str, np.ndarray]:
+        """Forces of the last step (nodes, 3) in N by name: half of their next work is still to be done."""
+        return {"force": self.force}
+
+    def restore_forces(self, forces: Mapping[str, np.ndarray]) -> None:
+        """Take over what `forces` gave, (nodes of the whole mesh, 3)."""
+        own = self.mesh.owned_nodes
+        for name, values in self.forces.items():
+            values[:own] = forces[name][self.mesh.node[:own]]
+        self._pushed = self._any_of(self._always, np.flatnonzero(self.force.any(axis=1)))
+
+    @property
+    def mesh(self) -> DistributedMesh:
+        """The mesh as the ranks have it."""
+        return self._fields.mesh
+
+    @property
     def exists(self) -> bool:
         """Whether there is anything that may touch."""
         return self.interface is not None or self.collisions is not None or bool(self.planes)
@@ -212,18 +231,24 @@ class ContactForces:
         """
         if not self.exists or stable_for <= 0.0:
             return
-        clear_rows(self.force, self._pushed)
         budget = self._budget / stable_for**2
         with self._mean_velocities(step) as velocity:
+            self._accumulate_work(step, velocity)
+            clear_rows(self.force, self._pushed)
             self._join(budget, step, velocity, front_near=front_near)
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
-        self._find_pushed()
+            self._find_pushed()
+            self._accumulate_work(step, velocity)
         for part in self._parts:
-            _, friction, work = part.energies
-            self.friction += friction
-            self.stiffness_work += work
+            self.friction += part.energies[1]
         add_rows(self._share, self.force, self._pushed, self._fields.nodes.force)
+
+    def _accumulate_work(self, step: float, velocity: np.ndarray) -> None:
+        """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it."""
+        if step > 0.0:
+            rounding = self._fields.grid.rounding
+            self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding)
 
     def _join(self, budget: float, step: float, velocity: np.ndarray, *, front_near: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""
@@ -292,15 +317,23 @@ class ContactForces:
 
     @property
     def energy(self) -> float:
-        """What contact has taken so far (J), on this rank: stored and turned to heat, less the stiffness's work."""
-        return self.spring_energy + self.friction - self.stiffness_work
+        """What contact holds and has turned to heat (J), on this rank: springs and friction."""
+        return self.spring_energy + self.friction
+
+    @property
+    def gain(self) -> float:
+        """What contact has given to the nodes, to its springs and to friction, in all (J), on this rank.
+
+        Nothing physical supplies it: it is energy from nothing, or lost where it is negative. Springs that get stiffer
+        under load give it, and so does the products' own pressure on a gap that opens wider than it closes.
+        """
+        return self.work + self.energy
 
     def summary(self) -> dict[str, Any]:
         """Contact's part of the summary; collective."""
         comm = self.comm
-        local = np.array(
-            [*(self.interface.counts() if self.interface else np.zeros(3)), self.spring_energy, self.friction]
-        )
+        counts = self.interface.counts() if self.interface else np.zeros(3)
+        local = np.array([*counts, self.spring_energy, self.friction, self.work, self.gain])
         total = comm.allreduce(local) if comm.size > 1 else local
         deepest = self.penetrations.over(comm)
         return {
@@ -309,6 +342,8 @@ class ContactForces:
             "off_surface": int(total[2]),
             "spring_energy": float(total[3]),
             "friction_heat": float(total[4]),
+            "work": float(total[5]),
+            "gain": float(total[6]),
             "max_penetration": deepest.largest if self.exists else None,
             "max_interface_penetration_at_front": deepest.interface_at_front,
             "max_interface_penetration": deepest.interface_after,

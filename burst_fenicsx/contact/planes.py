@@ -103,7 +103,7 @@ class PlaneContact(NodeContact):
             slip=np.zeros((count, 3)),
             penetration=np.zeros(count),
             stiffness=np.zeros(count),
-            energies=np.zeros((count, 3)),
+            energies=np.zeros((count, 2)),
         )
         self._all = np.arange(count, dtype=np.int32)
         self.look_again()
@@ -154,19 +154,19 @@ class PlaneContact(NodeContact):
     @property
     def given(self) -> np.ndarray:
         """Force (N) that the plane gives now to this rank's nodes, (2, 3) in two exact bins, whose sum it is."""
-        return self._sums[5:].reshape(2, 3)
+        return self._sums[4:].reshape(2, 3)
 
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self._sums[3])
+        return float(self._sums[2])
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes."""
-        return float(self._sums[4])
+        return float(self._sums[3])
 
     @property
     def energies(self) -> np.ndarray:
         """As of all nodal contact; of the near nodes, since the others have none."""
-        return self._sums[:3]
+        return self._sums[:2]

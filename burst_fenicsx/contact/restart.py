@@ -41,16 +41,17 @@ def own_sums(rows: np.ndarray, comm: MPI.Comm, shape: tuple[int, ...]) -> np.nda
     return np.array(rows.sum(axis=0)) if comm.rank == 0 else np.zeros(shape)
 
 
-def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
+def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray | None]:
     """The whole state of contact, by name; whole on rank 0, to be ignored elsewhere. Collective."""
-    comm = contact.comm
-    sums = np.array([contact.friction, contact.stiffness_work])
+    comm, mesh = contact.comm, contact.mesh
+    sums = np.array([contact.friction, contact.work])
     deepest = contact.penetrations.over(comm)
-    arrays = {
+    arrays: dict[str, np.ndarray | None] = {
         "sums": sums_of_ranks(sums, comm),
         "plane_impulse": contact.impulse.state(),
         "penetrations": np.array(astuple(deepest)),
         "torn": contact.torn,
+        **{f"forces/{name}": mesh.gather_nodes(values) for name, values in contact.forces.items()},
     }
     if contact.interface is not None:
         arrays |= {f"interface/{name}": values for name, values in contact.interface.arrays().items()}
@@ -64,10 +65,11 @@ def contact_arrays(contact: ContactForces) -> dict[str, np.ndarray]:
 def restore_contact(contact: ContactForces, arrays: Mapping[str, np.ndarray]) -> None:
     """Put all contact where `contact_arrays` found it, on any number of ranks; raises KeyError for a missing array."""
     sums = own_sums(arrays["sums"], contact.comm, (2,))
-    contact.friction, contact.stiffness_work = float(sums[0]), float(sums[1])
+    contact.friction, contact.work = float(sums[0]), float(sums[1])
     contact.impulse.restore(arrays["plane_impulse"])
     contact.penetrations = Penetrations(*(float(value) for value in arrays["penetrations"]))
     contact.restore_torn(arrays["torn"])
+    contact.restore_forces({name: arrays[f"forces/{name}"] for name in contact.forces})
     if contact.interface is not None:
         contact.interface.restore({name: arrays[f"interface/{name}"] for name in contact.interface.array_names})
     if contact.collisions is not None:

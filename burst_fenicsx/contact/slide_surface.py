@@ -115,7 +115,7 @@ def make_contacts(
         weight=np.zeros((count, 4)),
         force=np.zeros((count, 3)),
         off=np.zeros(count, dtype=np.int8),
-        tally=np.zeros((count, 4)),
+        tally=np.zeros((count, 3)),
     )
 
 

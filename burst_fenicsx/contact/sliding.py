@@ -112,7 +112,7 @@ class SlidingInterface:
         self._first_cell = np.append(first, len(cell_rows)).astype(np.int32)
         in_charge = row[mesh.cells[mesh.part == Part.CHARGE]]
         self._cell_count = np.bincount(in_charge[in_charge >= 0], minlength=rows)
-        self._attached = np.zeros((rows, 2))
+        self._attached = np.zeros((rows, 3))
         self._attached_rounding = rounding_constant(_MOST_CELLS), rounding_constant(_LARGEST_PRESSURE)
         self._load_rounding = rounding_constant(_MOST_CELLS)
         self._slave_halo = Halo(comm, _owners(comm, rows, slave_rows))
@@ -209,12 +209,12 @@ class SlidingInterface:
             vectors[groups] = sides * (own - (own @ normal)[:, None] * normal)
 
     def _sum_charge_state(self) -> None:
-        """Sums of burn fraction and pressure (Pa) of the charge's cells around each contact's node; collective."""
-        total, charge = self._attached, self._fields.charge
+        """What the charge's cells around each contact's node are and how they press, see the kernel; collective."""
+        total, fields = self._attached, self._fields
         total[:] = 0.0
         attached_state(
-            self._first_cell, self._cells, self._cell_rows, charge.burn_fraction, charge.pressure,
-            self._attached_rounding, total,
+            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.released,
+            fields.blocks.slot_of_cell, self._attached_rounding, total,
         )  # fmt: skip
         self._slave_halo.give(total)
 
@@ -227,13 +227,13 @@ class SlidingInterface:
 
     @property
     def energies(self) -> np.ndarray:
-        """Spring energy now, friction and work given in the last step (J), exact, on this rank's contacts."""
-        return self._tallied[:3]
+        """Spring energy now and friction in the last step (J), exact, on this rank's contacts."""
+        return self._tallied[:2]
 
     @property
     def deepest(self) -> float:
         """Largest penetration in the last step (m) on this rank."""
-        return float(self._tallied[3])
+        return float(self._tallied[2])
 
     def counts(self) -> np.ndarray:
         """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""

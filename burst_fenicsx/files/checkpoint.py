@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 5"  # 5: the impulse of planes is that of all ranks
+FORMAT = "fragfield burst checkpoint 6"  # 6: the forces and the work of contact
 
 _NUMBERS = (
     "time",

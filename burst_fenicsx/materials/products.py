@@ -22,6 +22,7 @@ __all__ = ["JwlProducts", "LandauProducts", "Products", "make_products"]
 
 GAMMA_DENSE = 3.0
 GAMMA_DILUTE = 4.0 / 3.0
+_ESCAPE_POINTS = 200  # of Gauss and Legendre
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,22 @@ class LandauProducts:
         For "landau" it is the detonation velocity times the square root of 32/27.
         """
         return float(np.sqrt(256.0 / 27.0 * self.initial_pressure / self.density))
+
+    @property
+    def escape_speed(self) -> float:
+        """Speed (m/s) at which products expand into a vacuum from behind a plane front.
+
+        From the Chapman-Jouguet state, which moves with D/4, u plus the integral of the sound speed over the logarithm
+        of the density is constant (Courant and Friedrichs 1948, section 40): on the isentrope in V/V0, where
+        c dv/v = sqrt(-dP/dv / rho0) dv, in closed form on both branches. D is `front_speed`. With gamma = 3 throughout
+        it would be D; the second branch keeps its pressure longer.
+        """
+        particle = (1.0 - self.cj_volume) * self.front_speed
+        dense = np.sqrt(GAMMA_DENSE * self.initial_pressure / self.density)
+        dense *= 1.0 / self.cj_volume - 1.0 / self.knee_volume
+        knee = np.sqrt(GAMMA_DILUTE * self.knee_pressure * self.knee_volume / self.density)
+        dilute = 2.0 / (GAMMA_DILUTE - 1.0) * knee
+        return float(particle + dense + dilute)
 
     def pressure(self, volume: ArrayLike) -> np.ndarray:
         """Pressure (Pa) at the relative volume."""
@@ -83,6 +100,26 @@ class JwlProducts:
     def energy(self) -> float:
         """Energy of the charge per initial volume (J/m3)."""
         return self.constants.E0
+
+    @property
+    def escape_speed(self) -> float:
+        """Speed (m/s) at which products expand into a vacuum from behind a plane front, as `LandauProducts` has it.
+
+        On the isentrope P = A exp(-R1 v) + B exp(-R2 v) + C v^-(1 + omega) of the energy that they have in the
+        Chapman-Jouguet state, E0 + P (1 - v) / 2 with the pressure on the Rayleigh line, by Gauss and Legendre over
+        x = (v/v_CJ)^(-omega/2), from 0 to 1, in which the integrand goes to a constant at infinite volume.
+        """
+        c, start = self.constants, self.cj_volume
+        energy = c.E0 + 0.5 * self.density * self.front_speed**2 * (1.0 - start) ** 2
+        cold = c.A / c.R1 * np.exp(-c.R1 * start) + c.B / c.R2 * np.exp(-c.R2 * start)
+        tail = c.omega * (energy - cold) * start**c.omega
+        nodes, weights = np.polynomial.legendre.leggauss(_ESCAPE_POINTS)
+        x = 0.5 * (nodes + 1.0)
+        v = start * x ** (-2.0 / c.omega)
+        slope = c.A * c.R1 * np.exp(-c.R1 * v) + c.B * c.R2 * np.exp(-c.R2 * v)
+        slope += (1.0 + c.omega) * tail * v ** -(2.0 + c.omega)
+        gained = 0.5 * weights @ (np.sqrt(slope / self.density) * (2.0 / c.omega) * v / x)
+        return float((1.0 - start) * self.front_speed + gained)
 
     def pressure(self, volume: ArrayLike, energy: ArrayLike) -> np.ndarray:
         """Pressure (Pa) at the relative volume and the internal energy per initial volume (J/m3)."""

@@ -25,7 +25,8 @@ class BurningTimes:
 
     Attributes
     ----------
-    fastest : the largest burn rate (1/s) of the initiated cells. end : time (s) by which they have burnt out.
+    fastest : the largest burn rate (1/s) of the initiated cells. end : time (s) by which they have burnt out, 0 where
+        there are none.
     """
 
     def __init__(self, fields: BurstFields) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from mpi4py import MPI
 
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.mechanics.detonation import front_near, ignition_times
@@ -123,6 +124,14 @@ class ShockInitiations:
         for index in {index for index, _ in found}:
             self._ignite(index, [source for of_round, source in found if of_round == index])
         return True
+
+    def is_pressed(self) -> bool:
+        """Whether a shock presses on a cell that waits, at its threshold or above, on any rank; collective."""
+        if not self.waiting:
+            return False
+        ahead = self._fields.charge.compression_from[self._cell] == np.inf
+        pressed, comm = bool((ahead & (self.held >= 0.0)).any()), self._fields.mesh.comm
+        return bool(comm.allreduce(pressed, op=MPI.LOR)) if comm.size > 1 else pressed
 
     def _ignite(self, index: int, sources: Sequence[Source]) -> None:
         """Send fronts at D from the sources through the charge of a round."""

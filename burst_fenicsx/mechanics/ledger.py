@@ -21,8 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = ["MIN_WORK", "Entry", "Ledger"]
 
-MIN_WORK = 1e-3
-"""Share of the chemical energy below which the ledger's error is taken relative to it: at first no work is done."""
+MIN_WORK = 1e-2
+"""Fraction of the chemical energy: while less work has been done, the ledger's errors are taken relative to this.
+
+Where a front has just reached the first wall, the work is a thousandth of the chemical energy, and errors that no
+result depends on are a tenth of it.
+"""
 
 
 @dataclass
@@ -38,12 +42,14 @@ class Entry:
     viscous: float
     hourglass: float
     contact: float
+    contact_gain: float
     damping: float
     external_work: float
     products_work: float
     products_viscous: float
     products_energy_left: float
     energy_error: float
+    contact_error: float
     momentum_error: float
     mean_casing_speed: float
     outer_diameter: float
@@ -54,12 +60,15 @@ class Ledger:
     """Running sums of what the kernels report, and the entries taken from time to time.
 
     The balance is kinetic + strain + plastic + viscous + hourglass + contact + damping = work of the charge + work of
-    external forces. Its error is taken relative to that work, or to `min_work` while next to nothing has been done.
+    external forces. Contact's entry is what its springs hold and friction has turned to heat: energy that contact makes
+    or loses, `contact_gain` (see `ContactForces.gain`), opens the balance as any other error does. It is known by
+    itself as well, so that no error of opposite sign can hide it. Both errors are taken relative to the work, or to
+    `min_work` while next to nothing has been done.
     All sums are exact, so that the entries are the same to the last bit on any number of ranks.
 
     Attributes
     ----------
-    energy_tolerance : an error above this stops the run.
+    energy_tolerance : an error above this, of the balance or of contact alone, stops the run.
     min_work : J, `MIN_WORK` of the chemical energy.
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
     released : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
@@ -108,7 +117,7 @@ class Ledger:
         Raises
         ------
         NumericalStop
-            If the energy balance is open by more than the tolerance.
+            If the energy balance is open, or contact has made or lost energy, by more than the tolerance.
         """
         mesh, nodes = fields_now.mesh, fields_now.nodes
         owned = mesh.owned_nodes
@@ -120,12 +129,14 @@ class Ledger:
             momentum -= contact.impulse.given()
         momentum -= self.balanced.T @ (self.balanced @ momentum)
         strain, mass, weighted, kinetic_casing = fields_now.solid_sums()
-        local = np.array([*self.sums, self.external_work, contact.energy if contact is not None else 0.0])
+        of_contact = (contact.energy, contact.gain) if contact is not None else (0.0, 0.0)
+        local = np.array([*self.sums, self.external_work, *of_contact])
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
         plastic, viscous, hourglass, work, heat, external = total[:6]
-        in_contact, left = float(total[6]), _energies_left(fields_now).sum()
+        in_contact, gain, left = float(total[6]), float(total[7]), _energies_left(fields_now).sum()
         stored = kinetic + strain + plastic + viscous + hourglass + in_contact + self.damping
         supplied = work + external
+        scale = max(abs(supplied), self.min_work)
         entry = Entry(
             time=time,
             time_step=step,
@@ -136,12 +147,14 @@ class Ledger:
             viscous=float(viscous),
             hourglass=float(hourglass),
             contact=in_contact,
+            contact_gain=gain,
             damping=self.damping,
             external_work=float(external),
             products_work=float(work),
             products_viscous=float(heat),
             products_energy_left=float(left),
-            energy_error=float(abs(stored - supplied) / max(abs(supplied), self.min_work)),
+            energy_error=float(abs(stored - supplied) / scale),
+            contact_error=abs(gain) / scale,
             momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,
@@ -152,6 +165,13 @@ class Ledger:
                 f"the energy ledger is open by {100 * entry.energy_error:.6g} % of the work done "
                 f"(allowed {100 * self.energy_tolerance:.6g} %): the cells hold {stored:.6g} J, "
                 f"the charge gave {supplied:.6g} J",
+                time,
+            )
+        if not entry.contact_error <= self.energy_tolerance:
+            raise NumericalStop(
+                f"contact has {'made' if gain > 0.0 else 'lost'} {100 * entry.contact_error:.6g} % of the work done "
+                f"(allowed {100 * self.energy_tolerance:.6g} %): the work of its forces, its springs and friction "
+                f"add up to {gain:.6g} J",
                 time,
             )
         return entry

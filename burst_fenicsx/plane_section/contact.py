@@ -137,7 +137,6 @@ class SectionContact(MeridianContact):
         for nodes in (casing, at_planes):
             self._of_bodies[fields.mesh.local_node(nodes)] = True
         self._nodes = np.flatnonzero(self._of_bodies).astype(np.int32)
-        self._always = np.zeros(0, dtype=np.int32)
         self._met = []
         self._pushed = self._always
         self._share = 1.0
@@ -157,6 +156,11 @@ class SectionContact(MeridianContact):
         return total
 
     @property
+    def forces(self) -> dict[str, np.ndarray]:
+        """Those of casings and planes, and those of the slide lines."""
+        return {"force": self.force, "line_force": self.line_force}
+
+    @property
     def near(self) -> bool:
         """Whether casings have met each other or a plane, or are less than a cell apart."""
         if self.penetrations.collision > 0.0 or self.penetrations.plane > 0.0:
@@ -174,15 +178,15 @@ class SectionContact(MeridianContact):
         """Add the forces of casings and planes to the resultant, as `ContactForces` does; the lines' are there."""
         if stable_for <= 0.0 or (self.collisions is None and not self.planes):
             return
-        clear_rows(self.force, self._pushed)
         budget = self._budget / stable_for**2
         with self._mean_velocities(step) as velocity:
+            self._accumulate_work(step, velocity)
+            clear_rows(self.force, self._pushed)
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
-        self._find_pushed()
+            self._find_pushed()
+            self._accumulate_work(step, velocity)
         for part in (self.collisions, *self.planes):
             if part is not None:
-                _, friction, work = part.energies
-                self.friction += friction
-                self.stiffness_work += work
+                self.friction += part.energies[1]
         add_rows(self._share, self.force, self._pushed, self._fields.nodes.force)

@@ -1,4 +1,4 @@
-"""Where a section cuts the rounds of a stack, and what cannot be computed in one; needs neither dolfinx nor MPI."""
+"""Where a section cuts the rounds of a stack, and what cannot be computed in one."""
 
 from __future__ import annotations
 

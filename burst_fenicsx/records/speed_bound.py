@@ -13,31 +13,29 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.materials.products import Products
     from burst_fenicsx.mechanics.fields import BurstFields
-    from burst_fenicsx.problem import Round
 
 __all__ = ["escape_speed", "speeds_and_bound"]
 
 _log = logging.getLogger(__name__)
 
 
-def escape_speed(rounds: Sequence[Round]) -> float:
-    """Largest speed (m/s) at which products of any round expand into a vacuum.
+def escape_speed(products: Sequence[Products]) -> float:
+    """Largest speed (m/s) at which any of the `products` expands into a vacuum from behind a plane front.
 
-    Behind a plane front the products move with D/4 and the speed of sound is 3 D/4; all along the expansion
-    u + 2 c/(gamma - 1) stays as it is. With gamma = 3 they escape with D, the detonation velocity
-    (Zel'dovich and Kompaneets 1960). What they push is slower.
+    On its own isentrope, see `LandauProducts.escape_speed`; metal that it pushes is slower.
     """
-    return max(item.explosive.detonation_velocity for item in rounds)
+    return max(item.escape_speed for item in products)
 
 
-def speeds_and_bound(fields: BurstFields, rounds: Sequence[Round], images: int) -> dict[str, Any]:
+def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
     """The fastest node of any casing beside `escape_speed`, and the casings' mass above it; collective.
 
     Metal that rounds squeeze between them may be thrown as a jet; above the bound no products have pushed it there, and
     a warning is logged. `images` is how many times the arrangement is the computed part.
     """
-    mesh, bound = fields.mesh, escape_speed(rounds)
+    mesh, bound = fields.mesh, escape_speed(fields.products)
     of_casings = np.unique(mesh.dofmap[mesh.part != Part.CHARGE])
     own = of_casings[of_casings < mesh.owned_nodes]
     speed = np.linalg.norm(fields.nodes.velocity[own], axis=1)
@@ -46,7 +44,7 @@ def speeds_and_bound(fields: BurstFields, rounds: Sequence[Round], images: int) 
         fastest, above = mesh.comm.allreduce(fastest, op=MPI.MAX), mesh.comm.allreduce(above)
     if above > 0.0 and mesh.comm.rank == 0:
         _log.warning(
-            "%.3g kg of the casings are faster than products can expand: up to %.0f m/s, the bound is %.0f m/s",
+            "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound: %.0f m/s",
             above,
             fastest,
             bound,

@@ -68,7 +68,7 @@ def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_mas
         "mean_initial_speed": float((means * casing).sum() / casing.sum()),
         "max_initial_speed": max(item.largest for item in along),
         "speed_quantiles": speed_quantiles(along),
-        **speeds_and_bound(run.fields, whole, run.part.images),
+        **speeds_and_bound(run.fields, run.part.images),
         "outer_diameter": last.outer_diameter,
         "lost_cells": distortion.lost,
         "folded_cells": distortion.folded,
@@ -79,6 +79,8 @@ def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_mas
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
         "energy_error_at_outputs": _error_at_outputs(run),
         "energy_error_at_end": last.energy_error,
+        "contact_error": max(entry.contact_error for entry in run.ledger.entries),
+        "contact_error_at_end": last.contact_error,
         "momentum_error": last.momentum_error,
         "max_penetration": contact["max_penetration"],
         "contact": contact,
@@ -121,7 +123,7 @@ def _exposure(found: Exposure | None, item: Round, cell_size: float) -> dict[str
 
 def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
     """Contact's summary with counts and energies of the whole arrangement, `images` times the computed part."""
-    extensive = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat")
+    extensive = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat", "work", "gain")
     return {**contact, **{name: images * contact[name] for name in extensive}}
 
 

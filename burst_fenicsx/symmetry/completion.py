@@ -40,6 +40,7 @@ EXTENSIVE = (
     "viscous",
     "hourglass",
     "contact",
+    "contact_gain",
     "damping",
     "external_work",
     "products_work",

@@ -20,6 +20,7 @@ from burst_fenicsx.meshing.placement import place, to_local
 from burst_fenicsx.problem import ContactSettings, Leakage
 from burst_fenicsx.run_burst import simulate
 from burst_fenicsx.simulation import Simulation
+from tests.burst_fenicsx.bodies import errors_without_contact
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 pytestmark = pytest.mark.dolfinx
@@ -40,7 +41,8 @@ def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature, interf
     """To 1 % of the work of the products once a few cells have burnt, and to 1e-12 of the sum of |p|; leakage at work.
 
     While the first of these coarse cells burn in a handful of steps, to 2e-4 of the chemical energy; at the end 1e-3.
-    Where charge and casing come apart and meet, each time within a step, the energy is known to a part of a spring's.
+    All without what contact makes, 4 % at most where the front passes these cells and 2 % at the end; shared nodes
+    have none.
     """
     settings = replace(SETTINGS, products=products, quadrature=quadrature, end_time=40e-6, leakage=Leakage(True, 1.1))
     settings = replace(settings, contact=ContactSettings(charge_casing=interface))
@@ -49,11 +51,13 @@ def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature, interf
     given = np.array([entry.products_work for entry in entries])
     assert given[-1] > 0.2 * going.ledger.chemical_energies[0]
     assert (going.leakage.factor < 0.95).any()
-    errors = np.array([entry.energy_error for entry in entries])
+    errors = errors_without_contact(going.ledger)
     settled = given > 0.03 * going.ledger.chemical_energies[0]
-    missing = errors * np.maximum(given, going.ledger.min_work)
     text = f"largest {errors.max():.4f}, later {errors[settled].max():.4f}, at the end {errors[-1]:.5f}"
-    assert (missing < 0.02 * np.maximum(given, 0.01 * going.ledger.chemical_energies[0])).all(), text
+    assert (errors < 0.02).all(), text
+    made = np.array([entry.contact_error for entry in entries])
+    assert made.max() == 0.0 if interface == "shared" else 0.0 < made.max() < 0.04, made
+    assert made[-1] < 0.02
     assert errors[settled].max() < 0.01, text
     assert errors[-1] < at_end, text
     assert max(entry.momentum_error for entry in entries) < 1e-12

@@ -93,6 +93,29 @@ def test_fronts_run_from_every_cell_that_was_pressed_long_enough(front_speed):
     assert watch.sources[2].time == pytest.approx(20.0 * STEP + DURATION)
 
 
+def test_a_charge_is_pressed_while_a_shock_that_may_initiate_it_lasts():
+    """From the threshold on and not below; not in a round that cannot be initiated, nor in one that has a front."""
+    watch, fields = row([None, CRITERION, CRITERION])
+    charge = fields.charge
+    charge.pressure[2] = 2.0 * THRESHOLD  # of the round that does not wait
+    charge.pressure[4] = 0.99 * THRESHOLD
+    watch.update(STEP, STEP)
+    assert not watch.is_pressed()
+    charge.pressure[4] = THRESHOLD
+    watch.update(2.0 * STEP, STEP)
+    assert watch.is_pressed()
+    charge.pressure[4] = 0.0
+    watch.update(3.0 * STEP, STEP)
+    assert not watch.is_pressed()
+    charge.pressure[4] = THRESHOLD
+    for number in range(4, 9):
+        watch.update(number * STEP, STEP)
+    assert watch.sources[1] is not None
+    assert not watch.is_pressed()
+    watch.waiting = False
+    assert not watch.is_pressed()
+
+
 def test_nothing_waits_once_every_cell_is_near_a_front():
     watch, fields = row([None, CRITERION, None])
     fields.charge.compression_from[4:10] = 0.5e-6

@@ -266,5 +266,5 @@ def one_node_over(faces, node, outward):
         face=np.full(1, -1, dtype=np.int32),
         weight=np.zeros((1, 4)),
         push=np.zeros((1, 4)),
-        energies=np.zeros((1, 3)),
+        energies=np.zeros((1, 2)),
     )

@@ -15,10 +15,12 @@ from mpi4py import MPI
 
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.mechanics.burning_times import BurningTimes
 from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.problem import IgnitionPoint, Leakage, Part
 from burst_fenicsx.run_burst import simulate
 from burst_fenicsx.simulation import Simulation
+from tests.burst_fenicsx.bodies import errors_without_contact
 from tests.burst_fenicsx.boxes import STEEL, TNT
 from tests.burst_fenicsx.tubes import SETTINGS, profile, tube
 
@@ -115,7 +117,8 @@ def test_snapshot_holds_the_contract(finished):
 def test_history_holds_the_ledger(finished):
     run, result, out, _ = finished
     stores = ("kinetic", "strain", "plastic", "viscous", "hourglass", "contact", "damping")
-    rest = ("products_work", "products_energy_left", "energy_error", "mean_casing_speed", "outer_diameter")
+    contact = ("contact_gain", "contact_error")
+    rest = ("products_work", "products_energy_left", "energy_error", *contact, "mean_casing_speed", "outer_diameter")
     names = ("time", "time_step", "kinetic_casing", *stores, *rest)
     with h5py.File(out / "burst_snapshot.h5") as file:
         history = {name: file[f"history/{name}"][()] for name in names}
@@ -129,8 +132,10 @@ def test_history_holds_the_ledger(finished):
     last = {name: column[-1] for name, column in history.items()}
     stored = sum(last[name] for name in stores)
     assert last["energy_error"] == pytest.approx(abs(stored / last["products_work"] - 1.0), abs=1e-12)
-    missing = history["energy_error"] * np.maximum(history["products_work"], run.ledger.min_work)
-    assert (missing < 0.02 * np.maximum(history["products_work"], 0.01 * run.ledger.chemical_energies.sum())).all()
+    assert (errors_without_contact(run.ledger) < 0.02).all()
+    gain, scale = history["contact_gain"], np.maximum(history["products_work"], run.ledger.min_work)
+    np.testing.assert_allclose(history["contact_error"], np.abs(gain) / scale, rtol=1e-12)
+    assert result.summary["contact"]["gain"] == gain[-1] != 0.0
     assert (np.diff(history["products_work"])[2:] > 0.0).all()
     assert result.summary["products_balance"] == pytest.approx(0.9, abs=0.1)
     of_rounds = [item["products_balance"] for item in result.summary["rounds"]]
@@ -146,7 +151,9 @@ def test_summary_repeats_what_the_files_say(finished):
     assert summary["steps"] == run.solver.steps > 50
     assert summary["end_time"] == pytest.approx(50e-6, rel=1e-12)
     assert summary["casing_mass"] == pytest.approx(sum(item["casing_mass"] for item in summary["rounds"]), rel=1e-12)
-    assert summary["energy_error"] == result.history["energy_error"].max()
+    for name in ("energy_error", "contact_error"):
+        assert summary[name] == result.history[name].max()
+        assert summary[f"{name}_at_end"] == result.history[name][-1]
     assert summary["momentum_error"] < 1e-12
     assert summary["lost_cells"] == 0
     assert summary["max_initial_speed"] == max(item.max_speed.max() for item in result.rounds)
@@ -273,16 +280,28 @@ def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
         write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})
 
 
-def test_acceleration_is_not_complete_while_a_round_waits_for_its_delay():
-    """Casings of one speed for a whole window end the run, but not before the last charge has been ignited."""
+@pytest.mark.parametrize(
+    ("ignition", "pressed", "complete"),
+    [
+        ((1e-6, np.inf, 90e-6), False, None),  # the last cell is ignited later
+        ((1e-6, np.inf, 60e-6), False, None),  # it burns until 72 us
+        ((1e-6, np.inf, 57e-6), False, 70e-6),  # until 69 us
+        ((1e-6, np.inf, 57e-6), True, None),  # a shock is about to initiate the other charge
+        ((np.inf, np.inf, np.inf), False, None),  # nothing has been initiated yet
+    ],
+)
+def test_acceleration_is_not_complete_while_a_charge_burns_or_waits_for_its_delay(ignition, pressed, complete):
+    """Casings of one speed for a whole window end the run, but not before the last initiated charge has burnt out."""
     entries = [SimpleNamespace(time=time, kinetic_casing=3.0) for time in (10e-6, 40e-6, 70e-6)]
-    for delay, complete in ((90e-6, None), (60e-6, 70e-6)):
+    charge = SimpleNamespace(ignition_time=np.array(ignition), burn_rate=np.full(3, 1.0 / 12e-6))
+    fields = SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=MPI.COMM_SELF))
+    shocks = SimpleNamespace(is_pressed=lambda: pressed)
+    for watched in (shocks,) if pressed else (shocks, None):
         run = SimpleNamespace(
-            ledger=SimpleNamespace(entries=entries),
+            ledger=SimpleNamespace(entries=entries), fields=fields, initiation=watched,
             settings=replace(SETTINGS, end_time=None, acceleration_window=20e-6, acceleration_tolerance=0.01),
-            fields=SimpleNamespace(charge=SimpleNamespace(ignition_time=np.array([1e-6, np.inf, delay]))),
-            solver=SimpleNamespace(time=70e-6), comm=MPI.COMM_SELF, acceleration_complete=None,
-            _ended_by_acceleration=None,
+            solver=SimpleNamespace(time=70e-6, burning=BurningTimes(fields)), comm=MPI.COMM_SELF,
+            acceleration_complete=None, _ended_by_acceleration=None,
         )  # fmt: skip
         run._burnt_out = lambda run=run: Simulation._burnt_out(run)
         Simulation._acceleration_is_complete(run)

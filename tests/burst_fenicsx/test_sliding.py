@@ -157,18 +157,20 @@ def test_an_unreacted_charge_that_is_dragged_slides_without_sinking_in():
 
 def test_charge_and_casing_conserve_momentum_and_angular_momentum():
     """Charge and casing that oscillate against each other give no net force and no net moment."""
-    mesh = split_charges(layered())
-    solver = bodies([mesh], [(0, 0, 0)], replace(QUIET, cell_size=0.01))
+    mesh, bond = split_charges(layered()), ContactSettings(tensile_strength=1e12, cohesion=1e12)
+    solver = bodies([mesh], [(0, 0, 0)], replace(QUIET, cell_size=0.01, contact=bond))
     solver.fields.nodes.velocity[solver.fields.start[:, 2] > 0.7 * SIDE, :] = (3.0, -2.0, 5.0)
-    start = momentum(solver)
+    start, largest = momentum(solver), 0.0
     for _ in range(200):
         solver.step()
         nodes, contact = solver.fields.nodes, solver.contact
         moment = np.cross(nodes.position, contact.force).sum(axis=0)
         size = np.abs(contact.force).sum() * SIDE
+        largest = max(largest, size)
         # Tangential springs act at the node, their reaction on the face: apart by the gap.
         gap = np.abs(contact.interface.contacts.gap).max()
         assert np.abs(moment).max() <= (1e-9 + gap / SIDE) * size
+    assert largest > 0.0
     size = np.abs(solver.fields.mass[:, None] * solver.fields.nodes.velocity).sum()
     assert np.abs(momentum(solver) - start).max() < 1e-12 * size
 
@@ -267,7 +269,11 @@ def test_products_leave_the_wall_of_a_closed_round_nowhere(tmp_path):
     assert found["contact"]["max_interface_penetration_at_front"] < 0.02 * 10e-3
     assert found["contact"]["max_interface_penetration"] < 0.01 * 10e-3
     assert found["momentum_error"] < 1e-12
-    assert found["energy_error"] < 0.01
+    # Most of it is made by contact while the front passes these cells.
+    assert found["energy_error"] < 0.015
+    assert 0.0 < found["contact_error"] < 0.015
+    assert found["energy_error_at_end"] < 0.005
+    assert found["contact_error_at_end"] < 0.005
 
 
 def test_a_tube_with_open_ends_is_a_little_slower_than_with_shared_nodes(tmp_path):

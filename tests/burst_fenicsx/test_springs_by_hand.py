@@ -23,7 +23,7 @@ def one_node_on_a_face(xi, eta):
         ball=np.zeros((1, 5)), bound=np.zeros((1, 20)), touching=np.zeros(5, dtype=np.int32), normal=np.zeros((5, 3)),
         outward=np.zeros((5, 3)), slip=np.zeros((5, 3)), penetration=np.zeros(5), unloaded=np.zeros(5),
         active_penetration=np.zeros(5), stiffness=np.zeros(5), sharing=np.zeros(5),
-        face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)), push=np.zeros((1, 4)), energies=np.zeros((1, 3)),
+        face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)), push=np.zeros((1, 4)), energies=np.zeros((1, 2)),
     )  # fmt: skip
     weigh_corners(xi, eta, state.weight[0])
     return state
@@ -67,7 +67,7 @@ def test_friction_of_a_face_heats_by_its_force_times_the_way():
 
 def pushed(normal, velocity, steps=30):
     """Forces (3,), stored energy and heat of each step of a node that is dragged along a plane at constant depth."""
-    state = PlaneState(np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 3)))
+    state = PlaneState(np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 2)))
     law = PlaneLaw(np.asarray(normal, dtype=float), 0.0, BUDGET, STEP, FRICTION)
     position, mass, heat = -DEPTH * np.asarray(normal, dtype=float)[None], np.array([0.4]), []
     force, near = np.zeros((1, 3)), np.zeros(1, dtype=np.int32)
@@ -101,7 +101,7 @@ def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
     """Four nodes, one of them clear of an oblique plane, with friction."""
     normal = np.array([0.6, 0.0, 0.8])
     position = np.outer([-1e-5, -3e-5, 2e-5, -2e-5], normal)
-    state = PlaneState(np.arange(4, dtype=np.int32), np.zeros((4, 3)), np.zeros(4), np.zeros(4), np.zeros((4, 3)))
+    state = PlaneState(np.arange(4, dtype=np.int32), np.zeros((4, 3)), np.zeros(4), np.zeros(4), np.zeros((4, 2)))
     force, velocity = (
         np.zeros((4, 3)),
         np.array([[3.0, 2.0, -1.0], [0.0, 40.0, 0.0], [1.0, 1.0, 1.0], [-5.0, 0.0, 2.0]]),
@@ -113,9 +113,9 @@ def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
     assert np.abs(force[[0, 1, 3]]).max() > 0.0
     for rounding in (0.0, rounding_constant(state.energies.max())):
         sums = plane_sums(normal, 2, near, state, rounding, *two_constants(np.abs(force).max(), 4))
-        assert sums[5:].reshape(2, 3).sum(axis=0) == pytest.approx(force.sum(axis=0), rel=1e-14)
-        assert sums[:3] == pytest.approx(state.energies.sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
-        assert sums[3:5].tolist() == [state.penetration[1], state.penetration[3]]  # of all, and of the last two nodes
+        assert sums[4:].reshape(2, 3).sum(axis=0) == pytest.approx(force.sum(axis=0), rel=1e-14)
+        assert sums[:2] == pytest.approx(state.energies.sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
+        assert sums[2:4].tolist() == [state.penetration[1], state.penetration[3]]  # of all, and of the last two nodes
         some = sum_columns(state.energies, near[1:], rounding)
         assert some == pytest.approx(state.energies[1:].sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
 

@@ -241,6 +241,7 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
         "end_time": END_TIME, "wall_seconds": 12.5, "seconds_per_cell_step": 2.1e-7, "peak_memory_bytes": 310e6,
         "casing_mass": casing_mass * count, "charge_mass": charge_mass * count, "mean_initial_speed": 1085.0,
         "max_initial_speed": 1340.0, "outer_diameter": 0.331, "lost_cells": 0, "energy_error": 0.0031,
+        "contact_error": 0.0028, "contact_error_at_end": 0.0012,
         "momentum_error": 2e-13, "max_penetration": 1.1e-4,
         "products_balance": 0.998, "acceleration_complete": 1.1e-4, "kinetic_energy_growth": 0.0015, "rounds": each,
     }  # fmt: skip
@@ -260,6 +261,7 @@ def _history(file: h5py.File, count: int, casing_mass: float, charge_mass: float
     columns |= {
         "time": time, "time_step": np.full(200, 1.2e-7), "products_work": work,
         "products_energy_left": count * charge_mass * 4.52e6 - work, "energy_error": 0.0031 * rise,
+        "contact_gain": 0.0012 * work, "contact_error": 0.0028 * rise,
         "mean_casing_speed": 1085.0 * rise, "outer_diameter": 0.155 + 0.176 * (time / END_TIME) ** 1.2,
     }  # fmt: skip
     for name, values in columns.items():

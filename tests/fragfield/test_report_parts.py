@@ -159,6 +159,11 @@ def hazard(**changes) -> dict:
     }  # fmt: skip
 
 
+def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
+    """The part "burst" of a run whose contact has made energy (J, or lost it): fractions of the work."""
+    return {"contact_error": largest, "contact_error_at_end": at_end, "contact": {"gain": gain}}
+
+
 @pytest.mark.parametrize(
     ("part", "values", "weight", "words"),
     [
@@ -166,6 +171,12 @@ def hazard(**changes) -> dict:
         ("burst", {"energy_error": 0.03}, "warning", "1 % is the aim"),
         ("burst", {"energy_error": 0.06}, "stop", "not computed correctly"),
         ("burst", {"energy_error": math.nan}, "stop", "not computed correctly"),
+        ("burst", made_by_contact(0.004, 0.0099, 1.0), "good", "made 0.40 % of the products' work at the end"),
+        ("burst", made_by_contact(0.004, 0.0099, -1.0), "good", "lost 0.40 % of the products' work at the end"),
+        ("burst", made_by_contact(0.004, 0.0101, 1.0), "note", "at most 1.0 % of the work done until then"),
+        ("burst", made_by_contact(0.011, 0.03, 1.0), "warning", "made 1.1 % of the products' work at the end"),
+        ("burst", made_by_contact(0.011, 0.051, 1.0), "stop", "above 5 % the burst is not computed correctly"),
+        ("burst", made_by_contact(math.nan, math.nan, math.nan), "stop", "not computed correctly"),
         ("burst", {"products_balance": 1.22}, "warning", "more than the charges hold"),
         ("burst", {"products_balance": 0.97}, "good", "97 % of the charges' heat"),
         ("burst", {"lost_cells": 3, "cells": 1000}, "warning", "3 of 1,000 cells were lost (0.3 %)"),

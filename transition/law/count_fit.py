@@ -23,8 +23,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.special import gammaincc
 
 from transition.errors import InputError
 from transition.law.mott import MottLaw
@@ -124,7 +122,7 @@ class CountFit:
     @property
     def probability(self) -> float | None:
         """Probability of a larger chi-square if the law holds; None without degrees of freedom."""
-        return float(gammaincc(0.5 * self.degrees, 0.5 * self.chi_square)) if self.degrees else None
+        return _exceeded(self.degrees, self.chi_square)
 
     @property
     def label(self) -> str:
@@ -218,7 +216,8 @@ def fit_counts(
     error = (-curvature) ** -0.5
     expected = counted.sum() * expected_share(best)
     chi_square, degrees = _chi_square(counted, expected)
-    rejected = degrees > 0 and gammaincc(0.5 * degrees, 0.5 * chi_square) < _REJECTED
+    probability = _exceeded(degrees, chi_square)
+    rejected = probability is not None and probability < _REJECTED
     scaled = np.minimum(math.exp(best) * means, metal)
     above = (metal * law.mass_fraction_above(ends[:, None] / scaled)).sum(axis=1)
     numbers = np.maximum(expected_numbers(ends, math.exp(best), means, metal, law), 1e-300)
@@ -251,11 +250,20 @@ def _largest(likelihood: Any, means: Array, whole: float, source: str) -> float:
     place = int(np.argmax(values))
     if not 0 < place < len(tried) - 1:
         raise InputError(_undetermined(source))
+    from scipy.optimize import minimize_scalar
+
     found = minimize_scalar(
         lambda one: -likelihood(one), bounds=(tried[place - 1], tried[place + 1]), method="bounded",
         options={"xatol": 1e-10},
     )  # fmt: skip
     return float(found.x)
+
+
+def _exceeded(degrees: int, chi_square: float) -> float | None:
+    """Probability of a larger chi-square than this; None without degrees of freedom."""
+    from scipy.special import gammaincc
+
+    return float(gammaincc(0.5 * degrees, 0.5 * chi_square)) if degrees else None
 
 
 def _undetermined(source: str) -> str:

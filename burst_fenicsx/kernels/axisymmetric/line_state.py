@@ -47,14 +47,13 @@ class LineContacts(NamedTuple):
     weight: np.ndarray  # (contacts, 2) of the edge's ends
     force: np.ndarray  # (contacts, 2) N (r, z) of the springs on the charge's node
     off: np.ndarray  # (contacts,) int8, 1 where the node has left its line, 2 where it belongs to both sides
-    tally: np.ndarray  # (contacts, 4), see `kernels.contact.sliding.COLUMNS`
+    tally: np.ndarray  # (contacts, 3), see `kernels.contact.sliding.COLUMNS`
     span: np.ndarray  # (spans, 2) int32, contacts at the ends of each edge of the charge, in the line's direction
     spread_over: np.ndarray  # (contacts, SPREAD) int32, nodes of the line that bear the pressure
     spread: np.ndarray  # (contacts, SPREAD) their shares, which add up to one
     spread_count: np.ndarray  # (contacts,) int32
     pressing: np.ndarray  # (contacts, 2) N (r, z), the gas's own pressure on the charge's node
     normal: np.ndarray  # (contacts, 2) of the line at the contact, towards the charge
-    taken: np.ndarray  # (contacts,) J, work taken in this step
     load: np.ndarray  # (nodes,) sum of the weights with which contacts lie on a node
     last_position: np.ndarray  # (nodes, 3) m at the last step of contact
 

@@ -1,9 +1,10 @@
 """Sliding of a charge on its casing in the meridian: the slide surface of `kernels.contact.sliding` as a line.
 
 A node of the charge lies at the point of the line from which the normal there leads to it (`line_points`), and is
-followed as it slides. Products press with their own pressure, corrected by a spring for what is left of the gap
-(Nitsche's method); unreacted explosive is bonded by springs with tensile strength, cohesion and friction, which fade as
-it burns. Forces, masses and areas are those of the whole ring.
+followed as it slides. Products press with the pressure with which their cells act on their nodes, that of the vented
+products, corrected by a spring for what is left of the gap (Nitsche's method); unreacted explosive is bonded by springs
+with tensile strength, cohesion and friction, which fade as it burns. Forces, masses and areas are those of the whole
+ring.
 
 The springs' forces are shared by the ends of the edge on which the node lies. The gas's pressure is spread over all
 nodes of the line (`line_pressure`): at the axis, where a ring's mass goes to nothing, a load that is shared by one edge
@@ -19,6 +20,7 @@ from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
 from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
+from burst_fenicsx.kernels.state import ChargeState
 
 __all__ = ["add_line_forces"]
 
@@ -31,23 +33,26 @@ def add_line_forces(
     share: float,
     line: SlideLine,
     contacts: LineContacts,
-    burn_fraction: np.ndarray,
-    pressure: np.ndarray,
+    charge: ChargeState,
     released: np.ndarray,
     position: np.ndarray,
     mass: np.ndarray,
     own: np.ndarray,
     force: np.ndarray,
-) -> None:
+) -> float:
     """Find every contact's point and force, advance its state, and add `share` of the forces (N) to those of the nodes.
 
-    `burn_fraction` and `pressure` (cells,) Pa of the charge, `released` (cells,) whether a cell is no continuum any
-    more; `position`, `mass` and `force` of the nodes; `own` (nodes, 3) receives the contacts' forces alone.
+    `released` (cells,) is whether a cell is no continuum any more; `position`, `mass` and `force` are those of the
+    nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is called.
+
+    Returns
+    -------
+    Work (J) of the contacts' forces on all nodes, action and reaction, since the last step: half of the old forces and
+    half of the new ones on the displacements.
     """
     boundary_vectors(position, line)
+    work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
-        # Contact takes half of the last force and half of the new one on this step's relative displacement.
-        contacts.taken[c] = -0.5 * _work(c, line, contacts, position)
         find_point(c, line, contacts, position)
         if contacts.off[c] == 0 and _has_nothing_left(c, line, contacts, released):
             contacts.off[c] = 1
@@ -56,20 +61,33 @@ def add_line_forces(
         burnt, gas = 0.0, 0.0
         first, last = contacts.first_cell[c], contacts.first_cell[c + 1]
         for k in range(first, last):
-            burnt += burn_fraction[contacts.cell[k]]
-            gas += pressure[contacts.cell[k]]
+            cell = contacts.cell[k]
+            burnt += charge.burn_fraction[cell]
+            gas += charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
         count = last - first
         _press(c, law, line, contacts, min(burnt / count, 1.0), gas / count, position, mass)
     for node in line.nodes:
         contacts.load[node] = 0.0
         for i in range(3):
             own[node, i] = 0.0
-            contacts.last_position[node, i] = position[node, i]
     for c in range(contacts.slave.size):
         _share_force(c, line, contacts, own)
+    work += _work_on_nodes(line, contacts, own, position)
     for node in line.nodes:
         for i in range(3):
             force[node, i] += share * own[node, i]
+            contacts.last_position[node, i] = position[node, i]
+    return work
+
+
+@block_kernel
+def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, position: np.ndarray) -> float:
+    """Half of the work (J) of the forces `own` (nodes, 3) in N on the displacements since the last step."""
+    work = 0.0
+    for node in line.nodes:
+        for i in range(3):
+            work += 0.5 * own[node, i] * (position[node, i] - contacts.last_position[node, i])
+    return work
 
 
 @block_kernel
@@ -153,32 +171,14 @@ def _press(
             slip = np.copysign(limit / stiffness, slip)
             kept = limit / stiffness
             whole = False
-    before = contacts.tally[c, 0]
     stored = 0.5 * stiffness * (gap * gap + kept * kept)
-    contacts.tally[c, 3] = max(-gap, 0.0) if not apart else 0.0
+    contacts.tally[c, 2] = max(-gap, 0.0) if not apart else 0.0
     contacts.bonded[c] = 1 if whole else 0
     contacts.stiffness[c], contacts.slip[c] = stiffness, slip
     contacts.pressing[c, 0], contacts.pressing[c, 1] = gas * nr, gas * nz
     contacts.force[c, 0] = -stiffness * (gap * nr - slip * nz)
     contacts.force[c, 1] = -stiffness * (gap * nz + slip * nr)
-    taken = contacts.taken[c] - 0.5 * _work(c, line, contacts, position)
     contacts.tally[c, 0], contacts.tally[c, 1] = stored, heat
-    contacts.tally[c, 2] = stored - before + heat - taken
-
-
-@block_kernel
-def _work(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray) -> float:
-    """Work (J) of a contact's forces on the displacement of its node relative to the line since the last step."""
-    r, z = moved(c, line, contacts, position)
-    work = contacts.force[c, 0] * r + contacts.force[c, 1] * z
-    node = contacts.slave[c]
-    r = position[node, 0] - contacts.last_position[node, 0]
-    z = position[node, 2] - contacts.last_position[node, 2]
-    for k in range(contacts.spread_count[c]):
-        other, weight = contacts.spread_over[c, k], contacts.spread[c, k]
-        r -= weight * (position[other, 0] - contacts.last_position[other, 0])
-        z -= weight * (position[other, 2] - contacts.last_position[other, 2])
-    return work + contacts.pressing[c, 0] * r + contacts.pressing[c, 1] * z
 
 
 @block_kernel

@@ -40,7 +40,7 @@ class RingSums(NamedTuple):
 
     energy: np.ndarray  # (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat
     released: np.ndarray  # (rounds, 2) J: the last two of each round's charge
-    contact: np.ndarray  # (3,) J: friction heat, stiffness work, and the largest penetration (m)
+    contact: np.ndarray  # (3,) J: friction heat, work on the nodes, and the largest penetration (m)
     limits: np.ndarray  # (3,) smallest stable macro step (s), smallest volume (m3) and its cell
     own: np.ndarray  # (nodes, 3) N, forces of contact alone
 
@@ -104,13 +104,12 @@ def add_ring_forces(
         share = 1.0 / (1 << settings.level)
         budget = settings.stable_budget / (share * stable_for) ** 2
         law = SlideLaw(budget, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
-        add_line_forces(
+        sums.contact[1] += add_line_forces(
             law,
             share,
             line,
             contacts,
-            charge.burn_fraction,
-            charge.pressure,
+            charge,
             rings.released,
             nodes.position,
             rings.mass,
@@ -119,8 +118,7 @@ def add_ring_forces(
         )
         for c in range(contacts.slave.size):
             sums.contact[0] += contacts.tally[c, 1]
-            sums.contact[1] += contacts.tally[c, 2]
-            sums.contact[2] = max(sums.contact[2], contacts.tally[c, 3])
+            sums.contact[2] = max(sums.contact[2], contacts.tally[c, 2])
     for node in rings.axis:
         nodes.force[node, 0] = 0.0
 

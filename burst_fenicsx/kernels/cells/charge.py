@@ -167,9 +167,14 @@ def _hold_crushed(block: int, density: float, grid: Grid, released: np.ndarray, 
 
 @block_kernel
 def _empty(block: int, released: np.ndarray, scratch: np.ndarray) -> None:
-    """Take viscosity, hourglass control and their share of the stable step from released cells."""
+    """Take pressure, strength, viscosity, hourglass control and their share of the stable step from released cells.
+
+    Their pressure is what contact with the casing reads.
+    """
     for lane in range(LANES):
         if released[block * LANES + lane] != WHOLE:
+            scratch[PRESSURE * LANES + lane] = 0.0
+            store_symmetric((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), scratch, STRESS, lane)
             scratch[VISCOUS * LANES + lane] = scratch[DAMPING * LANES + lane] = 0.0
             scratch[STABLE * LANES + lane] = np.inf
 

@@ -67,7 +67,7 @@ def _find_run(
     energies, push, found, depths = state.energies, state.push, state.face, state.penetration
     for k in range(start, stop):
         node = nodes[k]
-        energies[k, 0], energies[k, 1], energies[k, 2] = 0.0, 0.0, 0.0
+        energies[k, 0], energies[k, 1] = 0.0, 0.0
         push[k, 0], push[k, 1], push[k, 2], push[k, 3] = 0.0, 0.0, 0.0, 0.0
         found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]

@@ -15,7 +15,7 @@ __all__ = ["PLANE_SUMS", "PlaneLaw", "PlaneState", "near_plane", "plane_sums", "
 
 _RUN = 256  # nodes that one call looks after
 _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: what comes later is fetched now
-PLANE_SUMS = 11
+PLANE_SUMS = 10
 """Numbers that `plane_sums` gives."""
 
 
@@ -37,7 +37,7 @@ class PlaneState(NamedTuple):
     slip: np.ndarray  # (nodes, 3) m
     penetration: np.ndarray  # (nodes,) m
     stiffness: np.ndarray  # (nodes,) N/m, of the last step
-    energies: np.ndarray  # (nodes, 3) J: stored, friction in this step, change of stiffness in this step
+    energies: np.ndarray  # (nodes, 2) J: stored, friction in this step
 
 
 @kernel
@@ -100,7 +100,7 @@ def plane_sums(
 ) -> np.ndarray:
     """What the plane does to the nodes `near` (k,) it, node by node; the others have nothing.
 
-    Returns (11,): sums of the energies (J), rounded by `quantise` with the constant `rounding`; largest penetration (m)
+    Returns (10,): sums of the energies (J), rounded by `quantise` with the constant `rounding`; largest penetration (m)
     of all and of those of the state from `on_surface` on; the force (N) that it gives now in two exact bins (2, 3),
     whose sum it is, with the constants `coarse` and `fine` of `exact.two_constants`.
     """
@@ -110,15 +110,16 @@ def plane_sums(
         if not stiffness > 0.0:
             continue
         depth = state.penetration[k]
-        for i in range(3):
+        for i in range(2):
             sums[i] += quantise(state.energies[k, i], rounding)
+        for i in range(3):
             value = stiffness * (depth * normal[i] - state.slip[k, i])
             rounded = quantise(value, coarse)
-            sums[5 + i] += rounded
-            sums[8 + i] += quantise(value - rounded, fine)
-        sums[3] = max(sums[3], depth)
+            sums[4 + i] += rounded
+            sums[7 + i] += quantise(value - rounded, fine)
+        sums[2] = max(sums[2], depth)
         if k >= on_surface:
-            sums[4] = max(sums[4], depth)
+            sums[3] = max(sums[3], depth)
     return sums
 
 
@@ -149,7 +150,7 @@ def _push_node(
     sx, sy, sz = state.slip[k, 0], state.slip[k, 1], state.slip[k, 2]
     if law.steady and state.stiffness[k] > 0.0:
         stiffness = min(stiffness, state.stiffness[k])
-    old, old_depth, old_slip = state.stiffness[k], state.penetration[k], np.sqrt(sx * sx + sy * sy + sz * sz)
+    old, old_slip = state.stiffness[k], np.sqrt(sx * sx + sy * sy + sz * sz)
     tx = sx + law.step * (vx - normal_speed * nx)
     ty = sy + law.step * (vy - normal_speed * ny)
     tz = sz + law.step * (vz - normal_speed * nz)
@@ -160,8 +161,6 @@ def _push_node(
         state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
         shrink = kept / length
         tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
-    if old > 0.0:
-        state.energies[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
     state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
     state.slip[k, 0], state.slip[k, 1], state.slip[k, 2] = tx, ty, tz
     state.penetration[k] = depth

@@ -5,9 +5,9 @@ continuous from face to face. A node lies at the point of the surface from which
 followed from face to face as it slides. Its force acts along that line and is shared by the face's corners with their
 weights: linear and angular momentum are kept.
 
-Products press with their own pressure, corrected by a spring for what is left of the gap (Nitsche's method): the gap
-then stays a small part of what a spring alone would need. Unreacted explosive is bonded: springs with tensile strength,
-cohesion and friction, which fade as it burns.
+Products press with the pressure with which their cells act on their nodes, that of the vented products, corrected by a
+spring for what is left of the gap (Nitsche's method): the gap then stays a small part of what a spring alone would
+need. Unreacted explosive is bonded: springs with tensile strength, cohesion and friction, which fade as it burns.
 
 The contacts are worked on sixteen at a time, as cells are.
 """
@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.cells.torn_metal import WHOLE
 from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
     GAP,
@@ -31,6 +32,7 @@ from burst_fenicsx.kernels.contact.slide_points import (
     product,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, parallel_kernel, widest_vectors
+from burst_fenicsx.kernels.state import ChargeState
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
 
@@ -44,9 +46,8 @@ __all__ = [
     "slide_sums",
 ]
 
-COLUMNS = ("stored", "friction", "work", "penetration")
-"""Of `SlideContacts.tally`: J stored in springs, J of friction in this step, J given in this step by the products' own
-pressure and by changes of stiffness, m."""
+COLUMNS = ("stored", "friction", "penetration")
+"""Of `SlideContacts.tally`: J stored in springs, J of friction in this step, m."""
 
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
 _BENT = 0.1  # ... and this share of the distance below
@@ -80,20 +81,20 @@ class SlideContacts(NamedTuple):
     slip: np.ndarray  # (contacts, 3) m, tangential displacement that the spring holds
     weight: np.ndarray  # (contacts, 4) of the face's corners
     force: np.ndarray  # (contacts, 3) N on the charge's node
-    off: np.ndarray  # (contacts,) int8, 1 where the node has left its surface over an edge
-    tally: np.ndarray  # (contacts, 4), see COLUMNS
+    off: np.ndarray  # (contacts,) int8, 1 where the node has left its surface over an edge or has only released cells
+    tally: np.ndarray  # (contacts, 3), see COLUMNS
 
 
 _RUN = 512  # contacts that share scratch
 
 # Rows of the scratch of forces. Of the charge's node: velocity, mass, sums over the cells around it and their number.
-_SPEED, _MASS, _STATE, _CELLS = 0, 3, 4, 6
-# Of the face before and now: velocities, weights, masses and loads of the corners, force.
-_OLD_SPEEDS, _OLD_WEIGHT, _FORCE, _SPEEDS, _MASSES, _LOADS, _WEIGHT = 7, 19, 23, 26, 38, 42, 46
+_SPEED, _MASS, _STATE, _CELLS = 0, 3, 4, 7
+# Of the face: velocities, masses, loads and weights of the corners. The contact's force.
+_SPEEDS, _MASSES, _LOADS, _WEIGHT, _FORCE = 8, 20, 24, 28, 32
 # What `find_points` found, and the contact's state.
-_XI, _ETA, _GAP, _NORMAL, _BEYOND, _SIZE = 50, 51, 52, 53, 56, 57
-_SHARE, _STRENGTH, _AREA, _BONDED, _OLD_GAP, _STIFFNESS, _SLIP, _OFF, _TALLY = 58, 59, 60, 63, 64, 65, 66, 69, 70
-_ROWS = 74
+_XI, _ETA, _GAP, _NORMAL, _BEYOND, _SIZE = 35, 36, 37, 38, 41, 42
+_SHARE, _STRENGTH, _AREA, _BONDED, _STIFFNESS, _SLIP, _OFF, _TALLY = 43, 44, 45, 48, 49, 50, 53, 54
+_ROWS = 57
 
 
 @parallel_kernel
@@ -101,21 +102,26 @@ def attached_state(
     first: np.ndarray,
     cells: np.ndarray,
     rows: np.ndarray,
-    burn_fraction: np.ndarray,
-    pressure: np.ndarray,
+    charge: ChargeState,
+    released: np.ndarray,
+    slot: np.ndarray,
     rounding: tuple[float, float],
     total: np.ndarray,
 ) -> None:
-    """Sum the burn fractions and pressures (Pa) of the charge's cells around the interface nodes `rows` (k,), exactly.
+    """Sum, exactly, what the charge's cells around the interface nodes `rows` (k,) are and how they press.
 
-    The cells of row k are `cells` from `first[k]` to `first[k + 1]`. `total` (rows, 2) is overwritten there.
+    The cells of row k are `cells` from `first[k]` to `first[k + 1]`. `total` (rows, 3) is overwritten there: sums of
+    the burn fractions, of the pressures (Pa) after leakage, and the number of cells that have not been released, by
+    `released` (slots,) and the `slot` of each cell.
     """
     for k in numba.prange(rows.size):
-        burnt, whole = 0.0, 0.0
+        burnt, whole, live = 0.0, 0.0, 0.0
         for cell in cells[first[k] : first[k + 1]]:
-            burnt += quantise(burn_fraction[cell], rounding[0])
-            whole += quantise(pressure[cell], rounding[1])
-        total[rows[k], 0], total[rows[k], 1] = burnt, whole
+            vented = charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
+            burnt += quantise(charge.burn_fraction[cell], rounding[0])
+            whole += quantise(vented, rounding[1])
+            live += 1.0 if released[slot[cell]] == WHOLE else 0.0
+        total[rows[k], 0], total[rows[k], 1], total[rows[k], 2] = burnt, whole, live
 
 
 @parallel_kernel
@@ -135,7 +141,7 @@ def find_slide_forces(
 ) -> None:
     """Find every contact's point and force, and advance its state.
 
-    `attached` (rows, 2) are the sums of `attached_state` and `cells` (rows,) how many cells are in them. `position`
+    `attached` (rows, 3) are the sums of `attached_state` and `cells` (rows,) how many cells are in them. `position`
     (m), `velocity` (m/s), `mass` (kg) and `load` are those of the casing's interface nodes by row, the others those of
     this rank's nodes.
     """
@@ -214,40 +220,38 @@ def _load(
     for lane in range(chosen.size):
         c = np.uint64(chosen[lane])
         node, row = np.uint64(contacts.slave[c]), np.uint64(contacts.row[c])
-        before, now = np.uint64(contacts.face[c]), np.uint64(face[lane])
+        now = np.uint64(face[lane])
         work[_MASS * LANES + lane] = charge_mass[node]
-        work[_STATE * LANES + lane], work[(_STATE + 1) * LANES + lane] = attached[row, 0], attached[row, 1]
+        for i in range(3):
+            work[(_STATE + i) * LANES + lane] = attached[row, i]
         work[_CELLS * LANES + lane] = cells[row]
         for i in range(3):
             work[(_SPEED + i) * LANES + lane] = charge_velocity[node, i]
-            work[(_FORCE + i) * LANES + lane] = contacts.force[c, i]
             work[(_AREA + i) * LANES + lane] = contacts.area[c, i]
             work[(_SLIP + i) * LANES + lane] = contacts.slip[c, i]
             work[(_NORMAL + i) * LANES + lane] = found[lane, NORMAL + i]
         for k in range(4):
-            old, new = np.uint64(faces[before, k]), np.uint64(faces[now, k])
-            work[(_OLD_WEIGHT + k) * LANES + lane] = contacts.weight[c, k]
-            work[(_MASSES + k) * LANES + lane], work[(_LOADS + k) * LANES + lane] = mass[new], load[new]
+            corner = np.uint64(faces[now, k])
+            work[(_MASSES + k) * LANES + lane], work[(_LOADS + k) * LANES + lane] = mass[corner], load[corner]
             for i in range(3):
-                work[(_OLD_SPEEDS + 3 * k + i) * LANES + lane] = velocity[old, i]
-                work[(_SPEEDS + 3 * k + i) * LANES + lane] = velocity[new, i]
+                work[(_SPEEDS + 3 * k + i) * LANES + lane] = velocity[corner, i]
         work[_XI * LANES + lane], work[_ETA * LANES + lane] = contacts.point[c, 0], contacts.point[c, 1]
         work[_GAP * LANES + lane], work[_BEYOND * LANES + lane] = found[lane, GAP], found[lane, BEYOND]
         work[_SIZE * LANES + lane] = found[lane, SIZE]
         work[_SHARE * LANES + lane], work[_STRENGTH * LANES + lane] = contacts.share[c], contacts.strength[c]
         work[_BONDED * LANES + lane] = contacts.bonded[c]
-        work[_OLD_GAP * LANES + lane], work[_STIFFNESS * LANES + lane] = contacts.gap[c], contacts.stiffness[c]
+        work[_STIFFNESS * LANES + lane] = contacts.stiffness[c]
         work[_OFF * LANES + lane] = 1.0 if contacts.off[c] != 0 else 0.0
 
 
 @lane_function
-def _relative(speeds: int, weights: int, work: np.ndarray, lane: int) -> Vector:
-    """Velocity (m/s) of a charge's node relative to the weighted corners of a face."""
+def _relative(work: np.ndarray, lane: int) -> Vector:
+    """Velocity (m/s) of a charge's node relative to the weighted corners of its face."""
     v = load_vector(work, _SPEED, lane)
-    v = add_product(v, -work[weights * LANES + lane], load_vector(work, speeds, lane))
-    v = add_product(v, -work[(weights + 1) * LANES + lane], load_vector(work, speeds + 3, lane))
-    v = add_product(v, -work[(weights + 2) * LANES + lane], load_vector(work, speeds + 6, lane))
-    return add_product(v, -work[(weights + 3) * LANES + lane], load_vector(work, speeds + 9, lane))
+    v = add_product(v, -work[_WEIGHT * LANES + lane], load_vector(work, _SPEEDS, lane))
+    v = add_product(v, -work[(_WEIGHT + 1) * LANES + lane], load_vector(work, _SPEEDS + 3, lane))
+    v = add_product(v, -work[(_WEIGHT + 2) * LANES + lane], load_vector(work, _SPEEDS + 6, lane))
+    return add_product(v, -work[(_WEIGHT + 3) * LANES + lane], load_vector(work, _SPEEDS + 9, lane))
 
 
 @lane_function
@@ -265,23 +269,22 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
     widest_vectors()
     budget, step, tensile, cohesion, friction = law
     for lane in range(LANES):
-        # Work that contact takes: half of the last force and half of the new one on this step's relative motion.
-        old_power = product(load_vector(work, _FORCE, lane), _relative(_OLD_SPEEDS, _OLD_WEIGHT, work, lane))
         inverse_mass = work[_SHARE * LANES + lane] / work[_MASS * LANES + lane]
         inverse_mass = _weigh(0, -1.0, -1.0, inverse_mass, work, lane)
         inverse_mass = _weigh(1, 1.0, -1.0, inverse_mass, work, lane)
         inverse_mass = _weigh(2, 1.0, 1.0, inverse_mass, work, lane)
         inverse_mass = _weigh(3, -1.0, 1.0, inverse_mass, work, lane)
-        v = _relative(_SPEEDS, _WEIGHT, work, lane)
+        v = _relative(work, lane)
         n, gap = load_vector(work, _NORMAL, lane), work[_GAP * LANES + lane]
-        old, old_gap = work[_STIFFNESS * LANES + lane], work[_OLD_GAP * LANES + lane]
+        old = work[_STIFFNESS * LANES + lane]
         # A node that has left over an edge may come back behind the surface, through its rim: it is free for good. One
         # that did not touch is met no deeper than it can have come in this step, and a little more, since the surface
         # bends.
         reach = _OFF_EDGE * np.sqrt(0.25 * work[_SIZE * LANES + lane])
         entered = _ENTRY * step * np.sqrt(product(v, v)) + _BENT * reach
         off = (work[_OFF * LANES + lane] != 0.0) | (work[_BEYOND * LANES + lane] > reach) | (gap < -reach)
-        off = off | ((old == 0.0) & (gap < -entered))
+        # Products of which nothing is left hold no place any more.
+        off = off | ((old == 0.0) & (gap < -entered)) | (work[(_STATE + 2) * LANES + lane] == 0.0)
         stiffness = budget / inverse_mass
         count = max(work[_CELLS * LANES + lane], 1.0)
         burnt = min(work[_STATE * LANES + lane] / count, 1.0)
@@ -311,16 +314,13 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
         shrink = held / length if yields else 1.0
         slip = (shrink * slip[0], shrink * slip[1], shrink * slip[2])
         slip = (0.0 if apart else slip[0], 0.0 if apart else slip[1], 0.0 if apart else slip[2])
-        before = 0.5 * old * (old_gap * old_gap + old_slip * old_slip)
         stored = 0.5 * stiffness * (gap * gap + held * held)
         force = (
             press * n[0] - stiffness * slip[0],
             press * n[1] - stiffness * slip[1],
             press * n[2] - stiffness * slip[2],
         )
-        taken = -0.5 * step * old_power - 0.5 * step * product(force, v)
-        store_vector((stored, heat, stored - before + heat - taken), work, _TALLY, lane)
-        work[(_TALLY + 3) * LANES + lane] = 0.0 if apart else max(-gap, 0.0)
+        store_vector((stored, heat, 0.0 if apart else max(-gap, 0.0)), work, _TALLY, lane)
         work[_BONDED * LANES + lane] = 0.0 if apart | yields else (1.0 if whole else 0.0)
         work[_OFF * LANES + lane] = 1.0 if off else 0.0
         work[_STIFFNESS * LANES + lane] = stiffness
@@ -339,9 +339,9 @@ def _store(chosen: np.ndarray, face: np.ndarray, contacts: SlideContacts, work: 
         for i in range(3):
             contacts.slip[c, i] = work[(_SLIP + i) * LANES + lane]
             contacts.force[c, i] = work[(_FORCE + i) * LANES + lane]
+            contacts.tally[c, i] = work[(_TALLY + i) * LANES + lane]
         for k in range(4):
             contacts.weight[c, k] = work[(_WEIGHT + k) * LANES + lane]
-            contacts.tally[c, k] = work[(_TALLY + k) * LANES + lane]
 
 
 @kernel
@@ -382,11 +382,10 @@ def add_slide_forces(
 
 @kernel
 def slide_sums(contact: np.ndarray, tally: np.ndarray, rounding: float) -> np.ndarray:
-    """Sums of the first three columns of the `tally` of contacts (k,), by `quantise`, and the largest of the last."""
-    stored, friction, work, deepest = 0.0, 0.0, 0.0, 0.0
+    """Sums of the first two columns of the `tally` of contacts (k,), by `quantise`, and the largest of the last."""
+    stored, friction, deepest = 0.0, 0.0, 0.0
     for c in contact:
         stored += quantise(tally[c, 0], rounding)
         friction += quantise(tally[c, 1], rounding)
-        work += quantise(tally[c, 2], rounding)
-        deepest = max(deepest, tally[c, 3])
-    return np.array([stored, friction, work, deepest])
+        deepest = max(deepest, tally[c, 2])
+    return np.array([stored, friction, deepest])

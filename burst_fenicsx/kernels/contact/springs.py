@@ -61,7 +61,7 @@ class Collisions(NamedTuple):
     face: np.ndarray  # (slaves,) int32, the face in contact or -1
     weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
     push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
-    energies: np.ndarray  # (slaves, 3) J: stored, friction in this step, change of stiffness in this step
+    energies: np.ndarray  # (slaves, 2) J: stored, friction in this step
 
 
 @kernel
@@ -121,7 +121,7 @@ def push_node(
         trial[i] -= along * normal[i]
         length += trial[i] ** 2
     length = np.sqrt(length)
-    old, old_depth = state.stiffness[node], state.active_penetration[node]
+    old = state.stiffness[node]
     old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
     limit = law.friction * stiffness * depth
     if stiffness * length > limit:
@@ -130,8 +130,6 @@ def push_node(
         for i in range(3):
             trial[i] *= kept / length
         length = kept
-    if old > 0.0:
-        state.energies[k, 2] = 0.5 * (stiffness - old) * (depth * old_depth + length * old_slip)
     state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
     for i in range(3):
         state.push[k, i] = stiffness * (depth * normal[i] - trial[i])

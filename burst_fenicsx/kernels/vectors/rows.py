@@ -19,6 +19,7 @@ __all__ = [
     "place_rows",
     "sum_columns",
     "take_means",
+    "work_on_rows",
 ]
 
 # Rows lie scattered: the one that comes so many later is fetched now.
@@ -104,13 +105,32 @@ def take_means(
 
 @kernel
 def sum_columns(values: np.ndarray, rows: np.ndarray, rounding: float) -> np.ndarray:
-    """Sum (3,) of the first three columns over the `rows` of `values` (n, m), rounded by `quantise`: exact."""
-    x, y, z = 0.0, 0.0, 0.0
+    """Sums (m,) of the columns over the `rows` of `values` (n, m), rounded by `quantise`: exact."""
+    sums = np.zeros(values.shape[1])
     for row in rows:
-        x += quantise(values[row, 0], rounding)
-        y += quantise(values[row, 1], rounding)
-        z += quantise(values[row, 2], rounding)
-    return np.array([x, y, z])
+        for i in range(values.shape[1]):
+            sums[i] += quantise(values[row, i], rounding)
+    return sums
+
+
+@parallel_kernel
+def work_on_rows(half_step: float, force: np.ndarray, rows: np.ndarray, velocity: np.ndarray, rounding: float) -> float:
+    """Work (J) in half a step (s) of the rows of `force` (n, 3) in N at the `velocity` (n, 3) in m/s of the same rows.
+
+    No row may be named twice. Each row's work is rounded by `quantise`: the sum is exact, in whatever order.
+    """
+    force_start, velocity_start = address(force), address(velocity)
+    total = 0.0
+    for k in numba.prange(rows.size):
+        later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
+        prefetch(force_start + later)
+        prefetch(velocity_start + later)
+        row = rows[k]
+        power = 0.0
+        for i in range(3):
+            power += force[row, i] * velocity[row, i]
+        total += quantise(half_step * power, rounding)
+    return total
 
 
 @parallel_kernel

@@ -29,7 +29,6 @@ from fragfield.case.units.quantities import with_unit
 from fragfield.errors import InputError, nearest
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
-from transition.law.count_fit import SegmentMasses, fit_counts
 from transition.law.fragment_counts import FragmentCounts
 
 if TYPE_CHECKING:
@@ -86,6 +85,8 @@ def check_counts(case: Case, source: str) -> None:
 
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return
+    from transition.law.count_fit import SegmentMasses, fit_counts  # needs scipy
+
     where = f"{source}: break_up.mean_mass"
     kinds = {(entry.mesh, str(entry.profile), str(entry.casing), str(entry.explosive)) for entry in case.round}
     if len(kinds) > 1:

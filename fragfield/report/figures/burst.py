@@ -21,7 +21,7 @@ _LEDGER = {
     "plastic": "plastic work",
     "strain": "strain",
     "viscous": "artificial viscosity",
-    "contact": "contact",
+    "contact": "springs and friction",
     "hourglass": "hourglass",
     "damping": "damping",
 }
@@ -118,7 +118,11 @@ def energy_ledger(run: RunFiles, narrow: bool) -> Figure | None:
     ledger.set_ylim(bottom=min(0.0, ledger.get_ylim()[0]))
     ledger.legend(ncols=2 if narrow else 4, loc="upper center", bbox_to_anchor=(0.5, -0.02))
     percent = run.history["energy_error"] * 100
-    error.plot(time, percent, **LINES[0])
+    error.plot(time, percent, label="all", **LINES[0])
+    of_contact = run.history.get("contact_error")
+    if of_contact is not None:
+        error.plot(time, 100 * of_contact, label="made or lost by contact", **LINES[1])
+        error.legend(loc="upper right")
     for limit in (-1, 1):
         error.axhline(limit, color=ACCENT, linewidth=0.9, linestyle=":")
     reach = max(1.25, 1.1 * float(np.nanmax(np.abs(percent), initial=0.0)))

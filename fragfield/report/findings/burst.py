@@ -39,6 +39,7 @@ def ledger_findings(run: RunFiles) -> list[Finding]:
             found.append(Finding("warning", f"{text}; 1 % is the aim."))
         else:
             found.append(Finding("good", f"{text} (aim: 1 %)."))
+    found += _energy_of_contact(run)
     share = value_of(part, "products_balance")
     if share is not None:
         text = f"Work done by the products and energy left in them are {number(share * 100, 4)} % of the charges' heat"
@@ -57,6 +58,28 @@ def ledger_findings(run: RunFiles) -> list[Finding]:
     if momentum is not None and abs(momentum) > 1e-9:
         found.append(Finding("warning", f"Total momentum drifts by {momentum:.1e} of the momentum summed."))
     return found
+
+
+def _energy_of_contact(run: RunFiles) -> list[Finding]:
+    """What contact has made or lost, which nothing physical supplies or takes: part of the ledger's imbalance."""
+    part = run.part("burst")
+    largest, at_end = value_of(part, "contact_error"), value_of(part, "contact_error_at_end")
+    if largest is None or at_end is None:
+        return []
+    contact = part.get("contact")
+    gain = value_of(contact, "gain") if isinstance(contact, dict) else None
+    verb, nothing = ("lost", "took") if gain is not None and gain < 0.0 else ("made", "supplied")
+    text = (
+        f"Contact has {verb} {number(100 * at_end, 2)} % of the products' work at the end, and at most "
+        f"{number(100 * largest, 2)} % of the work done until then: energy that nothing {nothing}"
+    )
+    if not largest <= 0.05:
+        return [Finding("stop", f"{text}; above 5 % the burst is not computed correctly.")]
+    if at_end > 0.01:
+        return [Finding("warning", f"{text}; 1 % is the aim: repeat with smaller cells and compare.")]
+    if largest > 0.01:
+        return [Finding("note", f"{text}. It was above 1 % for a time, and is not at the end.")]
+    return [Finding("good", f"{text} (aim: 1 %).")]
 
 
 def _hourglass(run: RunFiles) -> list[Finding]:

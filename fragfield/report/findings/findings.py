@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["findings"]
 
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
-_JUDGED = {"certainty", "drag_table", "passed_through", "rounds_alone"}
+_JUDGED = {"certainty", "contact_energy", "drag_table", "passed_through", "rounds_alone"}
 """Codes of recorded warnings whose matter is judged here from numbers."""
 
 

@@ -48,6 +48,8 @@ _CONTACT = {
     "deepest_beyond_plane": ("Deepest node of a casing beyond a plane, at the outputs", "m"),
     "spring_energy": ("Energy in the springs of contact", "J"),
     "friction_heat": ("Heat of friction", "J"),
+    "work": ("Work of contact's forces on charges and casings", "J"),
+    "gain": ("Energy that contact has made (lost: negative)", "J"),
     "searches": ("Searches for colliding surfaces", ""),
 }
 

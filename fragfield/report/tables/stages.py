@@ -60,7 +60,7 @@ _LEDGER = {
     "plastic": "Plastic work",
     "viscous": "Artificial viscosity",
     "hourglass": "Hourglass control",
-    "contact": "Contact",
+    "contact": "Contact: springs and friction",
     "damping": "Damping",
     "products_energy_left": "Energy left in the products",
 }
@@ -132,6 +132,10 @@ def ledger_table(run: RunFiles) -> Iterator[Table]:
             value = float(run.history[key][-1])
             share = number(100 * value / work, 3) if work else "–"
             lines.append((words, number(value * 1e-6, 4), share))
+    gain = run.history.get("contact_gain")
+    if gain is not None:
+        share = number(100 * float(gain[-1]) / work, 3) if work else "–"
+        lines.append(("Made by contact (part of the imbalance)", number(float(gain[-1]) * 1e-6, 3), share))
     error = run.history.get("energy_error")
     if error is not None:
         worst = float(np.nanmax(np.abs(error), initial=0.0))

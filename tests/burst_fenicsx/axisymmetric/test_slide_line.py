@@ -51,8 +51,8 @@ def pressed(solver, pressure=PRESSURE, law=LAW):
     fields.charge.pressure[:] = pressure
     own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
     add_line_forces(
-        law, 1.0, interface.line, interface.contacts, fields.charge.burn_fraction, fields.charge.pressure,
-        fields.rings.released, fields.nodes.position, fields.mass, own, force,
+        law, 1.0, interface.line, interface.contacts, fields.charge, fields.rings.released, fields.nodes.position,
+        fields.mass, own, force,
     )  # fmt: skip
     np.testing.assert_array_equal(own, force)
     return own

@@ -23,6 +23,7 @@ from burst_fenicsx.problem import Leakage, RigidPlane
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.conversion.stages import burst_rounds, burst_settings
+from tests.burst_fenicsx.bodies import errors_without_contact
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 pytestmark = pytest.mark.dolfinx
@@ -72,17 +73,24 @@ def projectile(cell_size, **changes):
 @pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
 @pytest.mark.parametrize("interface", ["bonded", "shared"])
 def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
-    """Axial momentum to 1e-12 of the sum of |p|; energy to 1 % once a little is burnt and 0.5 % at the end."""
+    """Axial momentum to 1e-12 of the sum of |p|; energy to 1 % once a little is burnt and 0.5 % at the end.
+
+    Without what contact makes, 4 % at most where the front passes these cells and 2 % at the end; shared nodes have
+    none.
+    """
     settings = replace(LEAKING, products=products, contact=replace(LEAKING.contact, charge_casing=interface))
     going = AxisymmetricSimulation([tube()], settings, tmp_path, {})
     going.run()
     entries = going.ledger.entries
     assert max(entry.momentum_error for entry in entries) < 1e-12
     given = np.array([entry.products_work for entry in entries])
-    errors = np.array([entry.energy_error for entry in entries])
+    errors = errors_without_contact(going.ledger)
     settled = given > 0.03 * going.ledger.chemical_energies[0]
     assert errors[settled].max() < 0.01, errors
     assert errors[-1] < 5e-3
+    made = np.array([entry.contact_error for entry in entries])
+    assert made.max() == 0.0 if interface == "shared" else 0.0 < made.max() < 0.04, made
+    assert made[-1] < 0.02
     # Of the one round is what the charge of the whole has given, and turned to heat by its own viscosity.
     np.testing.assert_allclose(going.ledger.released, going.ledger.sums[None, 3:], rtol=1e-12)
     assert entries[-1].mean_casing_speed > 300.0

@@ -156,7 +156,7 @@ def test_a_loaded_spring_of_a_section_gets_no_stiffer_and_so_brings_no_energy_in
     normal, mass, near = np.array([0.0, 0.0, 1.0]), np.array([2.0]), np.zeros(1, dtype=np.int32)
     stored = {}
     for steady in (False, True):
-        state = PlaneState(np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 3)))
+        state = PlaneState(np.zeros(1, dtype=np.int32), np.zeros((1, 3)), np.zeros(1), np.zeros(1), np.zeros((1, 2)))
         for budget in (1e12, 16e12):
             force = np.zeros((1, 3))
             law = PlaneLaw(normal, 0.0, budget, 1e-8, 0.0, steady)
@@ -167,7 +167,6 @@ def test_a_loaded_spring_of_a_section_gets_no_stiffer_and_so_brings_no_energy_in
         push_from_plane(law, near, state, mass, np.array([[0.0, 0.0, -1e-4]]), np.zeros((1, 3)), force)
         assert state.stiffness[0] == pytest.approx(0.25e12 * 2.0)
     assert stored[False][0] == pytest.approx(16.0 * stored[True][0])
-    assert stored[True][2] == 0.0 < stored[False][2]
 
 
 def test_metal_within_another_rounds_cells_is_found():

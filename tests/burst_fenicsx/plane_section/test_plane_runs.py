@@ -43,12 +43,14 @@ def settings(time, **changes):
 
 
 def test_two_rounds_conserve_momentum_and_energy_and_focus_between_them(tmp_path):
-    """Momentum to 1e-12, the ledger to 1 % at outputs, nothing through; mass gathers across their line, faster."""
+    """Momentum to 1e-12, the ledger to 0.5 % at the end, nothing through; mass gathers across their line, faster."""
     result = simulate(pair(), settings(60e-6), tmp_path, comm=MPI.COMM_SELF)
     found = result.summary
     assert found["geometry"] == "plane"
     assert found["momentum_error"] < 1e-12
-    assert found["energy_error"] < 0.01
+    assert found["energy_error_at_end"] < 0.005
+    assert found["energy_error"] < 0.02  # most of it is made by contact when all walls meet the front
+    assert 0.0 < found["contact_error"] < 0.02
     assert found["lost_cells"] == 0
     assert found["passed_through"]["largest_together"] < 0.005 * found["casing_mass"]
     section = found["section"]
