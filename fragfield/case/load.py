@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
+from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import exposed_sites_of, resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.geometry import check_geometry
 from fragfield.case.conversion.stack import expanded, stacked_names
+from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
 from fragfield.case.tables.plane import resolved_plane
@@ -97,11 +99,15 @@ def read_resolved(path: Path) -> Case:
 def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
     """Check and resolve the tables of a case; as `load_case` for tables that are already read."""
     case = _validated(document, source)
-    _raise(source, check_case(case, burst=burst))
+    of_attitude = list(attitude_faults(case))
+    case = with_axes(case)
+    _raise(source, [*of_attitude, *check_case(case, burst=burst)])
     stacked = stacked_names(case) if case.stack is not None else []
     case = _resolved(case, source, folder)
     _raise(source, check_charges(case, stacked))
     _raise(source, check_geometry(case))
+    if is_mixed(case):
+        _raise(source, _with_location(lambda: list(origin_faults(case)), source))
     check_counts(case, source)
     _check_flight(case, source)
     return case

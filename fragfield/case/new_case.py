@@ -97,6 +97,7 @@ def _chosen(
                 "profile": profile,
                 "explosive": explosive,
                 "casing": casing,
+                "attitude": "upright",
                 "position": _example(RoundTable, "position"),
             }
         ],
@@ -116,12 +117,16 @@ def _chosen(
 
 
 def _lying(profile: str) -> dict[str, Any]:
-    """Position and axis of a round that lies on the ground along y, its length halved by the plane y = 0."""
+    """Position and attitude of a round that lies on the ground along y, its length halved by the plane y = 0."""
     from burst_fenicsx.geometry.files import load_profile
 
     found = load_profile(profile)
     height = math.ceil(1e3 * found.max_radius - 1e-6)  # whole millimetres, not into the ground
-    return {"position": ["0 m", f"{-500.0 * found.length:.10g} mm", f"{height} mm"], "axis": [0.0, 1.0, 0.0]}
+    return {
+        "position": ["0 m", f"{-500.0 * found.length:.10g} mm", f"{height} mm"],
+        "attitude": "lying",
+        "azimuth": "90 deg",
+    }
 
 
 def _require(option: str, name: str, allowed: Iterable[str]) -> None:

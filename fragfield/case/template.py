@@ -115,7 +115,9 @@ def _entry(name: str, field: FieldInfo, chosen: Mapping[str, Any]) -> Iterator[s
         yield f"{name} = {toml_value(chosen[name])}"
         return
     default = field.get_default(call_default_factory=True)
-    if default is not None and default is not PydanticUndefined and default != "":
+    extra = field.json_schema_extra
+    another = isinstance(extra, dict) and extra.get("instead_of") in chosen  # which excludes this key
+    if default is not None and default is not PydanticUndefined and default != "" and not another:
         yield from _comment(" ".join(words))
         yield f"#{name} = {_default(default, field)}"
     elif (example := _example(field)) is not None:

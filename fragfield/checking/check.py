@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
 from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings
+from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -74,6 +76,8 @@ def check_report(case: Case) -> dict[str, Any]:
     described = [{**descriptions[key], "name": entry.name} for (key, _), entry in zip(of_round, rounds, strict=True)]
     cells = sum(qualities[key].cells for key in computed)
     expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
+    if is_mixed(case):
+        expected["attitudes"] = attitudes_of(case)
     return {
         "case": plain(case),
         "rounds": described,

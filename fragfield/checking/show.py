@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from fragfield.case import to_toml
+from fragfield.case.conversion.attitude import attitude_words
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import number_text, plain_console, stripped
 
@@ -78,6 +79,11 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
         f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
         f"about {duration(expected['core_seconds'])} on one core"
     )
+    if number := expected.get("attitudes"):
+        console.print(
+            f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
+            f"takes about {number} to {3 * number} times as long as in one attitude"
+        )
     if len(found["rounds"]) > 1:
         each = expected["per_round"]
         console.print(
@@ -116,6 +122,7 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
         axis = ", ".join(f"{value:g}" for value in entry["axis"])
         table.add_row(entry["name"], *place, f"({axis})", _ignition(entry))
     console.print(table)
+    console.print(f"attitude: {attitude_words(found['attitude'])}", markup=False)
     if nearest := found["min_clearance"]:
         first, second = nearest["rounds"]
         console.print(f"smallest clear distance: {nearest['clearance'] * 1e3:.4g} mm, {first} to {second}")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.attitude import attitude_of
 from fragfield.case.conversion.exposed_sites import describe_exposed
 from fragfield.case.conversion.placing import heights, placed
 from fragfield.case.conversion.surroundings import describe_surroundings, ground_height
@@ -35,15 +36,17 @@ def arrangement(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `rounds` (name, position, axis, number of ignition points, first and last delay, `initiation`),
-        `min_clearance` (two names and the clear distance, or None for a single round), `planes` (name, kind, the
-        nearest round and its clear distance), `surroundings` (of the flight) and `contact`; SI, angles in degrees.
+        `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points,
+        first and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single
+        round), `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and
+        `contact`; SI, angles in degrees.
     """
     from fragfield.case.conversion.stages import burst_settings
 
     bodies = [placed(entry) for entry in case.round]
     contact = burst_settings(case).contact
     return {
+        "attitude": attitude_of(case),
         "rounds": [
             {
                 "name": entry.name,

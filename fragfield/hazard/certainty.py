@@ -64,6 +64,11 @@ def certainty(hazard: Mapping[str, Any]) -> str:
 
 def basis_words(hazard: Mapping[str, Any]) -> str:
     """In which direction the distance holds, in words."""
+    attitude = hazard.get("attitude") or {}
+    if attitude.get("worst_inclination_deg") is not None and hazard.get("determined"):
+        words = f"in every direction: worst attitude, inclined by {attitude['worst_inclination_deg']:g}°"
+        smoothed = "" if hazard.get("basis") == "all_azimuths" else f", smoothed over ±{hazard['kernel_deg']:.3g}°"
+        return words + smoothed
     if hazard.get("basis") == "all_azimuths":
         return "over all azimuths"
     words = f"worst direction, azimuth {hazard['direction_deg']:g}°" if hazard.get("determined") else "worst direction"

@@ -86,11 +86,12 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], 
     if reason := _why_none(job, burst):
         return {"reason": reason}
     own = _own_result(burst, flown, headline)
+    job = replace(job, attitude=flown.attitude)  # of mixed attitudes the worst one, with other cells too
     began = time.perf_counter()
     taken = max(began - job.began, burst["wall_seconds"] + seconds)
     words: list[str] = []
     budget = math.inf if job.thorough else _SHARE * taken
-    results = [own, *_other_sizes(job, own, budget, seconds / max(own.realisations, 1), words)]
+    results = [own, *_other_sizes(job, own, budget, seconds / max(flown.flights, 1), words)]
     results.sort(key=lambda one: one.size)
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
@@ -211,7 +212,7 @@ def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Re
     """The quantities with cells of another size; None where they cannot be computed."""
     import transition
     from fragfield.case.conversion.stages import break_up_settings
-    from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter
 

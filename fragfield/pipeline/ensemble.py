@@ -12,7 +12,7 @@ import math
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,11 +31,20 @@ if TYPE_CHECKING:
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
+    from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
     from transition import BreakUpResult
 
-__all__ = ["KEPT", "FlownEnsemble", "above_ground", "break_up_all", "fly_all", "hazard_grid"]
+__all__ = [
+    "KEPT",
+    "EnsembleFlight",
+    "Flights",
+    "FlownEnsemble",
+    "above_ground",
+    "break_up_all",
+    "hazard_grid",
+]
 
 KEPT = 200
 """Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
@@ -64,6 +73,12 @@ class FlownEnsemble:
         Whether more realisations could be made.
     exposed : list of dict
         What the exposed sites of the case meet, as in summary.json.
+    flights : int
+        Realisations flown, in all attitudes.
+    attitude : Turned, optional
+        The worst one of mixed attitudes, to which all else belongs.
+    curve : list of dict
+        Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json.
     """
 
     first: FlightResult
@@ -72,6 +87,9 @@ class FlownEnsemble:
     balance: Balance
     more: bool
     exposed: list[dict[str, Any]]
+    flights: int
+    attitude: Turned | None = None
+    curve: list[dict[str, Any]] = field(default_factory=list)
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
@@ -94,42 +112,57 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     return None if first is None else (first, further)
 
 
-def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None:
-    """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
+class EnsembleFlight:
+    """The realisations of a run flown in one attitude, batch after batch. Collective.
 
-    The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
-    the standard error of the distance is below `hazard.tolerance` or there are `hazard.max_realisations`.
-
-    Parameters
+    Attributes
     ----------
-    job : Job
-        The case, the ranks, threads and progress.
-    realisations : sequence of Fragments
-        On rank 0; the others receive them.
-
-    Returns
-    -------
-    FlownEnsemble, or None on ranks other than 0
+    attitude : Turned or None
+        Of the arrangement, whose fragments are turned; None as it stands.
+    done : int
+        Realisations flown.
+    found : _Found or None
+        What they gave, on rank 0.
     """
-    from fragfield.pipeline.realisations import Realisations
 
-    source = Realisations(job, realisations)
-    flown = _Flights(job)
-    found = _Found(job, source) if job.team.first else None
-    done, target = 0, source.count
-    while done < target:
-        batch = range(done, min(done + _AT_ONCE, target))
-        if batch.stop > source.count:
-            source.prepare()
-        numbers = job.team.share(batch)
-        parts = job.team.collect(flown.many(numbers, source.of(numbers)))
-        done = batch.stop
-        if found is not None:
-            found.add(batch, parts)
-        if done == target:
-            target = job.team.broadcast(found.wanted(done, more=source.more) if found is not None else None)
-            flown.expected = target
-    return None if found is None else found.result(flown.first, source)
+    def __init__(self, job: Job, source: Realisations, flights: Flights, attitude: Turned | None = None) -> None:
+        self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
+        placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
+        own = replace(job, case=job.case.model_copy(update=placed))
+        self.found = _Found(own, source) if job.team.first else None
+        self.done = 0
+        self.first: FlightResult | None = None
+
+    def fly(self, number: int) -> None:
+        """Fly further realisations, up to this number."""
+        while self.done < number:
+            batch = range(self.done, min(self.done + _AT_ONCE, number))
+            if batch.stop > self.source.count:
+                self.source.prepare()
+            numbers = self.job.team.share(batch)
+            fragments = self.source.of(numbers)
+            if self.attitude is not None:
+                fragments = [self.attitude.fragments(one) for one in fragments]
+            parts = self.job.team.collect(self.flights.many(numbers, fragments))
+            if batch.start == 0:
+                self.first = self.flights.first
+            self.done = batch.stop
+            if self.found is not None:
+                self.found.add(batch, parts)
+
+    def fly_to_tolerance(self) -> None:
+        """Fly the realisations at hand, and more until they fix the distance."""
+        target = self.source.count
+        while self.done < target:
+            self.flights.expected = target
+            self.fly(target)
+            found = self.found
+            target = self.job.team.broadcast(None if found is None else found.wanted(target, more=self.source.more))
+
+    def result(self) -> FlownEnsemble:
+        """The whole, once all have been flown; on rank 0."""
+        assert self.found is not None
+        return self.found.result(self.first, self.source)
 
 
 class _Found:
@@ -187,12 +220,19 @@ class _Found:
         wanted = min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
         return min(-(-wanted // self.together) * self.together, most)
 
-    def assess(self, groups: DensityGroups | None = None, *, quick: bool = False) -> ExpectedDistance:
-        """The distance by what has been flown."""
+    def assess(
+        self, groups: DensityGroups | None = None, *, quick: bool = False, every_direction: bool = True
+    ) -> ExpectedDistance:
+        """The distance by what has been flown; `quick` by fewer draws, which like fewer directions saves time.
+
+        By the densities of all legs of the flights, or by those of other `groups`.
+        """
         from flight.hazard.density.expected import DRAWS, expected_distance
 
         draws = DRAWS // 4 if quick else DRAWS
-        return expected_distance(groups or self.groups, self.criteria.density, draws=draws, every_direction=not quick)
+        return expected_distance(
+            groups or self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick
+        )
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""
@@ -207,7 +247,7 @@ class _Found:
             without_ricochet=None if self.short is None else self.assess(self.short),
         )  # fmt: skip
         exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
-        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed)
+        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +263,7 @@ class _Part:
     exposed_short: NDArray[Any]
 
 
-class _Flights:
+class Flights:
     """The flights of one rank, with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:

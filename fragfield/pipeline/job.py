@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.case import Case
+    from fragfield.case.conversion.turned import Turned
     from fragfield.files.run_directory import RunDirectory, Stage
     from fragfield.pipeline.parallel import Team
     from fragfield.report.figures.side_by_side import FigureQueue
@@ -53,8 +54,12 @@ class Job:
         Other cell sizes whatever time they take, each with all realisations.
     figures : FigureQueue, optional
         Draws the report's figures while the stages are computed.
+    attitude : Turned, optional
+        The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     began : float
         Clock (s) at which the work began.
+    noted : dict
+        What has been put into summary.json.
     """
 
     case: Case
@@ -69,7 +74,9 @@ class Job:
     thorough: bool = False
     profile: bool = False
     figures: FigureQueue | None = None
+    attitude: Turned | None = None
     began: float = field(default_factory=time.perf_counter)
+    noted: dict[str, Any] = field(default_factory=dict)
 
     @property
     def cores(self) -> int:
@@ -90,7 +97,8 @@ class Job:
             "seed": self.case.seed,
         }
         earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
-        everything = {**summary, **earlier, **parts}
+        self.noted.update(parts)  # the source has them where it is the target, too
+        everything = {**summary, **earlier, **self.noted}
         self.target.write_summary({key: _finite(value) for key, value in everything.items()})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import time
 from collections.abc import Sequence
@@ -92,10 +93,12 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.rules import rules_of
+    from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
-    from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.single_round import single_round
 
+    _load_together(job)
     began = time.perf_counter()
     flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
     seconds = time.perf_counter() - began
@@ -117,7 +120,7 @@ def fly(job: Job, stage: Stage) -> None:
         summary["fragments_file"] = job.fragments.name
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
-                "ricochet": job.case.flight.ground.ricochet}  # fmt: skip
+                "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
     obstacles = flown.first.by_face(criteria.energy)
@@ -136,6 +139,12 @@ def fly(job: Job, stage: Stage) -> None:
             "convergence": convergence,
         }
     )
+
+
+def _load_together(job: Job) -> None:
+    """Load dolfinx on all ranks at once: its start is collective, and after the flight rank 0 computes bursts alone."""
+    if job.team.size > 1 and job.fragments is None and job.case.burst is not None:
+        importlib.import_module("burst_fenicsx.run_burst")
 
 
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:

@@ -16,6 +16,7 @@ from fragfield.report.blocks import (
 from fragfield.report.findings import statements
 from fragfield.report.quantities import SPACE, explosive_title, number
 from fragfield.report.reading.landings import landings
+from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.distances import density_table
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.plane_section import CAUTION
@@ -55,7 +56,7 @@ def summary_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
         if isinstance(value, (int, float)):
             cards.append(Card(label, number(round(value)), "m/s", note))
     blocks: list[Block] = [
-        Paragraph(_sentence(run)),
+        Paragraph(" ".join(words for words in (_sentence(run), attitude_sentence(run)) if words)),
         *([Paragraph(CAUTION)] if run.is_section else []),
         Cards(tuple(cards)),
         *_caution(*graver),

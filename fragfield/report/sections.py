@@ -26,6 +26,7 @@ from fragfield.report.stage_sections import (
     hazard_section,
     ledger_section,
 )
+from fragfield.report.tables.attitudes import attitude_sections
 from fragfield.report.tables.distances import sector_table
 from fragfield.report.tables.inputs import input_tables
 from fragfield.report.tables.profile import profile_section
@@ -86,6 +87,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         _use(),
         _signatures(run),
         _inputs(run),
+        *attitude_sections(run),
         *profile_section(run),
     ]
 

@@ -15,6 +15,7 @@ from fragfield.report.figures import fragments as fragment_figures
 from fragfield.report.figures import hazard as hazard_figures
 from fragfield.report.figures import site as site_figure
 from fragfield.report.tables import zones as zone_blocks
+from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_tables
 from fragfield.report.tables.counted import counted_table
 from fragfield.report.tables.distances import distance_table
@@ -183,6 +184,12 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
     """Hazard: distances, map, densities, exposed sites."""
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *distance_table(run),
+        *draw(
+            "attitude_curve", "Hazard distance by attitude",
+            "Hazard distance by the inclination of the rounds from upright, each in its worst direction; of an "
+            "arrangement that is not axisymmetric the worst roll of each inclination.",
+            attitude_figure,
+        ),
         *exposed_tables(run),
         *draw(
             "exposed_sites", "Exposed sites against their criteria",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from rich.console import Console
 from rich.table import Table
 
+from fragfield.case.conversion.attitude import attitude_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.pipeline.convergence import convergence_words
@@ -133,6 +134,8 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
     """The hazard distance, what it rests on, and beside it what single events do."""
     if not hazard:
         return
+    if hazard.get("attitude"):
+        console.print(f"attitude: {attitude_words(hazard['attitude'])}", markup=False)
     if not hazard["determined"]:
         console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
         return

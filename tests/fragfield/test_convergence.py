@@ -48,7 +48,9 @@ def job(tmp_path):
 
 @pytest.fixture
 def flown():
-    return SimpleNamespace(hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=np.full((20, 4), 5.0))))
+    return SimpleNamespace(
+        hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=np.full((20, 4), 5.0))), attitude=None, flights=20
+    )
 
 
 def _stub(monkeypatch, values, made):
@@ -66,7 +68,9 @@ def _stub(monkeypatch, values, made):
     monkeypatch.setattr(module, "_computed", computed)
 
 
-FLOWN = SimpleNamespace(hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=np.full((20, 4), 5.0))))
+FLOWN = SimpleNamespace(
+    hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=np.full((20, 4), 5.0))), attitude=None, flights=20
+)
 
 
 @pytest.mark.parametrize(

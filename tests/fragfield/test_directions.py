@@ -19,7 +19,7 @@ SINGLE, PAIR = CASES / "m107_tnt.toml", CASES / "m107_pair.toml"
         ([], "all_azimuths"),
         (["flight.wind.speed=5 m/s"], "worst_direction"),
         (["flight.origin=['1 m', '0 m']"], "worst_direction"),
-        (["round.0.axis=[1, 0, 0]"], "worst_direction"),
+        (["round.0.attitude=lying"], "worst_direction"),
         (["round.0.ignition=[{station='nose', offset=['0 mm', '5 mm']}]"], "worst_direction"),
     ],
 )
@@ -37,8 +37,8 @@ def test_the_basis_of_a_single_round(settings, basis):
         ("m107_pair", ["flight.origin=['1 m', '0 m']"], (0.0,)),
         ("m107_pair", ["stack.delays=['0 us', '3 us']"], (0.0,)),
         ("m107_pair", ["round.0.ignition=[{station='nose', offset=['0 mm', '5 mm']}]"], ()),
-        ("m107_tnt", ["round.0.axis=[1, 0, 0]"], (0.0,)),
-        ("m107_tnt", ["round.0.axis=[1, 0, 0]", "round.0.position=['0 m', '1 m', '1 m']"], ()),
+        ("m107_tnt", ["round.0.attitude=lying"], (0.0,)),
+        ("m107_tnt", ["round.0.attitude=lying", "round.0.position=['0 m', '1 m', '1 m']"], ()),
     ],
 )
 def test_mirror_planes_of_arrangements(name, settings, planes):

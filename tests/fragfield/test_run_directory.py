@@ -15,7 +15,10 @@ from fragfield.case import load_case
 from fragfield.case.write import plain
 from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.pipeline.job import Job
+from fragfield.pipeline.parallel import Team
 from fragfield.terminal.logs import logged
+from fragfield.terminal.progress import ProgressReporter
 
 TUBE = Path(__file__).parents[2] / "cases" / "tube.toml"
 
@@ -41,6 +44,21 @@ def test_a_new_directory_is_made_with_the_resolved_case(case, tmp_path):
     run = RunDirectory(tmp_path / "a" / "b")
     run.claim(case)
     assert run.stored_case() == case
+
+
+def test_a_summary_in_another_folder_keeps_what_was_noted_before(case, tmp_path):
+    """Of the source come the earlier stages' parts, of this one all parts, whichever is noted last."""
+    source, target = RunDirectory(tmp_path / "source"), RunDirectory(tmp_path / "target")
+    for one in (source, target):
+        one.claim(case)
+    source.write_summary({"burst": {"cells": 3}})
+    job = Job(case, source, target, Team(), ProgressReporter(enabled=False))
+    job.note({"flight": {"landed": 7}})
+    job.note({"findings": [{"code": "certainty"}]})
+    found = target.summary()
+    assert found["burst"] == {"cells": 3}
+    assert found["flight"] == {"landed": 7}
+    assert found["findings"] == [{"code": "certainty"}]
 
 
 def test_results_of_the_same_case_are_kept_unless_they_may_be_replaced(case, tmp_path):

@@ -25,8 +25,8 @@ def test_ready_cases() -> None:
     ("changes", "axisymmetric", "alike"),
     [
         ({}, True, True),
-        ({"round.0.axis": [0.0, 0.0, -2.0]}, True, True),
-        ({"round.0.axis": [1.0, 0.0, 0.0]}, True, False),
+        ({"round.0.attitude": "180 deg"}, True, True),
+        ({"round.0.attitude": "lying"}, True, False),
         ({"round.0.ignition": [{"station": "nose", "offset": ["1 mm", "0 mm"]}]}, False, False),
     ],
 )

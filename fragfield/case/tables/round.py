@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table
 from fragfield.case.units.compound import NumberOrWord
-from fragfield.case.units.kinds import Density, Direction, EnergyPerMass, EnergyRange, Offset, Position, Pressure, Speed
+from fragfield.case.units.kinds import (
+    Angle,
+    Density,
+    Direction,
+    EnergyPerMass,
+    EnergyRange,
+    Offset,
+    Position,
+    Pressure,
+    Speed,
+)
 from fragfield.case.units.quantities import Quantity
 
 __all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
 
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
+Attitude = Annotated[
+    float | str | None, Quantity("rad", "30 deg", minimum=0.0, maximum=math.pi, words=("upright", "lying", "any"))
+]
 SofteningStrain = Annotated[float | str, NumberOrWord(("none",), 0.5)]
 
 
@@ -138,8 +152,14 @@ class RoundTable(Table):
     """A built-in name, a file, or a table."""
     position: Position = (0.0, 0.0, 0.0)
     """Centre of the base plane."""
-    axis: Direction = (0.0, 0.0, 1.0)
-    """Direction from the base to the nose; z is up."""
+    attitude: Attitude = None
+    """How the round stands: "upright" (axis and nose up), "lying", the inclination of its axis from upright (180 deg:
+    nose down), or "any": the worst of all attitudes. Left out: by `axis`."""
+    azimuth: Angle | None = None
+    """Direction in plan to which the nose of a lying or inclined round points, from +x counter-clockwise; left out:
+    0 deg."""
+    axis: Direction = Field(default=(0.0, 0.0, 1.0), json_schema_extra={"instead_of": "attitude"})
+    """Direction from the base to the nose, z up, instead of `attitude`."""
     ignition: list[IgnitionTable] | None = None
     """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: by `initiation` alone."""
     initiation: InitiationTable | None = None

@@ -58,6 +58,12 @@ def _limits(run: RunFiles) -> Iterator[str]:
             f"Number, mass, speed and direction of the fragments are those of {run.fragments_file}: what was not "
             "measured there is not in the result."
         )
+    if (run.part("hazard").get("attitude") or {}).get("kind") == "any":
+        yield (
+            "Mixed attitudes: the hazard distance is that of the worst attitude and holds in every direction. "
+            "Landings, densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to "
+            "azimuth 0."
+        )
     if run.case is not None:
         yield from _of_flight(run.case)
 

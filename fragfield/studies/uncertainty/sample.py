@@ -72,7 +72,7 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
     import transition
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.files.run_directory import RunDirectory
-    from fragfield.pipeline.ensemble import fly_all
+    from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter

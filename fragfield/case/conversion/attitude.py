@@ -1,0 +1,181 @@
+"""Attitude of the rounds: from the words of the case to axes, and from axes to the words of a report.
+
+A resolved case has `axis` alone, except for attitude = "any": its rounds are upright in the burst, and the flight turns
+their fragments (`fragfield.pipeline.attitudes`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.case.schema import Case
+    from fragfield.case.tables.round import RoundTable
+
+__all__ = ["attitude_faults", "attitude_of", "attitude_words", "axis_of", "is_mixed", "with_axes"]
+
+Vector = tuple[float, float, float]
+UP: Vector = (0.0, 0.0, 1.0)
+_SAME = 1e-6  # degrees
+_INSTEAD = "or one run for each attitude: `fragfield sweep CASE round.0.attitude=upright,lying`"
+
+
+def axis_of(inclination: float, azimuth: float) -> Vector:
+    """Unit vector from base to nose of a round whose axis is inclined from upright (rad) to an azimuth (rad)."""
+    across = math.sin(inclination)
+    components = (across * math.cos(azimuth), across * math.sin(azimuth), math.cos(inclination))
+    x, y, z = (round(value, 14) + 0.0 for value in components)  # angles have 15 digits: "lying" is level
+    return x, y, z
+
+
+def is_mixed(case: Case) -> bool:
+    """Whether the attitude of the rounds is "any"."""
+    return any(entry.attitude == "any" for entry in case.round)
+
+
+def with_axes(case: Case) -> Case:
+    """The case with `axis` in place of every attitude but "any"."""
+    if all(entry.attitude is None and entry.azimuth is None for entry in case.round):
+        return case
+    return case.model_copy(update={"round": [_with_axis(entry) for entry in case.round]})
+
+
+def _with_axis(entry: RoundTable) -> RoundTable:
+    if entry.attitude is None or entry.attitude == "any":
+        return entry.model_copy(update={"azimuth": None})
+    inclination = {"upright": 0.0, "lying": 0.5 * math.pi}.get(str(entry.attitude), entry.attitude)
+    axis = axis_of(float(inclination), entry.azimuth or 0.0)
+    return entry.model_copy(update={"axis": axis, "attitude": None, "azimuth": None})
+
+
+def attitude_faults(case: Case) -> Iterator[str]:
+    """Faults of attitude, azimuth and axis of a case as read, as lines `key: found ...; allowed: ...`."""
+    for number, entry in enumerate(case.round, start=1):
+        key = f"round[{number}]"
+        if "axis" in entry.model_fields_set:
+            # A run directory has the axis of its upright rounds beside "any".
+            if entry.attitude is not None and not (entry.attitude == "any" and entry.axis == UP):
+                yield (
+                    f"{key}.axis: found together with attitude; allowed: one of the two: attitude (and azimuth) for a "
+                    "round that stands, lies or leans, axis for a vector"
+                )
+            elif entry.azimuth is not None and entry.attitude is None:
+                yield f"{key}.azimuth: found together with axis; allowed: with attitude instead of axis"
+        elif entry.azimuth is not None and entry.attitude is None:
+            yield (
+                f"{key}.azimuth: found without attitude; allowed: together with it, for example "
+                'attitude = "lying", azimuth = "90 deg"'
+            )
+    if is_mixed(case):
+        yield from _mixed_faults(case)
+
+
+def _mixed_faults(case: Case) -> Iterator[str]:
+    """What does not turn with the rounds, so that no envelope over attitudes can be computed with it."""
+    first = next(number for number, entry in enumerate(case.round, start=1) if entry.attitude == "any")
+    key = f'round[{first}].attitude: found "any"'
+    for number, entry in enumerate(case.round, start=1):
+        if entry.attitude != "any":
+            yield (
+                f'{key}, but round[{number}] ("{entry.name}") has an attitude of its own; allowed: "any" for all '
+                "rounds, which turn together as one body, or for none"
+            )
+            break
+    wind = case.flight.wind
+    fixed = {
+        "a ground plane or a wall in the burst (plane)": any(plane.kind != "symmetry" for plane in case.plane),
+        "exposed sites (exposed)": bool(case.exposed),
+        "obstacles (obstacle)": bool(case.obstacle),
+        "a map of heights (flight.ground.map)": case.flight.ground.map is not None,
+        "wind (flight.wind)": wind.speed != 0.0 or any(wind.speeds or ()),
+    }
+    for what, present in fixed.items():
+        if present:
+            yield (
+                f"{key} together with {what}, which does not turn with the rounds: the worst attitude is found for a "
+                "burst in the open, over flat ground in still air, and its distance holds in every direction; "
+                f"allowed: without it, {_INSTEAD}"
+            )
+
+
+def attitude_of(case: Case, *, given: bool = False) -> dict[str, Any]:
+    """Attitude of the rounds of a resolved case, as `hazard.attitude` of summary.json has it.
+
+    Parameters
+    ----------
+    case : Case
+        Resolved.
+    given : bool
+        Whether the fragments are those of a file, which have an attitude of their own.
+
+    Returns
+    -------
+    dict
+        `kind` ("upright", "lying", "inclined", "several", "any" or "given"), `words`, `inclination_deg` and
+        `azimuth_deg` (None where rounds differ or the attitude is any; the azimuth of a vertical axis is None),
+        `base_height` (m, of the lowest base's centre over the ground), `worst_inclination_deg`, `worst_roll_deg`
+        and `curve` (of "any", once flown).
+    """
+    from fragfield.case.conversion.surroundings import ground_height
+
+    part: dict[str, Any] = {
+        "kind": "several", "words": "", "inclination_deg": None, "azimuth_deg": None, "base_height": None,
+        "worst_inclination_deg": None, "worst_roll_deg": None, "curve": [],
+    }  # fmt: skip
+    if given or not case.round:
+        return part | {"kind": "given", "words": "as in the file of fragments"}
+    part["base_height"] = min(one.position[2] - ground_height(case, *one.position[:2]) for one in case.round)
+    if is_mixed(case):
+        return part | {"kind": "any", "words": "mixed attitudes"}
+    angles: dict[tuple[float, float | None], list[str]] = {}
+    for entry in case.round:
+        angles.setdefault(_angles(entry.axis), []).append(entry.name)
+    if len(angles) > 1:
+        listed = [f"{_names(names)} {_words(*angle)}" for angle, names in angles.items()]
+        return part | {"words": "; ".join(listed)}
+    ((inclination, azimuth),) = angles
+    kind = "upright" if inclination == 0.0 else "lying" if inclination == 90.0 else "inclined"
+    words = _words(inclination, azimuth)
+    return part | {"kind": kind, "words": words, "inclination_deg": inclination, "azimuth_deg": azimuth}
+
+
+def attitude_words(part: dict[str, Any]) -> str:
+    """One line for terminal and report: the attitude, and how high the base stands over the ground."""
+    words = str(part["words"])
+    if part["kind"] == "any":
+        words += ", the distance is that of the worst"
+        if part["worst_inclination_deg"] is not None:
+            words += f": inclined by {part['worst_inclination_deg']:g} deg from upright"
+            if part["worst_roll_deg"]:
+                words += f", rolled by {part['worst_roll_deg']:g} deg"
+    if part["base_height"] is not None:
+        words += f"; base {'as placed ' if part['kind'] == 'any' else ''}{part['base_height']:.4g} m over the ground"
+    return words
+
+
+def _angles(axis: Vector) -> tuple[float, float | None]:
+    """Inclination from upright and azimuth of an axis in degrees."""
+    across = math.hypot(*axis[:2])
+    inclination = _near(math.degrees(math.atan2(across, axis[2])))
+    if inclination in (0.0, 180.0):
+        return inclination, None
+    return inclination, _near(math.degrees(math.atan2(axis[1], axis[0])) % 360.0) % 360.0
+
+
+def _near(angle: float) -> float:
+    """An angle without the round-off of its vector."""
+    return float(round(angle)) if abs(angle - round(angle)) < _SAME else angle
+
+
+def _words(inclination: float, azimuth: float | None) -> str:
+    if azimuth is None:
+        return "upright, nose up" if inclination == 0.0 else "upright, nose down"
+    how = "lying" if inclination == 90.0 else f"inclined by {inclination:.4g} deg from upright"
+    return f"{how}, nose to {azimuth:.4g} deg"
+
+
+def _names(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 3 else f"{names[0]} to {names[-1]} ({len(names)} rounds)"

@@ -1,0 +1,176 @@
+"""The envelope over attitudes: the fragments of every realisation turned as one body, and the worst attitude.
+
+Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then the one with
+the largest distance is flown with as many realisations as fix it to `hazard.tolerance`, and those beside it in finer
+steps; whichever becomes the worst by that is treated alike, until the worst is known and has no neighbour that was not
+flown. All attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the
+result does not depend on ranks or threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.conversion.attitude import attitude_of
+from fragfield.case.conversion.turned import Arrangement
+from fragfield.errors import InputError
+from fragfield.pipeline.ensemble import EnsembleFlight
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fragfield.case import Case
+    from fragfield.pipeline.ensemble import Flights, FlownEnsemble
+    from fragfield.pipeline.job import Job
+    from fragfield.pipeline.realisations import Realisations
+
+__all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_attitudes"]
+
+INCLINATION = (15.0, 5.0)
+"""Steps (degrees) from one inclination to the next: of the coarse grid, then beside the worst."""
+ROLL = (30.0, 10.0)
+"""The same of rolls."""
+
+Key = tuple[float, float]
+
+
+def coarse_attitudes(arrangement: Arrangement) -> list[Key]:
+    """Inclinations and rolls (degrees) of the coarse grid; those equal by symmetry once."""
+    inclinations = np.arange(0.0, 180.0 + 0.5 * INCLINATION[0], INCLINATION[0]).tolist()
+    rolls = np.arange(0.0, 360.0, ROLL[0]).tolist()
+    return list(dict.fromkeys(_key(arrangement, one, roll) for one in inclinations for roll in rolls))
+
+
+def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnsemble | None:
+    """Fly an arrangement of mixed attitudes: the ensemble of the worst attitude, with the curve over all. Collective.
+
+    Raises
+    ------
+    InputError
+        The fragments are from a file: how they would turn is not known.
+    """
+    if job.fragments is not None and source.arena is None:
+        raise InputError(
+            f'round[1].attitude: found "any" with the fragments of {job.fragments.name}; allowed: an arena table, or '
+            "fragments of the attitude that they have in the file, with attitude left out"
+        )
+    return _Envelope(job, source, flights).result()
+
+
+def _key(arrangement: Arrangement, inclination: float, roll: float) -> Key:
+    """An attitude by its inclination and the smallest equal roll; a roll about the vertical is one in azimuth alone."""
+    if arrangement.even or inclination in (0.0, 180.0):
+        return inclination, 0.0
+    return inclination, arrangement.roll(roll)
+
+
+class _Envelope:
+    """The flights of all attitudes; bounds are known on rank 0."""
+
+    def __init__(self, job: Job, source: Realisations, flights: Flights) -> None:
+        self.job, self.source, self.all = job, source, flights
+        self.arrangement = Arrangement(job.case)
+        self.flown: dict[Key, EnsembleFlight] = {}
+        self.rows: dict[Key, dict[str, Any]] = {}
+
+    def result(self) -> FlownEnsemble | None:
+        """Fly all that is needed, and give what the worst attitude gave."""
+        coarse = coarse_attitudes(self.arrangement)
+        self.all.expected = len(coarse) * self.source.count
+        for key in coarse:
+            self._fly(key, self.source.count)
+        while (following := self.job.team.broadcast(self._next() if self.job.team.first else None)) is not None:
+            self._fly(*following)
+        if not self.job.team.first:
+            return None
+        worst = self.flown[self._worst]
+        flown = worst.result()
+        expected = flown.hazard.expected
+        assert expected is not None  # of every flight
+        # Which way the nose points is not known either: the worst direction counts in all.
+        everywhere = replace(
+            expected,
+            by_direction=np.full_like(expected.by_direction, expected.distance),
+            upper_by_direction=np.full_like(
+                expected.upper_by_direction, np.nan if expected.upper is None else expected.upper
+            ),
+        )
+        return replace(
+            flown, hazard=replace(flown.hazard, expected=everywhere), attitude=worst.attitude,
+            flights=sum(one.done for one in self.flown.values()),
+            curve=[self.rows[key] for key in sorted(self.rows)],
+        )  # fmt: skip
+
+    def _fly(self, key: Key, number: int) -> None:
+        """Fly an attitude to this number of realisations."""
+        if key not in self.flown:
+            turned = self.arrangement.turned(*key)
+            self.flown[key] = EnsembleFlight(self.job, self.source, self.all, turned)
+        one = self.flown[key]
+        self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
+        one.fly(number)
+        if one.found is not None:
+            expected = one.found.assess(every_direction=False)
+            self.rows[key] = {
+                "inclination_deg": key[0],
+                "roll_deg": key[1],
+                "distance": expected.distance,
+                "upper": expected.upper,
+                "standard_error": expected.standard_error,
+                "direction_deg": expected.direction,
+                "realisations": one.done,
+            }
+
+    @property
+    def _worst(self) -> Key:
+        """The attitude with the largest distance; one whose distance is not determined before all others."""
+
+        def reach(key: Key) -> float:
+            found = self.flown[key].found
+            assert found is not None  # on rank 0
+            return np.inf if found.balance.reason else float(self.rows[key]["distance"])
+
+        return max(sorted(self.rows), key=reach)
+
+    def _next(self) -> tuple[Key, int] | None:
+        """The attitude to fly next and how many realisations to have of it; None once the worst is known."""
+        worst = self._worst
+        one = self.flown[worst]
+        assert one.found is not None  # on rank 0
+        wanted = one.found.wanted(one.done, more=self.source.more)
+        if wanted > one.done:
+            return worst, wanted
+        return next(((key, self.source.count) for key in self._beside(worst) if key not in self.flown), None)
+
+    def _beside(self, key: Key) -> Iterator[Key]:
+        """Attitudes beside one, in the finer steps."""
+        inclination, roll = key
+        at_pole = inclination in (0.0, 180.0)
+        rolls = np.arange(0.0, 360.0, ROLL[0]).tolist() if at_pole else [roll]
+        for step in _both_ways(INCLINATION):
+            if 0.0 <= inclination + step <= 180.0:
+                yield from (_key(self.arrangement, inclination + step, one) for one in rolls)
+        if not at_pole:
+            yield from (_key(self.arrangement, inclination, roll + step) for step in _both_ways(ROLL))
+
+
+def _both_ways(steps: tuple[float, ...]) -> list[float]:
+    return [sign * step for step in steps[1:] for sign in (-1.0, 1.0)]
+
+
+def attitudes_of(case: Case) -> int:
+    """How many attitudes of the coarse grid a resolved case of mixed attitudes is flown in."""
+    return len(coarse_attitudes(Arrangement(case)))
+
+
+def flown_attitude(job: Job, flown: FlownEnsemble) -> dict[str, Any]:
+    """The part `hazard.attitude` of summary.json: the attitude of what was flown, and the curve over mixed ones."""
+    from fragfield.pipeline.arena import read_arena
+
+    part = attitude_of(job.case, given=job.fragments is not None and read_arena(job.fragments) is None)
+    if flown.attitude is not None and flown.curve:
+        part |= {"worst_inclination_deg": flown.attitude.inclination, "worst_roll_deg": flown.attitude.roll}
+    return part | {"curve": flown.curve}

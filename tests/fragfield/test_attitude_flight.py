@@ -1,0 +1,185 @@
+"""The envelope over attitudes: one attitude of it is the run in that attitude, and the worst is what is reported."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fragfield
+from fragfield.case import load_case
+from fragfield.case.conversion.turned import Arrangement
+from fragfield.files.run_directory import RunDirectory
+from fragfield.pipeline import attitudes
+from fragfield.pipeline.flights import fly_all
+from fragfield.pipeline.job import Job
+from fragfield.pipeline.parallel import Team
+from fragfield.terminal.progress import ProgressReporter
+from tests.fragfield.short_run import RINGS, invoke
+
+pytestmark = pytest.mark.dolfinx
+
+# Few realisations, large steps and a wide tolerance: every part of the search has something to do, in seconds.
+STEPS = (60.0, 20.0)
+FEW = "[break_up]\nrealisations = 8"
+TEXT = (
+    RINGS.replace("[break_up]", FEW, 1).replace('"12 us"', '"80 us"')
+    + "\n[hazard]\ntolerance = 0.05\nmax_realisations = 16\n"
+)
+
+
+def _text(attitude, position='["0 m", "0 m", "1 m"]'):
+    text = TEXT.replace('attitude = "upright"', f'attitude = "{attitude}"')
+    return text.replace('position = ["0 m", "0 m", "1 m"]', f"position = {position}")
+
+
+def _to_fragments(folder, *chosen):
+    """A run's folder with burst and break-up."""
+    case = folder / "case.toml"
+    case.write_text(_text(*chosen))
+    for stage in ("burst", "break-up"):
+        done = invoke(stage, *((case, "--out", folder / "run") if stage == "burst" else (folder / "run",)))
+        assert done.exit_code == 0, done.stderr
+    return folder / "run"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def large_steps():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(attitudes, "INCLINATION", STEPS)
+        yield
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory):
+    """A run of mixed attitudes, up to its fragments."""
+    return _to_fragments(tmp_path_factory.mktemp("mixed"), "any")
+
+
+def _job(folder, threads=None, *, few=False, **changes):
+    """A job for the flight; `few`: with the realisations that there are."""
+    directory = RunDirectory(folder)
+    case = load_case(directory.case_file)
+    if few:
+        case = case.model_copy(update={"hazard": case.hazard.model_copy(update={"max_realisations": 8})})
+    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False), threads, lean=True, **changes)
+
+
+def _fragments(folder):
+    from flight import Fragments
+    from flight.files.ensemble import read_fragment_ensemble
+
+    return [Fragments.read(folder / "fragments.h5"), *read_fragment_ensemble(folder / "ensemble_fragments.h5")]
+
+
+@pytest.fixture(scope="module")
+def envelope(mixed):
+    return fly_all(_job(mixed), _fragments(mixed))
+
+
+@pytest.mark.parametrize("inclination", [0.0, 90.0])
+def test_one_attitude_of_the_envelope_is_the_run_in_that_attitude(mixed, tmp_path, inclination):
+    """The case with that attitude, its base where the turned one's is: with the same fragments, and with its own."""
+    job, fragments = _job(mixed, few=True), _fragments(mixed)
+    turned = Arrangement(_job(mixed).case).turned(inclination)  # of it the places alone count
+    ours = fly_all(replace(job, attitude=turned), fragments).hazard.expected
+    place = json.dumps([f"{value!r} m" for value in turned.case.round[0].position])
+    folder = _to_fragments(tmp_path, f"{inclination:g} deg", place)
+    same, own = (
+        fly_all(_job(folder, few=True), given).hazard.expected
+        for given in ([turned.fragments(one) for one in fragments], _fragments(folder))
+    )
+    assert ours.basis == same.basis == ("all_azimuths" if inclination == 0.0 else "worst_direction")
+    assert ours.mirrors == same.mirrors == own.mirrors
+    for name in ("distance", "upper", "standard_error", "direction"):
+        assert getattr(ours, name) == getattr(same, name), name
+    assert own.distance > 30.0
+    assert ours.realisations == same.realisations == own.realisations == 8
+    assert abs(ours.distance - own.distance) < 2.0 * np.hypot(ours.standard_error, own.standard_error)
+
+
+def test_the_worst_attitude_is_reported_with_the_curve(envelope):
+    rows = {(row["inclination_deg"], row["roll_deg"]): row for row in envelope.curve}
+    assert {(60.0 * step, 0.0) for step in range(4)} < set(rows)
+    assert list(rows) == sorted(rows)
+    worst = max(rows.values(), key=lambda row: row["distance"])
+    expected = envelope.hazard.expected
+    assert envelope.attitude.inclination == worst["inclination_deg"]
+    assert expected.upper == worst["upper"]
+    assert expected.distance == worst["distance"]
+    for beside in (worst["inclination_deg"] - 20.0, worst["inclination_deg"] + 20.0):
+        assert (beside, 0.0) in rows or not 0.0 <= beside <= 180.0
+    assert envelope.flights == sum(row["realisations"] for row in rows.values())
+    assert all(row["realisations"] >= 8 for row in rows.values())
+    # Its distance holds in every direction.
+    assert set(expected.by_direction) == {expected.distance}
+    assert set(expected.upper_by_direction) == {expected.upper}
+
+
+def test_the_upright_attitude_of_the_curve_is_the_upright_run(mixed, envelope):
+    job = _job(mixed, few=True)
+    upright = job.case.round[0].model_copy(update={"attitude": None})
+    job = replace(job, case=job.case.model_copy(update={"round": [upright]}))
+    alone = fly_all(job, _fragments(mixed)).hazard.expected
+    assert envelope.curve[0]["distance"] == alone.distance
+    assert envelope.curve[0]["upper"] == alone.upper
+
+
+def test_the_envelope_does_not_depend_on_threads(mixed, envelope):
+    again = fly_all(_job(mixed, threads=1), _fragments(mixed))
+    assert again.curve == envelope.curve
+    assert again.hazard.expected.upper == envelope.hazard.expected.upper
+
+
+@pytest.mark.mpi
+def test_the_envelope_does_not_depend_on_ranks(on_ranks, mixed, envelope, tmp_path):
+    script = tmp_path / "fly.py"
+    script.write_text(
+        "import sys, json, fragfield\n"
+        "from fragfield.pipeline import attitudes\n"
+        f"attitudes.INCLINATION = {STEPS}\n"
+        f"run = fragfield.run({str(mixed)!r}, only='fly', progress=False, out={str(tmp_path / 'out')!r})\n"
+        "from mpi4py import MPI\n"
+        "if MPI.COMM_WORLD.rank == 0:\n"
+        "    sys.stdout.write(json.dumps(run.summary['hazard']))\n"
+    )
+    hazard = json.loads(on_ranks(2, script))
+    assert hazard["attitude"]["curve"] == envelope.curve
+    assert hazard["upper"] == envelope.hazard.expected.upper
+
+
+def test_a_roll_does_not_change_an_axisymmetric_arrangement(mixed):
+    """Its fragments are turned about its axis at random anyway: the same distance within twice the errors."""
+    job = _job(mixed)
+    found = []
+    for roll in (0.0, 70.0):
+        turned = Arrangement(job.case).turned(60.0, roll)
+        found.append(fly_all(replace(job, attitude=turned), _fragments(mixed)).hazard.expected)
+    assert found[0].mirrors == found[1].mirrors
+    error = np.hypot(*(one.standard_error for one in found))
+    assert abs(found[0].distance - found[1].distance) < 2.0 * error
+
+
+def test_fragments_of_a_file_are_not_turned(mixed, tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(_text("any"))
+    done = invoke("fly", case, "--fragments", mixed / "fragments.h5", "--out", tmp_path / "out")
+    assert done.exit_code == 2
+    assert 'round[1].attitude: found "any" with the fragments of fragments.h5; allowed: an arena table' in done.stderr
+
+
+def test_summary_and_report_state_the_attitude(mixed, tmp_path):
+    run = fragfield.run(mixed, only="fly", progress=False, out=tmp_path / "out")
+    part = run.summary["hazard"]["attitude"]
+    assert part["kind"] == "any"
+    assert part["worst_inclination_deg"] in [row["inclination_deg"] for row in part["curve"]]
+    done = invoke("report", tmp_path / "out")
+    assert done.exit_code == 0, done.stderr
+    page = (tmp_path / "out" / "report.html").read_text()
+    first = page.index("Attitude: mixed attitudes, the distance is that of the worst: inclined by")
+    assert first < page.index("Limits of validity")
+    assert "Annex: hazard distance by attitude" in page
+    assert (tmp_path / "out" / "figures" / "attitude_curve.svg").is_file()
+    assert "in every direction: worst attitude" in page
