@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from flight.arguments import require_number, require_numbers
-from flight.errors import InputError
+from flight.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +42,7 @@ COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows sh
 TURN = 0.1  # share of its velocity that drag may take from a fragment within a window
 LONGEST_CHANGE = 1.5  # of a window over the one before
 CELL = 1.5  # length of a cell over the mean extent of what a fragment sweeps
-FEWEST = 2  # fragments that can meet
+FEWEST = 2  # groups of fragments that can meet
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,10 @@ class Contact:
     friction for a contact that is short beside the flight between two: at 1000 m/s a spring would need steps below
     a microsecond. Windows in which pairs are looked for grow as the cloud thins out; a fragment takes no part beyond
     `distance` from its launch or below the ground, and when no fragment is left the rest is normal flight.
+
+    Between which fragments: by default all. Fragments of one casing part where they break, and how that deflects them
+    is what a scatter of their directions stands for (`transition.placement.scatter`); together with that only fragments
+    of different rounds should meet.
 
     Pairs that overlap at launch, as pieces of one casing do when they are drawn as spheres, are separated before they
     can strike. Pairs that close slower than `min_speed` pass each other: otherwise a heavy fragment that pushes a
@@ -77,6 +81,8 @@ class Contact:
     duration : float
         Of a contact (s): within it a pair strikes once. One caught between two others that close in on it would be
         struck without end otherwise; it is let through. Hertz's duration for steel pieces of 1 cm is about 10 us.
+    between : "all" or "rounds"
+        Whether any two fragments can meet, or only those of different rounds.
     """
 
     density: float = 7850.0
@@ -86,6 +92,7 @@ class Contact:
     time_limit: float = 1.0
     min_speed: float = 0.5
     duration: float = 1e-5
+    between: Literal["all", "rounds"] = "all"
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
@@ -105,10 +112,20 @@ class Contact:
             raise InputError(f"contact: restitution is {self.restitution}, allowed: 0 to 1")
         if not 0.0 <= self.friction_angle_deg < 90.0:
             raise InputError(f"contact: friction angle is {self.friction_angle_deg} degrees, allowed: 0 to below 90")
+        if self.between not in ("all", "rounds"):
+            raise InputError(f"contact: between is {self.between!r}{nearest(self.between, ('all', 'rounds'))}")
 
     def radius(self, fragments: Fragments) -> NDArray[np.float64]:
         """Radii (n,) of the spheres (m)."""
         return np.cbrt(0.75 / math.pi * fragments.mass / self.density)
+
+    def groups(self, fragments: Fragments) -> NDArray[np.int64]:
+        """Numbers (n,) of groups within which no two fragments meet."""
+        return np.arange(len(fragments)) if self.between == "all" else fragments.round.astype(np.int64)
+
+    def possible(self, fragments: Fragments) -> bool:
+        """Whether any two of the fragments can meet."""
+        return np.unique(self.groups(fragments)).size >= FEWEST
 
 
 class Encounters:
@@ -126,7 +143,7 @@ class Encounters:
         self, fragments: Fragments, contact: Contact, around: Surroundings, ground: float, threads: int = 1,
         *, one_cell: bool = False, windows: Sequence[float] = (),
     ) -> None:  # fmt: skip
-        """Follow the fragments, at least `FEWEST` of them, until none can meet another.
+        """Follow the fragments, of at least `FEWEST` groups, until none can meet another.
 
         `ground` is the height of the ground (m; nan: none), below which nothing meets. With `one_cell` every pair is
         compared, and `windows` are the ends (s) that windows shall have: slow, for tests.
@@ -211,6 +228,7 @@ class Encounters:
         return Spheres(
             mass=fragments.mass,
             radius=self.radius,
+            group=self.contact.groups(fragments),
             drag_area=0.5 * fragments.presented_area / fragments.mass,
             state=np.hstack([fragments.position, fragments.velocity]),
             end=np.zeros((number, 6)),

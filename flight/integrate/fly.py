@@ -14,7 +14,7 @@ from flight.arguments import real_array, require_number
 from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
 from flight.errors import DragTableWarning, InputError, nearest
-from flight.integrate.contact import FEWEST, Contact, Encounters
+from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
 from flight.integrate.legs import legs_between
@@ -92,8 +92,8 @@ def fly(
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
     contact : Contact, optional
-        Lets fragments strike each other in the first metres, over flat ground without obstacles. A fragment that has
-        reached the ground strikes none any more.
+        Lets fragments strike each other in the first metres. One that has reached flat ground strikes none any more; one
+        that an obstacle or a map's slope has stopped may still deflect another within those metres.
     shape : flight.shape.Mean, Lognormal or Box, optional
         Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
     domain : Domain, optional
@@ -128,8 +128,6 @@ def fly(
     _check(gravity, time_limit, origin, threads, integrator)
     scene = Scene(ground, Ricochet.of(ricochet), tuple(obstacles))
     scene.check(fragments, origin)
-    if contact is not None:
-        scene.check_contact()
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = FlightJob(
         fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
@@ -137,7 +135,7 @@ def fly(
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or _cores()
-    if contact is None or len(fragments) < FEWEST:
+    if contact is None or not contact.possible(fragments):
         flown = job.run(threads, on_progress, began)
         extremes, paths = flown.extremes, job.paths(chosen)
         result = FlightResult(
@@ -171,8 +169,9 @@ def _fly_in_contact(
         lengths = job.path_lengths
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
     result = FlightResult(
-        joined.landing, joined.hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths,
-        ricochet_hits=joined.ricochet_hits, ricochets=joined.ricochets,
+        joined.landing, joined.hits, paths, job.witnesses, obstacles=job.scene.obstacles, obstacle_hits=joined.struck,
+        contacts=encounters.contacts, near_ground=lengths, ricochet_hits=joined.ricochet_hits,
+        ricochets=joined.ricochets,
     )  # fmt: skip
     result.summary["contact"] = encounters.summary
     return result, joined.extremes

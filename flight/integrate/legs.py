@@ -71,7 +71,7 @@ class Legs:
         joined[:, 3] = np.maximum.reduceat(run.extremes[:, 3], starts)
         return replace(
             run, landing=rows, extremes=joined,
-            **{name: of_fragments(getattr(run, name)) for name in ("hits", "ricochet_hits", "ricochets")},
+            **{name: of_fragments(getattr(run, name)) for name in ("hits", "struck", "ricochet_hits", "ricochets")},
         )  # fmt: skip
 
     def _last(self, landing: NDArray[Any]) -> NDArray[np.int64]:

@@ -47,6 +47,7 @@ class Spheres(NamedTuple):
 
     mass: Array
     radius: Array
+    group: Whole  # (n,) fragments of one group do not meet
     drag_area: Array  # A / (2 m) (m2/kg)
     state: Array  # (n, 6) place and velocity at `since`
     end: Array  # (n, 6) the same at the end of the window, if nothing is met
@@ -188,6 +189,8 @@ def _search(
                 if place[other, 0] != x or place[other, 1] != y or place[other, 2] != z:
                     continue
                 j = member[other]
+                if spheres.group[i] == spheres.group[j]:
+                    continue
                 compared += 1
                 if not _boxes_overlap(spheres.boxes, i, j) or not home(spheres.cells[i], spheres.cells[j], x, y, z):
                     continue
@@ -304,7 +307,9 @@ def strike_in_turn(
                                 other, following, at_x, at_y, at_z = links[link]
                                 here = at_x == x and at_y == y and at_z == z
                                 link = following
-                            if not here or other == k or not _boxes_overlap(spheres.boxes, k, other):
+                            if not here or spheres.group[other] == spheres.group[k]:
+                                continue
+                            if not _boxes_overlap(spheres.boxes, k, other):
                                 continue
                             if not home(spheres.cells[k], spheres.cells[other], x, y, z):
                                 continue

@@ -88,15 +88,6 @@ class Scene:
         elif self.ground is not None:
             self._check_above(fragments, np.full(len(fragments), float(self.ground)), f"at {self.ground} m")
 
-    def check_contact(self) -> None:
-        """Refuse contact between fragments over anything but flat ground: nothing else is supported."""
-        meets = {"a height map": isinstance(self.ground, HeightMap), "obstacles": bool(self.obstacles)}
-        if found := [name for name, there in meets.items() if there]:
-            raise InputError(
-                f"contact: found together with {' and '.join(found)}, which are not supported "
-                "together; allowed: flat ground or none, without obstacles"
-            )
-
     def check_places(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:
         """Refuse places (n, 3) off the map or in an obstacle, and an origin in one; `what` stands there."""
         if isinstance(self.ground, HeightMap):

@@ -74,6 +74,8 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
         yield from (f"flight.ground.{key}_factor" for key in ("critical_angle", "speed_kept", "departure", "roughness"))
     if not own_fragments or (len(case.round) < 2 and not any(plane.kind == "symmetry" for plane in case.plane)):
         yield "hazard.stack_rule"
+        if own_fragments:
+            yield "flight.collisions"
     if own_fragments:
         yield from _inactive_of_burst(case)
         yield from _inactive_of_break_up(case)

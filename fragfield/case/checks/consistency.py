@@ -187,12 +187,6 @@ def _ground(ground: GroundTable) -> Iterator[str]:
 def _together(case: Case) -> Iterator[str]:
     """Tables that do not go together."""
     ground = case.flight.ground
-    others = {"flight.ground.map": ground.map, "obstacle": case.obstacle}
-    if case.flight.collisions is not None and (found := [key for key, value in others.items() if value]):
-        yield (
-            f"flight.collisions: found together with {' and '.join(found)}; allowed: over flat ground, without "
-            "obstacles, which contact between fragments does not support"
-        )
     if ground.map is not None and case.site is not None:
         off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)
         if abs(off_east) > _SAME_DIRECTION:

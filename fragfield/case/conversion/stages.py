@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.case.conversion.burst import burst_round, burst_rounds, degrees_of, rigid_plane, settings_in
 from fragfield.case.conversion.geometry import burst_geometry
@@ -83,13 +83,13 @@ def flight_arguments(case: Case) -> dict[str, Any]:
     }
 
 
-def _collisions(table: CollisionsTable | None) -> FragmentContact | None:
+def _collisions(table: CollisionsTable | Literal["none"]) -> FragmentContact | None:
     from flight import Contact
 
-    if table is None:
+    if table == "none":
         return None
     values = table.model_dump(exclude={"friction_angle"})
-    return Contact(**values, friction_angle_deg=degrees_of(table.friction_angle))
+    return Contact(**values, friction_angle_deg=degrees_of(table.friction_angle), between="rounds")
 
 
 def _shape(table: FlightTable) -> Shape | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Discriminator
 
-__all__ = ["Table", "by_kind"]
+__all__ = ["Table", "by_kind", "name_or_table"]
 
 
 class Table(BaseModel):
@@ -13,6 +13,11 @@ class Table(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True, validate_default=False
     )
+
+
+def name_or_table(value: object) -> str:
+    """Tag of a value that is either a name or a table; tags stand in angle brackets and never in a key path."""
+    return "<table>" if isinstance(value, (dict, Table)) else "<name>"
 
 
 def by_kind(usual: str) -> Discriminator:

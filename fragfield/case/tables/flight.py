@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from flight.constants import STANDARD_GRAVITY
-from fragfield.case.tables.base import Table, by_kind
+from fragfield.case.tables.base import Table, by_kind, name_or_table
 from fragfield.case.tables.ground import GroundTable
 from fragfield.case.units.kinds import (
     Angle,
@@ -109,7 +109,7 @@ class ShapeTable(Table):
 
 
 class CollisionsTable(Table):
-    """Contact between fragments in the first metres; it is off where this table is left out."""
+    """Contact between fragments of different rounds in the first metres, where their clouds cross."""
 
     density: Density = 7850.0
     """Of the casing, for spheres of the fragments' volume."""
@@ -139,7 +139,11 @@ class FlightTable(Table):
     shape_factor: Density = 2600.0
     """k in the presented area (m / k)^(2/3): 2600 kg/m3 forged-steel shells, 3147 the 5:2:1 box."""
     shape: ShapeTable = ShapeTable()
-    collisions: CollisionsTable | None = None
+    collisions: Annotated[
+        Annotated[Literal["none"], Tag("<name>")] | Annotated[CollisionsTable, Tag("<table>")],
+        Discriminator(name_or_table),
+    ] = CollisionsTable()
+    """Contact between fragments of different rounds, or "none"."""
     """Contact between fragments in the first metres; left out: none."""
     ground: GroundTable = GroundTable()
     integrator: IntegratorTable = IntegratorTable()

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from fragfield.case.tables.base import Table
+from fragfield.case.tables.base import Table, name_or_table
 from fragfield.case.units.compound import NumberOrWord
 from fragfield.case.units.kinds import (
     Angle,
@@ -31,13 +31,8 @@ Attitude = Annotated[
 SofteningStrain = Annotated[float | str, NumberOrWord(("none",), 0.5)]
 
 
-def _kind(value: object) -> str:
-    """Tag of a value that is either a name or a table; tags stand in angle brackets and never in a key path."""
-    return "<table>" if isinstance(value, (dict, Table)) else "<name>"
-
-
 ProfileValue = Annotated[
-    Annotated[str, Tag("<name>")] | Annotated[dict[str, Any], Tag("<table>")], Discriminator(_kind)
+    Annotated[str, Tag("<name>")] | Annotated[dict[str, Any], Tag("<table>")], Discriminator(name_or_table)
 ]
 
 
@@ -145,10 +140,12 @@ class RoundTable(Table):
     mesh: str | None = None
     """A gmsh file of hexahedra with the physical groups "charge" and "casing", instead of a profile."""
     explosive: Annotated[
-        Annotated[str, Tag("<name>")] | Annotated[ExplosiveTable, Tag("<table>")], Discriminator(_kind)
+        Annotated[str, Tag("<name>")] | Annotated[ExplosiveTable, Tag("<table>")], Discriminator(name_or_table)
     ]
     """A built-in name, a file, or a table."""
-    casing: Annotated[Annotated[str, Tag("<name>")] | Annotated[CasingTable, Tag("<table>")], Discriminator(_kind)]
+    casing: Annotated[
+        Annotated[str, Tag("<name>")] | Annotated[CasingTable, Tag("<table>")], Discriminator(name_or_table)
+    ]
     """A built-in name, a file, or a table."""
     position: Position = (0.0, 0.0, 0.0)
     """Centre of the base plane."""

@@ -91,10 +91,13 @@ def _of_burst(run: RunFiles) -> Iterator[str]:
 
 
 def _of_flight(case: Case) -> Iterator[str]:
-    if case.flight.collisions is None:
+    if case.flight.collisions == "none":
         yield "Collisions of fragments with each other in flight are not computed."
     else:
-        yield "Fragments collide with each other in flight as spheres, within the first metres (flight.collisions)."
+        yield (
+            "Fragments of different rounds collide in flight as spheres, within the first metres (flight.collisions); "
+            "those of one round do not: their deviation from the casing's directions is the scatter of directions."
+        )
     if case.flight.shape.model == "mean":
         yield "Flight is that of tumbling fragments with a mean presented area; one that flies edge-on travels farther."
     else:
