@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from flight.integrate.integrator import Adaptive, Domain, FixedStep
     from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
-    from flight.scene.bounce import Bounce
     from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Barricade, Building, Wall
+    from flight.scene.ricochet import Ricochet
     from flight.scene.targets import Cylinder, Panel, Polygon
     from flight.scene.wind import Wind
 
@@ -37,7 +37,6 @@ __all__ = [
     "VACUUM",
     "Adaptive",
     "Barricade",
-    "Bounce",
     "Building",
     "ConstantAir",
     "Contact",
@@ -53,6 +52,7 @@ __all__ = [
     "InputError",
     "Panel",
     "Polygon",
+    "Ricochet",
     "StandardAtmosphere",
     "Status",
     "Trajectories",
@@ -75,9 +75,9 @@ __getattr__, __dir__ = lazy_names(
         "flight.integrate.integrator": "Adaptive Domain FixedStep",
         "flight.result": "HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
         "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",
-        "flight.scene.bounce": "Bounce",
         "flight.scene.height_map": "HeightMap",
         "flight.scene.obstacles": "Barricade Building Wall",
+        "flight.scene.ricochet": "Ricochet",
         "flight.scene.targets": "Cylinder Panel Polygon",
         "flight.scene.wind": "Wind",
     },

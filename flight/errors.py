@@ -22,9 +22,3 @@ class DragTableWarning(FlightWarning):
     """Fragments were faster than the end of the drag table reaches."""
 
     code = "drag_table"
-
-
-class CoarseMapWarning(FlightWarning):
-    """Fragments came to rest where the cells of a height map are too large for the ground's curvature."""
-
-    code = "coarse_map"

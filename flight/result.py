@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.rows import HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, flat_columns, to_pandas
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Status, Trajectories, flat_columns, to_pandas
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
 
-__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "FlightResult", "Status", "Trajectories", "to_pandas"]
+__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "RICOCHETS", "FlightResult", "Status", "Trajectories", "to_pandas"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,9 +31,9 @@ class FlightResult:
     ----------
     landing : (n,) structured array of dtype `LANDING`
         The end of every fragment's flight, in the order flown: its first impact on the ground, or where it left, was
-        stopped or ran out of time; and `rest_*`, where it came to rest once bounce and roll are over.
+        stopped or ran out of time; and `last_*`, its last landing once it ricochets no more.
     hits : (h,) structured array of dtype `HITS`
-        Every crossing of a witness surface, by fragment and then time.
+        Every crossing of a witness surface before the first impact on the ground, by fragment and then time.
     trajectories : Trajectories
         Paths of the sample asked for (may be empty).
     witnesses : tuple
@@ -48,6 +48,10 @@ class FlightResult:
         Every impact on an obstacle, by fragment and then time.
     near_ground : flight.hazard.density.near_ground.PathLengths, optional
         Lengths of paths below a person's height, where `fly` was asked to count them.
+    ricochet_hits : structured array of dtype `HITS`
+        Crossings of witness surfaces after an impact on the ground.
+    ricochets : structured array of dtype `RICOCHETS`
+        Every impact on the ground, first to last, of the fragments that ricochet off it, by fragment and then time.
     """
 
     landing: NDArray[Any]
@@ -59,6 +63,8 @@ class FlightResult:
     obstacles: tuple[Obstacle, ...] = ()
     obstacle_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=OBSTACLE_HITS))
     near_ground: PathLengths | None = None
+    ricochet_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=HITS))
+    ricochets: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=RICOCHETS))
 
     def __repr__(self) -> str:
         return (
@@ -73,7 +79,9 @@ class FlightResult:
         others = [f"{number} {name}" for name, number in ends.items() if number and name != "landed"]
         lines += [f"  {', '.join(others)}"] if others else []
         if len(self.landed):
-            lines.append(f"  farthest landing {self.landed['distance'].max():.4g} m")
+            ended = self.landing["last_status"] == Status.LANDED
+            farthest = max(self.landed["distance"].max(), self.landing["last_distance"].max(where=ended, initial=0.0))
+            lines.append(f"  farthest landing {farthest:.4g} m")
         for index, witness in enumerate(self.witnesses):
             lines.append(f"  witness {witness.name}: {int((self.hits['witness'] == index).sum())} hits")
         for index, obstacle in enumerate(self.obstacles):

@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "Status", "Trajectories", "flat_columns", "to_pandas"]
+__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "RICOCHETS", "Status", "Trajectories", "flat_columns", "to_pandas"]
 
 
 class Status(IntEnum):
@@ -33,7 +33,7 @@ LANDING = np.dtype(
         ("segment", "i4"),
         ("mass", "f8"),  # kg
         ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s; of the end of the flight, as all that follows
+        ("time", "f8"),  # s; of the first impact on the ground or the end, as all that follows
         ("position", "f8", 3),  # m
         ("velocity", "f8", 3),  # m/s
         ("speed", "f8"),  # m/s
@@ -41,12 +41,14 @@ LANDING = np.dtype(
         ("distance", "f8"),  # horizontal, from the origin (m)
         ("azimuth", "f8"),  # of the place seen from the origin (degrees, 0 to 360)
         ("angle", "f8"),  # of the path below the horizontal (degrees)
-        ("bounces", "i4"),  # on the ground
-        ("rest_status", "i1"),  # Status at the very end: LANDED is at rest on the ground
+        ("ricochets", "i4"),  # off the ground
+        ("last_status", "i1"),  # Status at the very end: LANDED is embedded in the ground
         ("obstacle", "i4"),  # index of the one that stopped it, -1: none
         ("face", "i1"),  # of that obstacle, -1: none
-        ("rest_time", "f8"),  # s
-        ("rest_position", "f8", 3),  # m
+        ("last_time", "f8"),  # s; of the last landing, or where it ended otherwise
+        ("last_position", "f8", 3),  # m
+        ("last_distance", "f8"),  # horizontal, from the origin (m)
+        ("last_azimuth", "f8"),  # degrees, 0 to 360
     ]
 )
 
@@ -66,6 +68,20 @@ HITS = np.dtype(
         ("energy", "f8"),  # J
         ("azimuth", "f8"),  # of the place seen from the cylinder's axis, or from the origin (degrees, 0 to 360)
         ("elevation", "f8"),  # of the velocity above the horizontal (degrees)
+    ]
+)
+
+RICOCHETS = np.dtype(
+    [
+        ("fragment", "i8"),
+        ("number", "i4"),  # ricochets before it: 0 is the impact in the landing table
+        ("time", "f8"),  # s
+        ("position", "f8", 3),  # m
+        ("energy", "f8"),  # J, at the impact
+        ("energy_after", "f8"),  # J, of what flies on; 0 where it stays
+        ("distance", "f8"),  # horizontal, from the origin (m)
+        ("azimuth", "f8"),  # degrees, 0 to 360
+        ("angle", "f8"),  # of the path below the horizontal (degrees)
     ]
 )
 

@@ -13,6 +13,8 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
     median, low, high and pooled by sector (azimuth in degrees) and by distance (m);
 /expected
     the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction and by distance;
+/without_ricochet
+    the same without what follows the first impact on the ground, where fragments ricochet;
 /witness/I
     hits on every witness surface by realisation and sector (`flight.hazard.density.witness_hazard.SECTOR_HITS`).
 """
@@ -95,6 +97,8 @@ def write_ensemble(
         file.attrs["undetermined"] = found.undetermined
         if found.expected is not None:
             _put_expected(file.create_group("expected"), found.expected)
+        if found.without_ricochet is not None:
+            _put_expected(file.create_group("without_ricochet"), found.without_ricochet)
         for name in _COUNTS:
             _put(file, f"counts/{name}", getattr(found.counts, name))
         for name, values in found.each.items():
@@ -138,13 +142,15 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
             counts = Tally(**{name: file[f"counts/{name}"][...] for name in _COUNTS})
             criteria = Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA})
             tolerance = float(file.attrs["tolerance"])
-            expected = _expected(file["expected"]) if "expected" in file else None
+            expected, short = (_expected(file[n]) if n in file else None for n in ("expected", "without_ricochet"))
             undetermined = str(file.attrs["undetermined"])
             groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
             witnesses = {str(group.attrs["name"]): _witness(group) for group in groups}
         except (KeyError, OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
-    found = assess_ensemble(counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined)
+    found = assess_ensemble(
+        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, without_ricochet=short
+    )
     return found, witnesses
 
 

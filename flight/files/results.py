@@ -33,12 +33,14 @@ LANDING_FORMAT, HITS_FORMAT, PATHS_FORMAT = "fragfield landing", "fragfield hits
 OBSTACLE_HITS_FORMAT, CONTACTS_FORMAT = "fragfield obstacle hits", "fragfield contacts"
 # fields that older files lack, and the one whose value they had; -1 or 0 where that is a number
 _LATER = {
-    "bounces": 0,
-    "rest_status": "status",
+    "ricochets": 0,
+    "last_status": "status",
     "obstacle": -1,
     "face": -1,
-    "rest_time": "time",
-    "rest_position": "position",
+    "last_time": "time",
+    "last_position": "position",
+    "last_distance": "distance",
+    "last_azimuth": "azimuth",
 }
 ROWS_AT_ONCE = 1 << 16  # of a column, which is not contiguous in the table: the copy stays below 2 MB
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology

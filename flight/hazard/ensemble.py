@@ -55,6 +55,8 @@ class EnsembleHazard:
         The hazard distance: of the expected density, over all realisations that were flown.
     undetermined : str
         Why it cannot be determined; empty where it can.
+    without_ricochet : ExpectedDistance, optional
+        As `expected`, of what the same flights do before the first impact on the ground.
     """
 
     counts: Tally
@@ -63,6 +65,7 @@ class EnsembleHazard:
     pooled: Hazard
     expected: ExpectedDistance | None = None
     undetermined: str = ""
+    without_ricochet: ExpectedDistance | None = None
 
     def __repr__(self) -> str:
         number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}"
@@ -174,18 +177,23 @@ class EnsembleHazard:
     def headline(self) -> dict[str, Any] | None:
         """The hazard distance for summary.json (SI; azimuth in degrees); None where it was not estimated.
 
-        `single_event` is something else: median, 5 and 95 % of the distances at which the density of single
-        realisations over all azimuths, or in the same direction, falls below the limit.
+        `distance` is that with ricochet, the larger; `without_ricochet` has the other. `single_event` is something
+        else: median, 5 and 95 % of the distances at which the density of single realisations over all azimuths, or in
+        the same direction, falls below the limit.
         """
         found = self.expected
         if found is None:
             return None
         known = not self.undetermined
         median, low, high = self.single_event
+        short = self.without_ricochet or found
         return {
             "distance": found.distance if known else None,
             "upper": found.upper if known else None,
             "standard_error": found.standard_error if known else None,
+            "without_ricochet": {
+                name: getattr(short, name) if known else None for name in ("distance", "upper", "standard_error")
+            },
             "basis": found.basis,
             "direction_deg": found.direction if known else None,
             "realisations": found.realisations,
@@ -288,7 +296,7 @@ class EnsembleHazard:
 
 def assess_ensemble(
     counts: Tally | Sequence[Tally], criteria: Criteria | None = None, *, tolerance: float = 0.05,
-    expected: ExpectedDistance | None = None, undetermined: str = "",
+    expected: ExpectedDistance | None = None, undetermined: str = "", without_ricochet: ExpectedDistance | None = None,
 ) -> EnsembleHazard:  # fmt: skip
     """Hazard over many realisations.
 
@@ -300,8 +308,8 @@ def assess_ensemble(
         Those that were counted with.
     tolerance : float
         Largest standard error of a distance that counts as converged, as a fraction of the distance.
-    expected, undetermined
-        The hazard distance, and why it cannot be determined; see `EnsembleHazard`.
+    expected, undetermined, without_ricochet
+        The hazard distance, why it cannot be determined, and the distance without ricochet; see `EnsembleHazard`.
 
     Raises
     ------
@@ -313,4 +321,6 @@ def assess_ensemble(
         raise InputError(f"hazard: tolerance is {tolerance}, needed: above zero, such as 0.05")
     joined = counts if isinstance(counts, Tally) else Tally.join(counts)
     criteria = criteria or Criteria()
-    return EnsembleHazard(joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined)
+    return EnsembleHazard(
+        joined, criteria, tolerance, hazard_of(joined, criteria), expected, undetermined, without_ricochet
+    )

@@ -44,7 +44,7 @@ COUNTS = np.dtype(
         ("fluence", "f8"),  # sum over hazardous hits of 1 / (area seen along the path) (1/m2)
         ("fluence_squares", "f8"),
         ("hits", "i8"),  # fragments that entered with the criterion's energy or more
-        ("landings", "i8"),  # of those, first impacts on the ground inside
+        ("landings", "i8"),  # of those, impacts on the ground inside
         ("through", "i8"),  # of those, not shown to be stopped by the wall or roof that they hit
         ("any_hits", "i8"),  # fragments that entered with any energy
         ("energy", "f8"),  # largest at entry (J)
@@ -142,7 +142,7 @@ def surfaces_of(prisms: Sequence[Prism]) -> list[Witness]:
 
 
 def count_exposed(
-    result: FlightResult, prisms: Sequence[Prism], first: int, start: Array, speed: Array
+    result: FlightResult, prisms: Sequence[Prism], first: int, start: Array, speed: Array, *, ricochet: bool = True
 ) -> NDArray[Any]:
     """Count one flight at every prism.
 
@@ -156,6 +156,8 @@ def count_exposed(
         Index of the first prism's first surface.
     start, speed : (n, 3), (n,) float64
         Where the fragments flown began (m), and how fast (m/s).
+    ricochet : bool
+        Whether what fragments do after their first impact on the ground counts.
 
     Returns
     -------
@@ -163,6 +165,11 @@ def count_exposed(
     """
     counts = np.zeros(len(prisms), dtype=COUNTS)
     rows = result.hits[result.hits["witness"] >= first]
+    impacts = result.ricochets[:0]
+    if ricochet and len(result.ricochets):
+        later = result.ricochet_hits[result.ricochet_hits["witness"] >= first]
+        rows, impacts = np.concatenate([rows, later]), result.ricochets
+        rows = rows[np.lexsort((rows["time"], rows["fragment"]))]
     if not len(rows):
         return counts
     sizes = np.array([len(prism.corners) + 1 for prism in prisms])
@@ -170,13 +177,14 @@ def count_exposed(
     owner = np.searchsorted(begins, rows["witness"], side="right") - 1
     for number in np.unique(owner):
         face = rows["witness"][owner == number] - begins[number]
-        _count(counts[number : number + 1], prisms[number], rows[owner == number], face, result.landing, start, speed)
+        here = counts[number : number + 1]
+        _count(here, prisms[number], rows[owner == number], face, result.landing, impacts, start, speed)
     return counts
 
 
 def _count(
     counts: NDArray[Any], prism: Prism, rows: NDArray[Any], face: NDArray[np.int64], landing: NDArray[Any],
-    start: Array, speed: Array,
+    impacts: NDArray[Any], start: Array, speed: Array,
 ) -> None:  # fmt: skip
     """Fill the counts (1,) of one prism from its crossings."""
     entering = rows["direction"] < 0
@@ -191,7 +199,7 @@ def _count(
     if len(hits):
         weight = 1.0 / prism.seen_area(hits["velocity"] / hits["speed"][:, None])
         counts["fluence"], counts["fluence_squares"] = weight.sum(), (weight**2).sum()
-    lengths, landed = _inside(prism, rows, landing[who], who, start, speed)
+    lengths, landed = _inside(prism, rows, landing[who], who, impacts[np.isin(impacts["fragment"], who)], start, speed)
     counts["track"], counts["track_squares"] = lengths.sum(), (lengths**2).sum()
     counts["landings"] = landed
 
@@ -207,28 +215,33 @@ def _not_stopped(prism: Prism, hits: NDArray[Any], face: NDArray[np.int64]) -> i
 
 
 def _inside(
-    prism: Prism, rows: NDArray[Any], ends: NDArray[Any], who: NDArray[np.int64], start: Array, speed: Array
-) -> tuple[Array, int]:
-    """Lengths of hazardous paths inside (fragments,), and the number of hazardous first impacts there.
+    prism: Prism, rows: NDArray[Any], ends: NDArray[Any], who: NDArray[np.int64], impacts: NDArray[Any], start: Array,
+    speed: Array,
+) -> tuple[Array, int]:  # fmt: skip
+    """Lengths of hazardous paths inside (fragments,), and the number of hazardous impacts on the ground there.
 
-    Start, crossings, first impact and rest of every fragment make a chain in time; inside lies what follows more
-    entries than exits. A fragment whose first crossing leads out began inside.
+    Start, crossings, first impact and, after it, the ricochets of every fragment make a chain in time; inside lies
+    what follows more entries than exits. A fragment whose first crossing leads out began inside.
     """
     number = len(who)
-    fragment = np.concatenate([who, rows["fragment"], who, who])
+    first, later = impacts[impacts["number"] == 0], impacts[impacts["number"] > 0]
+    fragment = np.concatenate([who, rows["fragment"], who, later["fragment"]])
     nowhere = ~np.isfinite(ends["position"]).all(axis=1)
     end_place = np.where(nowhere[:, None], 0.0, ends["position"])
-    rest_place = np.where(nowhere[:, None], 0.0, ends["rest_position"])
     end_time = np.where(nowhere, np.inf, ends["time"])
-    time = np.concatenate([np.full(number, -np.inf), rows["time"], end_time, np.maximum(ends["rest_time"], end_time)])
-    place = np.concatenate([start[who], rows["position"], end_place, rest_place])
-    energy = np.concatenate(
-        [0.5 * ends["mass"] * speed[who] ** 2, rows["energy"], np.nan_to_num(ends["energy"]), np.zeros(number)]
-    )
-    change = np.concatenate([np.zeros(number), -rows["direction"], np.zeros(2 * number)]).astype(np.int64)
-    kind = np.repeat([0, 1, 2, 3], [number, len(rows), number, number])
+    time = np.concatenate([np.full(number, -np.inf), rows["time"], end_time, later["time"]])
+    place = np.concatenate([start[who], rows["position"], end_place, later["position"]])
+    at_launch = 0.5 * ends["mass"] * speed[who] ** 2
+    after = np.zeros(number)  # what follows the first impact
+    after[np.searchsorted(who, first["fragment"])] = first["energy_after"]
+    energy = np.concatenate([at_launch, rows["energy"], after, later["energy_after"]])  # of the path that follows
+    struck = np.concatenate([np.zeros(number + len(rows)), np.nan_to_num(ends["energy"]), later["energy"]])
+    change = np.concatenate([np.zeros(number), -rows["direction"], np.zeros(number + len(later))]).astype(np.int64)
+    kind = np.repeat([0, 1, 2, 3], [number, len(rows), number, len(later)])
     order = np.lexsort((kind, time, fragment))
-    fragment, time, place, energy, change, kind = (a[order] for a in (fragment, time, place, energy, change, kind))
+    fragment, time, place, energy, struck, change, kind = (
+        a[order] for a in (fragment, time, place, energy, struck, change, kind)
+    )
     total = np.cumsum(change)
     firsts = np.flatnonzero(kind == 0)
     group = np.cumsum(kind == 0) - 1
@@ -242,7 +255,7 @@ def _inside(
     chord = np.where(counted, np.sqrt(((later - place) ** 2).sum(axis=1)), 0.0)
     lengths = np.asarray(np.bincount(group, weights=chord, minlength=number), dtype=np.float64)
     status = ends["status"] == Status.LANDED
-    landed = (kind == 2) & (depth > 0) & status[group] & (energy >= prism.energy)
+    landed = (kind >= 2) & (depth > 0) & status[group] & (struck >= prism.energy)
     return lengths[lengths > 0.0], int(landed.sum())
 
 

@@ -1,4 +1,4 @@
-"""A chunk of fragments from launch to rest: successive flights, joined by impacts."""
+"""A chunk of fragments from launch to the last landing: successive flights, joined by ricochets."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from flight.kernels.terrain import Terrain
     from flight.scene.scene import Scene
 
-__all__ = ["FlownChunk", "fly_chunk_to_rest"]
+__all__ = ["FlownChunk", "fly_chunk_to_end"]
 
-FRAGMENT_OF_HIT, FRAGMENT_OF_PATH, FRAGMENT_OF_STRIKE = 8, 7, 9  # columns
+FRAGMENT_OF_HIT, FRAGMENT_OF_PATH, FRAGMENT_OF_STRIKE, FRAGMENT_OF_LANDING = 8, 7, 9, 8  # columns
+AFTER_GROUND = 10  # column of a crossing: 1 after an impact on the ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,27 +34,29 @@ class FlownChunk:
         and Mach numbers are of all flights.
     status : (n,) int8
         Status there.
-    rest : (n, 7) float64
-        Time, position, velocity at the very end.
-    rest_status : (n,) int8
+    last : (n, 7) float64
+        Time, position, velocity at the very end: the last landing, for those that stay on the ground.
+    last_status : (n,) int8
         Status there.
     stopped_by : (n, 2) int64
         Obstacle and face that stopped it, or -1.
-    bounces : (n,) int64
-        On the ground.
-    hits, path, struck : arrays
-        Crossings of witness surfaces, points of paths, impacts on obstacles; rows by fragment and then time.
+    ricochets : (n,) int64
+        Off the ground.
+    hits, path, struck, ground : arrays
+        Crossings of witness surfaces, points of paths, impacts on obstacles, and impacts on the ground of the fragments
+        that ricochet off it; rows by fragment and then time.
     """
 
     outcome: NDArray[np.float64]
     status: NDArray[np.int8]
-    rest: NDArray[np.float64]
-    rest_status: NDArray[np.int8]
+    last: NDArray[np.float64]
+    last_status: NDArray[np.int8]
     stopped_by: NDArray[np.int64]
-    bounces: NDArray[np.int64]
+    ricochets: NDArray[np.int64]
     hits: NDArray[np.float64]
     path: NDArray[np.float64]
     struck: NDArray[np.float64]
+    ground: NDArray[np.float64]
 
 
 class ChunkFlight(Protocol):
@@ -70,7 +73,7 @@ class ChunkFlight(Protocol):
         """Crossings and points of paths of the fragments start..end-1."""
 
 
-def fly_chunk_to_rest(
+def fly_chunk_to_end(
     job: ChunkFlight,
     arrays: list[NDArray[np.float64]],
     start: int,
@@ -78,17 +81,26 @@ def fly_chunk_to_rest(
     limits: Limits,
     buffers: dict[str, NDArray[Any]],
 ) -> FlownChunk:
-    """Fly the fragments start..end-1, and on from every rebound."""
+    """Fly the fragments start..end-1, and on from every ricochet."""
     hits, path = job.fly(arrays, start, end, limits, buffers)
     outcome, status = buffers["outcome"][: end - start], buffers["status"][: end - start]
-    if job.scene.rebounds:
+    if job.scene.ricochets:
         return _fly_on(job, arrays, start, limits, buffers, (outcome.copy(), status.copy(), hits.copy(), path.copy()))
     stopped = np.flatnonzero(status == Status.STOPPED)
     struck = np.ones((stopped.size, 11))
     struck[:, :7], struck[:, 7:9], struck[:, 9] = outcome[stopped, :7], outcome[stopped, 11:13], start + stopped
     still = np.zeros(end - start, dtype=np.int64)
     return FlownChunk(
-        outcome, status, outcome[:, :7], status, outcome[:, 11:13].astype(np.int64), still, hits, path, struck
+        outcome,
+        status,
+        outcome[:, :7],
+        status,
+        outcome[:, 11:13].astype(np.int64),
+        still,
+        hits,
+        path,
+        struck,
+        np.zeros((0, 10)),
     )
 
 
@@ -96,8 +108,8 @@ def _fly_on(
     job: ChunkFlight, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
     flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
 ) -> FlownChunk:  # fmt: skip
-    """Let rebound what has landed or struck, and fly on until all rest."""
-    from flight.kernels.impacts import STRUCK_COLUMNS, settle
+    """Let ricochet what has landed or struck, and fly on until all stay."""
+    from flight.kernels.impacts import GROUND_COLUMNS, STRUCK_COLUMNS, settle
 
     outcome, status, hits, path = flown
     number = len(outcome)
@@ -106,16 +118,21 @@ def _fly_on(
     first[:, 7:11] = outcome[:, 7:11]
     last, last_status = np.zeros((number, 7)), np.zeros(number, dtype=np.int8)
     stopped_by = np.full((number, 2), -1, dtype=np.int64)
-    bounces, contacts = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
-    record, surfaces = np.zeros((number, STRUCK_COLUMNS)), job.scene.surfaces()
+    ricochets, contacts = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
+    record, landed, surfaces = (
+        np.zeros((number, STRUCK_COLUMNS)),
+        np.zeros((number, GROUND_COLUMNS)),
+        job.scene.surfaces(),
+    )
     moving = np.arange(number)
-    all_hits, all_paths, all_struck = [hits], [path], []
+    all_hits, all_paths, all_struck, all_ground = [hits], [path], [], []
     while True:
-        flying, strikes = settle(
-            moving, len(moving), outcome, status, surfaces, job.around.gravity, limits, job.terrain, job.obstacles,
-            first, first_status, last, last_status, stopped_by, bounces, contacts, record,
+        flying, strikes, landings = settle(
+            moving, len(moving), outcome, status, surfaces, limits, job.terrain, job.obstacles,
+            first, first_status, last, last_status, stopped_by, ricochets, contacts, record, landed,
         )  # fmt: skip
         all_struck.append(record[:strikes].copy())
+        all_ground.append(landed[:landings].copy())
         moving = moving[:flying]
         if not flying:
             break
@@ -124,7 +141,7 @@ def _fly_on(
             shape_factor[start + moving],
             last[moving, 1:4],
             last[moving, 4:7],
-            np.column_stack([last[moving, 0], np.full(flying, np.inf)]),
+            np.column_stack([last[moving, 0], np.full(flying, np.inf), ricochets[moving] > 0]),
         ]
         again = [np.ascontiguousarray(array) for array in again]
         hits, path = job.fly(again, 0, flying, limits, buffers)
@@ -134,17 +151,20 @@ def _fly_on(
         first[moving, 10] = np.maximum(first[moving, 10], outcome[:, 10])
         for rows, column, pile in ((hits, FRAGMENT_OF_HIT, all_hits), (path, FRAGMENT_OF_PATH, all_paths)):
             mine = rows.copy()
-            mine[:, column] = start + moving[rows[:, column].astype(np.int64)]
+            who = moving[rows[:, column].astype(np.int64)]
+            mine[:, column] = start + who
+            if pile is all_hits:
+                mine[:, AFTER_GROUND] = ricochets[who] > 0
             pile.append(mine)
     struck = np.concatenate(all_struck)
     struck[:, FRAGMENT_OF_STRIKE] += start
-    if limits.path_points:
-        rest = np.column_stack([last, start + np.arange(number)])
-        all_paths.append(rest[last[:, 0] > first[:, 0]])  # where it slid to
+    ground = np.concatenate(all_ground)
+    ground = ground[ricochets[ground[:, FRAGMENT_OF_LANDING].astype(np.int64)] > 0]
+    ground[:, FRAGMENT_OF_LANDING] += start
     return FlownChunk(
-        first, first_status, last, last_status, stopped_by, bounces,
+        first, first_status, last, last_status, stopped_by, ricochets,
         _sorted(np.concatenate(all_hits), FRAGMENT_OF_HIT), _sorted(np.concatenate(all_paths), FRAGMENT_OF_PATH),
-        _sorted(struck, FRAGMENT_OF_STRIKE),
+        _sorted(struck, FRAGMENT_OF_STRIKE), _sorted(ground, FRAGMENT_OF_LANDING),
     )  # fmt: skip
 
 

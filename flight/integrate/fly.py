@@ -13,15 +13,15 @@ import numpy as np
 from flight.arguments import real_array, require_number
 from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
-from flight.errors import CoarseMapWarning, DragTableWarning, InputError, nearest
+from flight.errors import DragTableWarning, InputError, nearest
 from flight.integrate.contact import FEWEST, Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
 from flight.integrate.legs import legs_between
 from flight.result import FlightResult, Status
 from flight.scene.air import Air, ConstantAir, StandardAtmosphere
-from flight.scene.bounce import Bounce
 from flight.scene.height_map import HeightMap
+from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
 from flight.shape import describe, shaped
 
@@ -41,9 +41,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FlightProgress", "fly"]
 
-RESOLVED_TURN = 20.0  # degrees from cell to cell: a slide from rest on a parabola ends within about 4 % of its length
-NOTABLE_SHARE = 0.01  # of the fragments at rest
-
 
 def fly(
     fragments: Fragments,
@@ -53,7 +50,7 @@ def fly(
     gravity: float = STANDARD_GRAVITY,
     wind: Wind | None = None,
     ground: float | HeightMap | None = 0.0,
-    bounce: Bounce | str | None = None,
+    ricochet: Ricochet | str | None = "soft_soil",
     obstacles: Sequence[Obstacle] = (),
     witnesses: Sequence[Witness] = (),
     integrator: Integrator | None = None,
@@ -84,16 +81,19 @@ def fly(
         Horizontal wind.
     ground : float, HeightMap or None
         Height of flat ground (m), a map of heights, or no ground.
-    bounce : Bounce, str or None
-        How fragments bounce and roll on the ground, or the name of a kind of ground; None: they stay where they land.
+    ricochet : Ricochet, str or None
+        How fragments ricochet off the ground, or the kind of ground (`flight.scene.ricochet.KINDS`); "none" or None:
+        they stay where they land.
     obstacles : sequence of Wall, Barricade or Building
-        What stops fragments, or turns them off.
+        What stops fragments, or lets them ricochet.
     witnesses : sequence of Cylinder, Panel or Polygon
-        Surfaces that record every crossing, up to the landing (with bounces, up to the last; a slide is not recorded).
+        Surfaces that record every crossing: those up to the first impact on the ground as `hits`, later ones as
+        `ricochet_hits`.
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
     contact : Contact, optional
-        Lets fragments strike each other in the first metres, over flat ground without bounce and obstacles.
+        Lets fragments strike each other in the first metres, over flat ground without obstacles. A fragment that has
+        reached the ground strikes none any more.
     shape : flight.shape.Mean, Lognormal or Box, optional
         Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
     domain : Domain, optional
@@ -126,8 +126,8 @@ def fly(
     drag = Drag.of(drag)
     integrator = Adaptive() if integrator is None else integrator
     _check(gravity, time_limit, origin, threads, integrator)
-    scene = Scene(ground, Bounce.of(bounce), tuple(obstacles))
-    scene.check(fragments, gravity, origin)
+    scene = Scene(ground, Ricochet.of(ricochet), tuple(obstacles))
+    scene.check(fragments, origin)
     if contact is not None:
         scene.check_contact()
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
@@ -138,11 +138,11 @@ def fly(
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or _cores()
     if contact is None or len(fragments) < FEWEST:
-        landing, hits, struck, extremes = job.run(threads, on_progress, began)
-        paths = job.paths(chosen)
+        flown = job.run(threads, on_progress, began)
+        extremes, paths = flown.extremes, job.paths(chosen)
         result = FlightResult(
-            landing, hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=struck,
-            near_ground=job.path_lengths,
+            flown.landing, flown.hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=flown.struck,
+            near_ground=job.path_lengths, ricochet_hits=flown.ricochet_hits, ricochets=flown.ricochets,
         )  # fmt: skip
     else:
         result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
@@ -160,9 +160,9 @@ def _fly_in_contact(
     legs = legs_between(job.fragments, encounters.contacts)
     job.fragments, job.clock = legs.fragments, legs.clock
     near, job.near = job.near, None
-    landing, hits, _, extremes = job.run(threads, on_progress, began)
-    flown = legs.flown(landing)
-    landing, hits, extremes = legs.join(landing, hits, extremes)
+    run = job.run(threads, on_progress, began)
+    flown = legs.flown(run.landing)
+    joined = legs.join(run)
     lengths = None
     if near is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
         job.near, job.fragments, job.clock = near, legs.fragments.select(flown), legs.clock[flown]
@@ -170,9 +170,12 @@ def _fly_in_contact(
         job.fragments, job.clock = legs.fragments, legs.clock
         lengths = job.path_lengths
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
-    result = FlightResult(landing, hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths)
+    result = FlightResult(
+        joined.landing, joined.hits, paths, job.witnesses, contacts=encounters.contacts, near_ground=lengths,
+        ricochet_hits=joined.ricochet_hits, ricochets=joined.ricochets,
+    )  # fmt: skip
     result.summary["contact"] = encounters.summary
-    return result, extremes
+    return result, joined.extremes
 
 
 def _air(value: Air | str | float) -> Air:
@@ -224,24 +227,12 @@ def _check(
         raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
 
 
-def _warn_of_coarse_cells(ground: HeightMap, rest: NDArray[np.float64]) -> None:
-    """Warn where fragments came to rest, at (n, 2) positions, on cells that do not resolve the ground's curvature."""
-    number = int((ground.turns_at(rest[:, 0], rest[:, 1]) > math.radians(RESOLVED_TURN)).sum())
-    if number > NOTABLE_SHARE * len(rest):
-        warnings.warn(
-            f"{ground.name}: {number} of {len(rest)} fragments came to rest where the ground turns by more than "
-            f"{RESOLVED_TURN:g} degrees from one cell of {ground.step[0]:g} by {ground.step[1]:g} m to the next; such "
-            "cells do not resolve it, and how far fragments slide depends on them",
-            CoarseMapWarning, stacklevel=4,
-        )  # fmt: skip
-
-
 def _summary(
     result: FlightResult, extremes: NDArray[np.float32], drag: Drag, job: FlightJob, seconds: float
 ) -> dict[str, Any]:
     landing = result.landing
     landed = landing["status"] == Status.LANDED
-    at_rest = landing["rest_position"][landing["rest_status"] == Status.LANDED, :2] - job.origin
+    ended = landing["last_status"] == Status.LANDED
     beyond = int((extremes[:, 3] > drag.highest_mach).sum()) if job.in_air else 0
     below = int((extremes[:, 2] < drag.lowest_mach).sum()) if job.in_air else 0
     if beyond:
@@ -250,19 +241,18 @@ def _summary(
             f"table's last entry (fastest: Mach {extremes[:, 3].max():.3g}); its last coefficient was used there",
             DragTableWarning, stacklevel=3,
         )  # fmt: skip
-    if job.scene.bounce is not None and isinstance(job.scene.ground, HeightMap):
-        _warn_of_coarse_cells(job.scene.ground, at_rest + job.origin)
     return {
         "fragments": len(landing),
         "mass": float(landing["mass"].sum()),
         "landed": int(landed.sum()),
         "status": _by_status(landing, "status"),
-        "rest_status": _by_status(landing, "rest_status"),
-        "max_rest_distance": float(np.sqrt((at_rest**2).sum(axis=1)).max(initial=0.0)),
-        "bounces": int(landing["bounces"].sum()),
+        "last_status": _by_status(landing, "last_status"),
+        "ricochets": int(landing["ricochets"].sum()),
+        "ricocheted": int((landing["ricochets"] > 0).sum()),
         "hits": len(result.hits),
         "obstacle_hits": len(result.obstacle_hits),
-        "max_range": float(landing["distance"].max(where=landed, initial=0.0)),
+        "max_range": float(landing["last_distance"].max(where=ended, initial=0.0)),
+        "max_first_range": float(landing["distance"].max(where=landed, initial=0.0)),
         "drag": drag.name,
         "above_drag_table": beyond,
         "below_drag_table": below,

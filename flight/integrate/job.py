@@ -14,9 +14,9 @@ import numpy as np
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.near_ground import NearGround, PathLengths
 from flight.hazard.density.polar_grid import PolarGrid
-from flight.integrate.after_landing import FlownChunk, fly_chunk_to_rest
+from flight.integrate.after_landing import AFTER_GROUND, FlownChunk, fly_chunk_to_end
 from flight.integrate.integrator import Adaptive, FixedStep
-from flight.result import HITS, LANDING, OBSTACLE_HITS, Trajectories
+from flight.result import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
 from flight.scene.targets import Cylinder, pack
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from flight.scene.wind import Wind
 
-__all__ = ["FlightProgress", "FlightJob"]
+__all__ = ["FlightJob", "FlightProgress", "Flown"]
 
 CHUNK = 2048  # fragments a thread takes at once
 EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
@@ -55,6 +55,22 @@ class FlightProgress:
         return self.wall_seconds * (self.total - self.done) / max(self.done, 1)
 
 
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """What the fragments of a flight did: tables as of `flight.FlightResult`.
+
+    `hits` are crossings before the first impact on the ground, `ricochet_hits` those after it, `struck` impacts on
+    obstacles, `extremes` (n, 4) steps taken and rejected and the lowest and highest Mach number.
+    """
+
+    landing: NDArray[Any]
+    hits: NDArray[Any]
+    ricochet_hits: NDArray[Any]
+    struck: NDArray[Any]
+    ricochets: NDArray[Any]
+    extremes: NDArray[np.float32]
+
+
 class FlightJob:
     """One flight: the tables, and the threads that pull chunks of fragments."""
 
@@ -68,7 +84,7 @@ class FlightJob:
 
         self.trajectory, self.hit_columns = trajectory, events.HIT_COLUMNS
         self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin
-        self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
+        self.clock = np.tile([0.0, math.inf, 0.0], (len(fragments), 1))
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
@@ -90,17 +106,14 @@ class FlightJob:
         self.path_lengths: PathLengths | None = None
         self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
 
-    def run(
-        self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float
-    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[np.float32]]:
-        """Fly all; give landing, hits, hits on obstacles, and per fragment steps, rejected ones, Mach numbers."""
+    def run(self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float) -> Flown:
+        """Fly all."""
         total = len(self.fragments)
         landing = np.zeros(total, dtype=LANDING)
         extremes = np.zeros((total, 4), dtype=np.float32)
         chunks = range(0, total, CHUNK)
-        no_hits, none_struck = np.zeros(0, dtype=HITS), np.zeros(0, dtype=OBSTACLE_HITS)
-        hits: list[NDArray[Any]] = [no_hits] * len(chunks)
-        struck: list[NDArray[Any]] = [none_struck] * len(chunks)
+        kinds = {"hits": HITS, "ricochet_hits": HITS, "struck": OBSTACLE_HITS, "ricochets": RICOCHETS}
+        tables = {name: [np.zeros(0, dtype=kind)] * len(chunks) for name, kind in kinds.items()}
         arrays = [*self._arrays(self.fragments), self.clock]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
@@ -116,8 +129,12 @@ class FlightJob:
                 if index < 0:
                     return
                 end = min(start + CHUNK, total)
-                flown = fly_chunk_to_rest(self, arrays, start, end, self.limits, buffers)
-                hits[index], struck[index] = self._hits(flown.hits), self._struck(flown.struck)
+                flown = fly_chunk_to_end(self, arrays, start, end, self.limits, buffers)
+                later = flown.hits[:, AFTER_GROUND] > 0.0
+                tables["hits"][index] = self._hits(flown.hits[~later])
+                tables["ricochet_hits"][index] = self._hits(flown.hits[later])
+                tables["struck"][index] = self._struck(flown.struck)
+                tables["ricochets"][index] = self._ricochets(flown.ground)
                 self._fill_landing(landing[start:end], start, flown)
                 extremes[start:end] = flown.outcome[:, 7:11]
                 with lock:
@@ -145,7 +162,8 @@ class FlightJob:
                 self.near = NearGround(self.near.grid.up_to(EXTENSION * self.near.grid.reach), self.near.criteria)
                 return self.run(threads, on_progress, began)
             self.path_lengths = PathLengths.of(self.near, [buffers["lengths"] for buffers in counted])
-        return landing, _joined(hits, HITS), _joined(struck, OBSTACLE_HITS), extremes
+        whole = {name: _joined(parts, kinds[name]) for name, parts in tables.items()}
+        return Flown(landing=landing, extremes=extremes, **whole)
 
     def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
         """Fly the chosen fragments again and keep their paths."""
@@ -159,7 +177,7 @@ class FlightJob:
         pieces = []
         for start in range(0, chosen.size, CHUNK):
             end = min(start + CHUNK, chosen.size)
-            pieces.append(fly_chunk_to_rest(self, few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK)).path)
+            pieces.append(fly_chunk_to_end(self, few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK)).path)
         path = np.concatenate(pieces)
         start_rows = np.searchsorted(path[:, 7], np.arange(chosen.size + 1))
         return Trajectories(
@@ -179,7 +197,7 @@ class FlightJob:
 
     def _buffers(self, hits: int, path: int, near: NearGround | None = None) -> dict[str, NDArray[Any]]:
         columns = self.trajectory
-        cells = (0, 0) if near is None else near.grid.shape
+        cells = (2, *((0, 0) if near is None else near.grid.shape))  # before and after the first impact on the ground
         return {
             "chunk_lengths": np.zeros(cells, dtype=np.int64),
             "lengths": np.zeros(cells, dtype=np.int64),
@@ -220,9 +238,11 @@ class FlightJob:
         fragments = self.fragments
         rows["fragment"] = np.arange(start, start + number)
         rows["status"] = flown.status
-        rows["rest_status"], rows["bounces"] = flown.rest_status, flown.bounces
+        rows["last_status"], rows["ricochets"] = flown.last_status, flown.ricochets
         rows["obstacle"], rows["face"] = flown.stopped_by[:, 0], flown.stopped_by[:, 1]
-        rows["rest_time"], rows["rest_position"] = flown.rest[:, 0], flown.rest[:, 1:4]
+        rows["last_time"], rows["last_position"] = flown.last[:, 0], flown.last[:, 1:4]
+        end = flown.last[:, 1:3] - self.origin
+        rows["last_distance"], rows["last_azimuth"] = _horizontal(end), _azimuth(end)
         for name in ("round", "segment", "mass"):
             rows[name] = getattr(fragments, name)[here]
         with np.errstate(over="ignore"):
@@ -240,6 +260,17 @@ class FlightJob:
         fragment = buffer[:, 9].astype(np.int64)
         rows["obstacle"], rows["face"], rows["stopped"] = buffer[:, 7], buffer[:, 8], buffer[:, 10]
         self._fill_impacts(rows, fragment, buffer)
+        return rows
+
+    def _ricochets(self, buffer: NDArray[np.float64]) -> NDArray[Any]:
+        rows = np.zeros(len(buffer), dtype=RICOCHETS)
+        rows["fragment"], rows["number"] = buffer[:, 8], buffer[:, 9]
+        rows["time"], rows["position"] = buffer[:, 0], buffer[:, 1:4]
+        half = 0.5 * self.fragments.mass[rows["fragment"]]
+        rows["energy"], rows["energy_after"] = half * (buffer[:, 4:7] ** 2).sum(axis=1), half * buffer[:, 7] ** 2
+        place = buffer[:, 1:3] - self.origin
+        rows["distance"], rows["azimuth"] = _horizontal(place), _azimuth(place)
+        rows["angle"] = _angles(-buffer[:, 6], _horizontal(buffer[:, 4:6]))
         return rows
 
     def _fill_impacts(self, rows: NDArray[Any], fragment: NDArray[np.int64], buffer: NDArray[np.float64]) -> None:

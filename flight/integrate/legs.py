@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
+    from flight.integrate.job import Flown
 
 __all__ = ["Legs", "legs_between"]
 
@@ -31,8 +32,8 @@ class Legs:
         The fragments at launch.
     fragments : Fragments
         The same at the start of every leg.
-    clock : (legs, 2) float64
-        Start and latest end of each (s); infinite for a fragment's last.
+    clock : (legs, 3) float64
+        Start and latest end of each (s), infinite for a fragment's last; 0: none follows an impact on the ground.
     first : (n + 1,) int64
         First leg of each fragment, and the number of legs.
     """
@@ -51,22 +52,27 @@ class Legs:
         """All legs of the chosen fragments, one fragment after the other."""
         return np.concatenate([np.arange(self.first[i], self.first[i + 1]) for i in chosen] or [np.zeros(0, np.int64)])
 
-    def join(
-        self, landing: NDArray[Any], hits: NDArray[Any], extremes: NDArray[np.float32]
-    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float32]]:
-        """What a flight gave for the legs, as `flight.integrate.job.FlightJob.run` returns it, for the fragments."""
-        owner, starts, last = self.owner, self.first[:-1], self._last(landing)
-        rows = landing[last]
+    def join(self, run: Flown) -> Flown:
+        """What a flight gave for the legs, for the fragments."""
+        owner, starts, last = self.owner, self.first[:-1], self._last(run.landing)
+        rows = run.landing[last]
         launch_speed = np.linalg.norm(self.launched.velocity, axis=1)
         rows["fragment"], rows["initial_speed"] = np.arange(len(rows)), launch_speed
-        flown = hits["fragment"] <= last[owner[hits["fragment"]]]
-        hits = hits[flown]
-        hits["fragment"] = owner[hits["fragment"]]
-        hits["initial_speed"] = launch_speed[hits["fragment"]]
-        joined = np.add.reduceat(extremes, starts)
-        joined[:, 2] = np.minimum.reduceat(extremes[:, 2], starts)
-        joined[:, 3] = np.maximum.reduceat(extremes[:, 3], starts)
-        return rows, hits, joined
+
+        def of_fragments(table: NDArray[Any]) -> NDArray[Any]:
+            table = table[table["fragment"] <= last[owner[table["fragment"]]]]
+            table["fragment"] = owner[table["fragment"]]
+            if "initial_speed" in (table.dtype.names or ()):
+                table["initial_speed"] = launch_speed[table["fragment"]]
+            return table
+
+        joined = np.add.reduceat(run.extremes, starts)
+        joined[:, 2] = np.minimum.reduceat(run.extremes[:, 2], starts)
+        joined[:, 3] = np.maximum.reduceat(run.extremes[:, 3], starts)
+        return replace(
+            run, landing=rows, extremes=joined,
+            **{name: of_fragments(getattr(run, name)) for name in ("hits", "ricochet_hits", "ricochets")},
+        )  # fmt: skip
 
     def _last(self, landing: NDArray[Any]) -> NDArray[np.int64]:
         """Last leg of each fragment (n,): one that ended otherwise than by its clock."""
@@ -101,4 +107,9 @@ def legs_between(fragments: Fragments, contacts: NDArray[Any]) -> Legs:
     order, who = order[lasting], who[lasting]
     flown = replace(fragments.select(who), position=position[order], velocity=velocity[order])
     first = np.searchsorted(who, np.arange(number + 1))
-    return Legs(fragments, flown, np.stack([time[lasting], end[lasting]], axis=1), first.astype(np.int64))
+    return Legs(
+        fragments,
+        flown,
+        np.stack([time[lasting], end[lasting], np.zeros(int(lasting.sum()))], axis=1),
+        first.astype(np.int64),
+    )

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits"]
 
-# time, position (3), velocity (3), witness, fragment, sense of the crossing
-HIT_COLUMNS = 10
+# time, position (3), velocity (3), witness, fragment, sense of the crossing, and one that the caller fills
+HIT_COLUMNS = 11
 
 
 @inner_kernel()

@@ -1,4 +1,4 @@
-"""Impacts at the ends of a chunk's flights: which fragments continue, from where, and where the others rest."""
+"""Impacts at the ends of a chunk's flights: which fragments continue, from where, and where the others stay."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.limits import LANDED, STOPPED, TIME_OUT
 from flight.kernels.obstacles import FIRST_FACE
-from flight.kernels.rebound import LIFT, MOST_CONTACTS, rebound, slide
+from flight.kernels.ricochet import LIFT, MOST_CONTACTS, ricochet
 from flight.kernels.terrain import slope_at
 
 if TYPE_CHECKING:
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["STRUCK_COLUMNS", "settle"]
+__all__ = ["GROUND_COLUMNS", "STRUCK_COLUMNS", "settle"]
 
 # time, position (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
 STRUCK_COLUMNS = 11
-NORMAL, TANGENTIAL, FRICTION, REST_SPEED = 0, 1, 2, 3  # columns of a surface; row 0 the ground, then the obstacles
+# time, position (3), velocity (3) at the impact, speed after it (0: it stays), row of the chunk, ricochets before it
+GROUND_COLUMNS = 10
 
 
 @inner_kernel()
@@ -44,13 +45,7 @@ def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Ar
     return -slope_x / size, -slope_y / size, 1.0 / size
 
 
-@inner_kernel()
-def _strike(record: Array, state: Array, which: int, face: int, row: int, stopped: float) -> None:
-    record[:7] = state[:7]
-    record[7], record[8], record[9], record[10] = which, face, row, stopped
-
-
-def _compile() -> Callable[..., tuple[int, int]]:
+def _compile() -> Callable[..., tuple[int, int, int]]:
     """Compile the loop."""
 
     @kernel
@@ -60,7 +55,6 @@ def _compile() -> Callable[..., tuple[int, int]]:
         outcome: Array,
         status: NDArray[np.int8],
         surfaces: Array,
-        gravity: float,
         limits: Limits,
         terrain: Terrain,
         obstacles: Array,
@@ -69,19 +63,19 @@ def _compile() -> Callable[..., tuple[int, int]]:
         last: Array,
         last_status: NDArray[np.int8],
         stopped_by: Integers,
-        bounces: Integers,
+        ricochets: Integers,
         contacts: Integers,
         struck: Array,
-    ) -> tuple[int, int]:
-        """Bring the fragments `moving` (rows of the chunk), whose flights have just ended, to rest or to the next one.
+        ground: Array,
+    ) -> tuple[int, int, int]:
+        """Let the fragments `moving` (rows of the chunk), whose flights have just ended, ricochet or stay.
 
         `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
         the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
-        which obstacle and face stopped it, (rows, 2); bounces on the ground; all impacts. Returns how many fly on, now
-        first in `moving`, and the rows used of `struck`.
+        which obstacle and face stopped it, (rows, 2); ricochets off the ground; all impacts. Returns how many fly on,
+        now first in `moving`, and the rows used of `struck` (impacts on obstacles) and of `ground` (impacts there).
         """
-        chord = np.empty((2, 3))
-        flying = hits = 0
+        flying = hits = landings = 0
         for k in range(count):
             row, how = moving[k], int(status[k])
             state = last[row]
@@ -92,30 +86,27 @@ def _compile() -> Callable[..., tuple[int, int]]:
             if how == LANDED and first_status[row] == 0:
                 first[row, :7], first_status[row] = outcome[k, :7], LANDED
             goes_on = False
-            surface = surfaces[1 + which]
-            if how in (LANDED, STOPPED) and surface[NORMAL] == surface[NORMAL]:
+            if how in (LANDED, STOPPED):
                 contacts[row] += 1
                 nx, ny, nz = _normal(state, which, face, terrain, obstacles)
-                off = rebound(state, nx, ny, nz, surface[NORMAL], surface[TANGENTIAL])
-                goes_on = contacts[row] < MOST_CONTACTS and (off > surface[REST_SPEED] or (which >= 0 and nz <= 0.0))
-                if goes_on:
-                    bounces[row] += which < 0
-                    if which < 0:
-                        state[3] += LIFT
-                    else:
-                        state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
-                elif which < 0:
-                    off = state[4] * nx + state[5] * ny + state[6] * nz
-                    state[4], state[5], state[6] = state[4] - off * nx, state[5] - off * ny, state[6] - off * nz
-                    how, which, face = slide(state, surface[FRICTION], gravity, limits, terrain, obstacles, chord)
-                    if how == STOPPED:
-                        _strike(struck[hits], state, which, face, row, 1.0)
-                        hits += 1
-            if status[k] == STOPPED:
-                _strike(struck[hits], outcome[k], which, face, row, 0.0 if goes_on else 1.0)
+                goes_on = contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
+            if how == LANDED:
+                record = ground[landings]
+                record[:7] = outcome[k, :7]
+                record[7] = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
+                record[7] = record[7] if goes_on else 0.0
+                record[8], record[9] = row, ricochets[row]
+                landings += 1
+            elif how == STOPPED:
+                record = struck[hits]
+                record[:7] = outcome[k, :7]
+                record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
                 hits += 1
+            if goes_on:
+                ricochets[row] += which < 0
+                state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
             if goes_on and state[0] >= limits.time_limit:
-                goes_on, how = False, TIME_OUT
+                goes_on, how, which, face = False, TIME_OUT, -1, -1
             if goes_on:
                 moving[flying] = row
                 flying += 1
@@ -124,7 +115,7 @@ def _compile() -> Callable[..., tuple[int, int]]:
                 first[row, :7], first_status[row] = outcome[k, :7], how
             last_status[row] = how
             stopped_by[row, 0], stopped_by[row, 1] = which, face
-        return flying, hits
+        return flying, hits, landings
 
     return settle
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["EVENTS_SHAPE", "FACES", "FIRST_FACE", "OBSTACLE_COLUMNS", "enter_obstacles", "enter_on_chord"]
+__all__ = ["EVENTS_SHAPE", "FACES", "FIRST_FACE", "OBSTACLE_COLUMNS", "enter_obstacles"]
 
 FACES = 6
 # a row: unused, box (6), as a witness's; from this column on a point (3) and the outward normal (3) of each face
@@ -90,33 +90,3 @@ def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array)
         if before == 0:
             return events[0, k], int(events[1, k])
     return NOWHERE, -1
-
-
-@inner_kernel(_nrt=False)
-def enter_on_chord(start: Array, end: Array, obstacles: Array) -> tuple[float, int, int]:
-    """As `enter_obstacles` for the straight way from start to end, (3,) each."""
-    theta, which, on = NOWHERE, -1, -1
-    for index in range(obstacles.shape[0]):
-        row = obstacles[index]
-        low, high, entered = 0.0, 1.0, -1
-        nearest, nearest_face = -np.inf, 0
-        for face in range(FACES):
-            column = FIRST_FACE + 6 * face
-            first = last = 0.0
-            for j in range(3):
-                first += row[column + 3 + j] * (start[j] - row[column + j])
-                last += row[column + 3 + j] * (end[j] - row[column + j])
-            if first > nearest:
-                nearest, nearest_face = first, face
-            if first >= 0.0 and last >= 0.0:
-                high = -1.0
-                break
-            if first >= 0.0:
-                position = first / (first - last)
-                if position >= low:
-                    low, entered = position, face
-            elif last >= 0.0:
-                high = min(high, first / (first - last))
-        if low < high and low < theta:
-            theta, which, on = low, index, entered if entered >= 0 else nearest_face
-    return theta, which, on

@@ -22,15 +22,13 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = [
-    "ON_A_LINE", "TERRAIN_PIECES_SHAPE", "Terrain", "cell_ahead", "cross_edges", "cross_terrain", "height_at",
-    "slope_at", "slope_in",
+    "TERRAIN_PIECES_SHAPE", "Terrain", "cross_edges", "cross_terrain", "height_at", "slope_at",
 ]  # fmt: skip
 
 # parts of a step: coefficients of x, y and z, lower and upper end; the last two rows are scratch
 TERRAIN_PIECES_SHAPE = (72, 20)
 _FIRST, _SECOND, _DEEPEST = 70, 71, 68
 _LOW, _HIGH = 18, 19
-ON_A_LINE = 1e-9  # of a cell; what is nearer to a line between cells lies on it
 NOWHERE = 2.0  # beyond the step
 
 
@@ -74,23 +72,10 @@ def height_at(terrain: Terrain, x: float, y: float) -> float:
 
 
 @inner_kernel(_nrt=False)
-def cell_ahead(terrain: Terrain, x: float, y: float, u: float, v: float) -> tuple[int, int]:
-    """Row and column of the cell at a position, on a line between cells the one towards (u, v)."""
-    ahead_x, ahead_y = x + np.sign(u) * ON_A_LINE * terrain.step_x, y + np.sign(v) * ON_A_LINE * terrain.step_y
-    row = _index(ahead_y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
-    return row, _index(ahead_x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
-
-
-@inner_kernel(_nrt=False)
 def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     """Rise of the ground per length along x and along y."""
-    row, column = cell_ahead(terrain, x, y, 0.0, 0.0)
-    return slope_in(terrain, x, y, row, column)
-
-
-@inner_kernel(_nrt=False)
-def slope_in(terrain: Terrain, x: float, y: float, row: int, column: int) -> tuple[float, float]:
-    """`slope_at` of one cell's surface."""
+    row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
+    column = _index(x, terrain.west, terrain.step_x, terrain.heights.shape[1] - 1)
     u = (x - (terrain.west + column * terrain.step_x)) / terrain.step_x
     v = (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
     _, rise_x, rise_y, twist = _shape(terrain, row, column)

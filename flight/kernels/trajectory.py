@@ -91,15 +91,16 @@ def _compile() -> Callable[..., tuple[int, int, bool]]:
     ) -> tuple[int, int, bool]:
         """Fly the fragments start..stop-1; rows of `outcome` and `status` count from `start`.
 
-        `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s).
-        Returns the rows used of `hits` and `path`, in no order of fragments; -1 where one of them had no room for
-        all: fly again with more. Lengths of paths near the ground are added to `lengths` (azimuth, distance; without
-        rows: not counted); last comes whether its cells reach far enough.
+        `clock` (n, 3) holds the time of each launch, the time at which that flight ends at the latest (s), and whether
+        it follows an impact on the ground (1) or not (0). Returns the rows used of `hits` and `path`, in no order of
+        fragments; -1 where one of them had no room for all: fly again with more. Lengths of paths near the ground are
+        added to `lengths` (before and after the first impact on the ground, azimuth, distance; without azimuths: not
+        counted); last comes whether its cells reach far enough.
         """
         if stop <= start:
             return 0, 0, True
         inside = True
-        counted_below = highest_counted(limits, terrain, near) if lengths.shape[0] > 0 else -np.inf
+        counted_below = highest_counted(limits, terrain, near) if lengths.shape[1] > 0 else -np.inf
         q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
         out, points, stack, roots = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE), np.empty(16)
         pieces, events = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
@@ -188,7 +189,7 @@ def _compile() -> Callable[..., tuple[int, int, bool]]:
                     near_end = built_up or may_end(low, high, limits)
                     passing = low < counted_below and 0.5 * mass[fragment] * _fastest(q, lane) >= near.energy
                     if passing and not near_end:
-                        counted = count_chord(q, lane, mass[fragment], limits, near, lengths)
+                        counted = count_chord(q, lane, mass[fragment], limits, near, lengths[int(clock[fragment, 2])])
                         passing = counted < 0
                         inside &= counted != 0
                     if near_end or passing or witnesses.shape[0] > 0 or many_points > 0:
@@ -205,7 +206,17 @@ def _compile() -> Callable[..., tuple[int, int, bool]]:
                             velocity_points(q, lane, points)
                         if passing:
                             inside &= count_path(
-                                points, until, h, mass[fragment], limits, terrain, near, lengths, stack, roots, out
+                                points,
+                                until,
+                                h,
+                                mass[fragment],
+                                limits,
+                                terrain,
+                                near,
+                                lengths[int(clock[fragment, 2])],
+                                stack,
+                                roots,
+                                out,
                             )
                         if meets:
                             hit_count = record_hits(

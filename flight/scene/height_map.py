@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -180,30 +179,6 @@ class HeightMap:
         return np.asarray(
             (1 - v) * ((1 - u) * h[j, i] + u * h[j, i + 1]) + v * ((1 - u) * h[j + 1, i] + u * h[j + 1, i + 1])
         )
-
-    def turns_at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Largest angle (rad) at positions on the map by which its surface turns from the cell there to a next one."""
-        turns = self._turns
-        row = np.clip((np.asarray(y) - self.corner[1]) / self.step[1], 0, turns.shape[0] - 1).astype(int)
-        column = np.clip((np.asarray(x) - self.corner[0]) / self.step[0], 0, turns.shape[1] - 1).astype(int)
-        return np.asarray(turns[row, column])
-
-    @cached_property
-    def _turns(self) -> NDArray[np.float64]:
-        """The angles of `turns_at` by cell; once a map, which all realisations share."""
-        h = self.heights
-        east, north = np.diff(h, axis=1) / self.step[0], np.diff(h, axis=0) / self.step[1]
-        level = np.ones((h.shape[0] - 1, h.shape[1] - 1))
-        normals = np.stack([-0.5 * (east[:-1] + east[1:]), -0.5 * (north[:, :-1] + north[:, 1:]), level])
-        normals /= np.sqrt((normals**2).sum(axis=0))
-        turns = np.zeros(normals.shape[1:])
-        for axis in (0, 1):
-            here, there = (normals.take(range(k, turns.shape[axis] - 1 + k), axis=axis + 1) for k in (0, 1))
-            turn = np.arccos(np.clip((here * there).sum(axis=0), -1.0, 1.0))
-            before, after = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
-            before[axis], after[axis] = (1, 0), (0, 1)
-            turns = np.maximum(turns, np.maximum(np.pad(turn, before), np.pad(turn, after)))
-        return np.asarray(turns)
 
     def table(self) -> Terrain:
         """The map for the kernels, with the greatest heights of its cells and of blocks of them."""

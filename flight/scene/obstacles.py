@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
-from flight.scene.bounce import Bounce
+from flight.scene.ricochet import Ricochet
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -51,7 +51,7 @@ class Wall(_AlongLine):
 
     thickness: float = 0.2
     base: float | None = None
-    ricochet: Bounce | str | None = None
+    ricochet: Ricochet | str | None = None
     name: str = "wall"
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "top", "under")
 
@@ -76,7 +76,7 @@ class Barricade(_AlongLine):
     crest_width: float = 1.0
     slope: float = 2.0
     base: float | None = None
-    ricochet: Bounce | str | None = None
+    ricochet: Ricochet | str | None = None
     name: str = "barricade"
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "crest", "under")
 
@@ -107,7 +107,7 @@ class Building:
     height: float
     azimuth: float = 0.0
     base: float | None = None
-    ricochet: Bounce | str | None = None
+    ricochet: Ricochet | str | None = None
     name: str = "building"
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "back", "front", "roof", "under")
 
@@ -245,7 +245,7 @@ def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]
     if obstacle.base is not None and not math.isfinite(obstacle.base):
         raise InputError(f"obstacle {name}: base is {obstacle.base}, needed: a finite height (m), or None: the ground")
     try:
-        Bounce.of(obstacle.ricochet)
+        Ricochet.of(obstacle.ricochet)
     except InputError as error:
         raise InputError(f"obstacle {name}: {error}") from None
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from flight.arguments import require_number
 from flight.errors import InputError
-from flight.scene.bounce import Bounce
 from flight.scene.height_map import HeightMap
 from flight.scene.obstacles import Obstacle, depth_in, pack_obstacles
+from flight.scene.ricochet import Ricochet
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,21 +22,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene"]
 
-ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.rebound
+ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.ricochet
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The ground (height in m, map, or None), how fragments bounce on it (None: not at all), and the obstacles."""
+    """The ground (height in m, map, or None), how fragments ricochet off it (None: not at all), and the obstacles."""
 
     ground: float | HeightMap | None = 0.0
-    bounce: Bounce | None = None
+    ricochet: Ricochet | None = None
     obstacles: tuple[Obstacle, ...] = ()
 
     @property
-    def rebounds(self) -> bool:
+    def ricochets(self) -> bool:
         """Whether any flight goes on after an impact."""
-        return self.bounce is not None or any(obstacle.ricochet is not None for obstacle in self.obstacles)
+        return (self.ricochet is not None and self.ground is not None) or any(
+            Ricochet.of(obstacle.ricochet) is not None for obstacle in self.obstacles
+        )
 
     @property
     def flat_height(self) -> float:
@@ -62,8 +64,8 @@ class Scene:
         return pack_obstacles(self.obstacles, lowest, self.ground_at)
 
     def surfaces(self) -> NDArray[np.float64]:
-        """How fragments bounce on the ground, then on each obstacle."""
-        return Bounce.table([self.bounce, *(Bounce.of(obstacle.ricochet) for obstacle in self.obstacles)])
+        """How fragments ricochet off the ground, then off each obstacle."""
+        return Ricochet.table([self.ricochet, *(Ricochet.of(obstacle.ricochet) for obstacle in self.obstacles)])
 
     def lifted(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Places at which fragments start: those on a map's surface just above it."""
@@ -73,12 +75,8 @@ class Scene:
         lifted[:, 2] = np.maximum(lifted[:, 2], self.ground.at(position[:, 0], position[:, 1]) + ON_THE_GROUND)
         return lifted
 
-    def check(self, fragments: Fragments, gravity: float, origin: tuple[float, float]) -> None:
+    def check(self, fragments: Fragments, origin: tuple[float, float]) -> None:
         """Refuse what cannot be flown: fragments below the ground, off the map, in an obstacle; an origin in one."""
-        if self.bounce is not None and not gravity > 0.0:
-            raise InputError(f"bounce: gravity is {gravity} m/s2; without weight nothing comes to rest")
-        if self.bounce is not None and self.ground is None:
-            raise InputError("bounce: there is no ground to bounce on")
         if self.ground is not None and not isinstance(self.ground, HeightMap):
             require_number("fly", "ground", self.ground, "m")
         if isinstance(self.ground, float | int) and not math.isfinite(self.ground):
@@ -91,16 +89,12 @@ class Scene:
             self._check_above(fragments, np.full(len(fragments), float(self.ground)), f"at {self.ground} m")
 
     def check_contact(self) -> None:
-        """Refuse contact between fragments over anything but flat ground where they stay: nothing else is supported."""
-        meets = {
-            "a height map": isinstance(self.ground, HeightMap),
-            "bounce": self.bounce is not None,
-            "obstacles": bool(self.obstacles),
-        }
+        """Refuse contact between fragments over anything but flat ground: nothing else is supported."""
+        meets = {"a height map": isinstance(self.ground, HeightMap), "obstacles": bool(self.obstacles)}
         if found := [name for name, there in meets.items() if there]:
             raise InputError(
                 f"contact: found together with {' and '.join(found)}, which are not supported "
-                "together; allowed: flat ground or none, without bounce and obstacles"
+                "together; allowed: flat ground or none, without obstacles"
             )
 
     def check_places(self, position: NDArray[np.float64], origin: tuple[float, float], what: str) -> None:

@@ -70,11 +70,8 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
         yield from (f"flight.ground.{key}" for key in ("site", "datum", "holes"))
     else:
         yield "flight.ground.height"
-    if not ground.bounce:
-        yield from (
-            f"flight.ground.{key}"
-            for key in ("surface", "normal_restitution", "tangential_restitution", "friction")
-        )  # fmt: skip
+    if ground.ricochet == "none":
+        yield from (f"flight.ground.{key}_factor" for key in ("critical_angle", "speed_kept", "departure", "roughness"))
     if not own_fragments or (len(case.round) < 2 and not any(plane.kind == "symmetry" for plane in case.plane)):
         yield "hazard.stack_rule"
     if own_fragments:

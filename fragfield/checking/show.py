@@ -159,16 +159,18 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
             f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; fragments beyond it are not followed",
             markup=False,
         )
-    if bounce := found["bounce"]:
-        console.print(
-            f"bounce: {bounce['name']}, restitution {bounce['normal']:g} normal and {bounce['tangential']:g} along, "
-            f"friction {bounce['friction']:g}" + (f"; {bounce['source']}" if bounce["source"] else ""),
-            markup=False,
+    law = found["ricochet"]
+    words = "none: fragments stay where they land"
+    if law is not None:
+        words = (
+            f"{law['name']}, up to {law['critical_angle']:.3g} degrees, where {law['speed_kept']:.2g} of the speed is "
+            f"kept; departure at {law['departure']:.2g} of the angle of impact, roughness {law['roughness']:.2g} deg"
         )
+    console.print(f"ricochet off the ground: {words}", markup=False)
     for entry in found["obstacles"]:
         console.print(
             f"obstacle {entry['name']}: {entry['kind']}, z {entry['base']:.4g} to {entry['top']:.4g} m, "
-            + ("stops fragments" if entry["ricochet"] is None else f"turns fragments off like {entry['ricochet']}"),
+            + ("stops fragments" if entry["ricochet"] == "none" else f"ricochet as off {entry['ricochet']}"),
             markup=False,
         )
     for entry in found["exposed"]:

@@ -17,6 +17,7 @@ __all__ = [
     "margin_metres",
     "metres",
     "metres_and_error",
+    "ricochet_words",
     "single_words",
     "whole_metres",
 ]
@@ -97,6 +98,18 @@ def metres_and_error(value: float | None, error: float | None, between: str = " 
     if value is None or error is None:
         return whole_metres(value, NOT_DETERMINED)
     return f"{whole_metres(value)}{between}±{between}{error:.{1 if error < 9.95 else 0}f}"
+
+
+def ricochet_words(hazard: Mapping[str, Any]) -> str:
+    """Off what fragments ricochet in the hazard distance, and the same distance without; empty in older summaries."""
+    short = hazard.get("without_ricochet")
+    if not short:
+        return ""
+    kind = hazard.get("ricochet", "none")
+    if kind == "none":
+        return "without ricochet: every fragment stays where it first meets the ground"
+    shown = "upper" if short["upper"] is not None else "distance"
+    return f"with ricochet off {kind.replace('_', ' ')}; without ricochet {metres(short[shown])}"
 
 
 def single_words(hazard: Mapping[str, Any]) -> str:

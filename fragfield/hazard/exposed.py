@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightResult, Fragments
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from flight.scene.targets import Witness
     from fragfield.case import Case
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
 
 LEVEL = 0.95
+_SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
 NORMAL = 1.6448536269514722  # of the normal distribution, at that level
 
 
@@ -88,8 +90,8 @@ class ExposedPlaces:
 
         return surfaces_of([prism for site in self.sites for prism in site.prisms])
 
-    def count(self, result: FlightResult, fragments: Fragments, first: int) -> NDArray[Any]:
-        """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`."""
+    def count(self, result: FlightResult, fragments: Fragments, first: int, *, ricochet: bool = True) -> NDArray[Any]:
+        """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`, with or without ricochet."""
         from flight.hazard.exposed import count_exposed
 
         prisms = [prism for site in self.sites for prism in site.prisms]
@@ -97,7 +99,7 @@ class ExposedPlaces:
             return count_exposed(result, prisms, first, fragments.position, np.zeros(0))
         with np.errstate(over="ignore"):
             speed = np.linalg.norm(fragments.velocity, axis=1)
-        return count_exposed(result, prisms, first, fragments.position, speed)
+        return count_exposed(result, prisms, first, fragments.position, speed, ricochet=ricochet)
 
 
 @dataclass(eq=False)
@@ -119,9 +121,13 @@ class ExposedSums:
     _with_hits: NDArray[np.int64] | None = None
     _with_through: NDArray[np.int64] | None = None
     _energy: NDArray[np.float64] | None = None
+    _short: ExposedSums | None = None
 
-    def add(self, counts: NDArray[Any]) -> None:
-        """Add the counts of one realisation (prisms,)."""
+    def add(self, counts: NDArray[Any], short: NDArray[Any] | None = None) -> None:
+        """Add the counts of one realisation (prisms,), and those without ricochet."""
+        if short is not None:
+            self._short = self._short or ExposedSums(self.sites)
+            self._short.add(short)
         for name in counts.dtype.names or ():
             values = counts[name].astype(np.float64)
             self._sums[name] = self._sums.get(name, 0.0) + values
@@ -156,7 +162,10 @@ class ExposedSums:
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
-        values = self._building(pieces[0], site) if site.is_building else self._open(case, pieces, site, found)
+        values = self._values(case, site, pieces, found, found.expected)
+        if self._short is not None:
+            short = self._short._values(case, site, pieces, found, found.without_ricochet or found.expected)
+            values["without_ricochet"] = {name: short[name] for name in _SHORT}
         quantity, limit = _criterion(case, site)
         determined = not found.undetermined
         entry: dict[str, Any] = {
@@ -177,7 +186,14 @@ class ExposedSums:
         entry["margin"] = _margin(away, distance, found)
         return entry
 
-    def _open(self, case: Case, pieces: range, site: ExposedSite, found: EnsembleHazard) -> dict[str, Any]:
+    def _values(
+        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance | None
+    ) -> dict[str, Any]:
+        if site.is_building:
+            return self._building(pieces[0], site)
+        return self._open(case, pieces, site, None if found.undetermined else expected)
+
+    def _open(self, case: Case, pieces: range, site: ExposedSite, expected: ExpectedDistance | None) -> dict[str, Any]:
         normal, ground = [], []
         for index, prism in zip(pieces, site.prisms, strict=True):
             normal.append(self._mean("track", index, prism.volume, prism.longest))
@@ -186,7 +202,7 @@ class ExposedSums:
             np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
         )
         counted = {"normal": _worst(normal), "ground": _worst(ground)}
-        around = _all_round(case, site, found)
+        around = _all_round(case, site, expected)
         density = around or counted
         table = site.table
         target = site.area * getattr(table, "number", 1.0)
@@ -228,7 +244,9 @@ class ExposedSums:
         }
 
 
-def _all_round(case: Case, site: ExposedSite, found: EnsembleHazard) -> dict[str, dict[str, float | None]] | None:
+def _all_round(
+    case: Case, site: ExposedSite, expected: ExpectedDistance | None
+) -> dict[str, dict[str, float | None]] | None:
     """Densities over all azimuths, the largest over the distances of a site; None where they are not the site's.
 
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
@@ -236,9 +254,9 @@ def _all_round(case: Case, site: ExposedSite, found: EnsembleHazard) -> dict[str
     """
     from flight.hazard.density.estimate import KINDS
 
-    expected, prism = found.expected, site.prisms[0]
+    prism = site.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height
-    if expected is None or expected.direction is not None or found.undetermined or not expected.density_high.size:
+    if expected is None or expected.direction is not None or not expected.density_high.size:
         return None
     if (prism.energy, prism.height) != usual:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, NotDeterminedError
-from fragfield.hazard.certainty import basis_words, is_determined, metres
+from fragfield.hazard.certainty import basis_words, is_determined, metres, ricochet_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,6 +57,15 @@ class HazardDistance:
         return self._optional("standard_error")
 
     @property
+    def without_ricochet(self) -> dict[str, float | None]:
+        """`distance`, `upper` and `standard_error` (m) of the same flights up to the first impact on the ground.
+
+        The numbers above count what fragments do after it too; where `flight.ground.ricochet` is "none" both are one.
+        """
+        self._number("distance")
+        return dict(self._found.get("without_ricochet") or {})
+
+    @property
     def direction(self) -> float | None:
         """Azimuth of the worst direction (degrees from +x); None where the distance is of all azimuths."""
         return self._optional("direction_deg")
@@ -104,6 +113,8 @@ class HazardDistance:
         if not self.determined:
             return f"hazard distance: not determined\n  {self.reason}"
         number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}; {basis_words(self._found)}"
+        if words := ricochet_words(self._found):
+            number += f"; {words}"
         if self.upper is None:
             return f"hazard distance: {metres(self.distance)}, no upper bound: {number}"
         return (

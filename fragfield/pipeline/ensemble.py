@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
     from flight.hazard.balance import Balance
     from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.density.groups import DensityGroups
     from flight.hazard.density.polar_grid import PolarGrid
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
@@ -185,6 +186,9 @@ class _Found:
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         self.together = source.together
         self.groups = DensityGroups(Directions(grid, basis, kernel, used), self.together)
+        self.short: DensityGroups | None = None  # without ricochet
+        if job.case.flight.ground.ricochet != "none":
+            self.short = DensityGroups(self.groups.directions, self.together)
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
@@ -194,9 +198,11 @@ class _Found:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
         for number, part in zip(numbers, parts, strict=True):
             self.groups.add(*part.fields)
+            if self.short is not None:
+                self.short.add(*part.short)
             self.balance += part.balance
             if self.exposed.sites:
-                self.exposed.add(part.exposed)
+                self.exposed.add(part.exposed, part.exposed_short)
             if number < KEPT:
                 assert part.counts is not None  # of the first ones
                 self.counts.append(part.counts)
@@ -214,13 +220,18 @@ class _Found:
         wanted = min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
         return min(-(-wanted // self.together) * self.together, most)
 
-    def assess(self, *, quick: bool = False, every_direction: bool = True) -> ExpectedDistance:
-        """The distance by what has been flown; `quick` by fewer draws, which like fewer directions saves time."""
+    def assess(
+        self, groups: DensityGroups | None = None, *, quick: bool = False, every_direction: bool = True
+    ) -> ExpectedDistance:
+        """The distance by what has been flown; `quick` by fewer draws, which like fewer directions saves time.
+
+        By the densities of all legs of the flights, or by those of other `groups`.
+        """
         from flight.hazard.density.expected import DRAWS, expected_distance
 
         draws = DRAWS // 4 if quick else DRAWS
         return expected_distance(
-            self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick
+            groups or self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick
         )
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
@@ -233,6 +244,7 @@ class _Found:
         found = assess_ensemble(
             Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
             undetermined=self.balance.reason,
+            without_ricochet=None if self.short is None else self.assess(self.short),
         )  # fmt: skip
         exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
         return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)
@@ -240,13 +252,15 @@ class _Found:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """What one realisation gave; `counts` and `tables` of the first ones alone."""
+    """What one realisation gave; `counts` and `tables` of the first ones alone, `short` what is without ricochet."""
 
     counts: Tally | None
     tables: dict[str, NDArray[Any]]
     fields: tuple[NDArray[np.float64], NDArray[np.float64]]
     balance: Balance
     exposed: NDArray[Any]
+    short: tuple[NDArray[np.float64], NDArray[np.float64]]
+    exposed_short: NDArray[Any]
 
 
 class Flights:
@@ -311,7 +325,7 @@ class Flights:
         fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
         result = flight.fly(fragments, **arguments, near_ground=self.near, threads=threads, on_progress=on_progress)
-        exposed = self.exposed.count(result, fragments, self.own)
+        exposed, without = (self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False))
         if len(result.witnesses) > self.own:
             own = result.hits["witness"] < self.own
             result = replace(result, witnesses=result.witnesses[: self.own], hits=result.hits[own])
@@ -320,14 +334,14 @@ class Flights:
             self.first = result
         lowest = ground if isinstance(ground, float) else float(ground.heights.min())
         balance = Balance.of(result, fragments, self.criteria, lowest=lowest, gravity=self.case.flight.gravity)
-        fields = fields_of(result)
+        fields, short = fields_of(result), fields_of(result, ricochet=False)
         if number >= KEPT:
-            return _Part(None, {}, fields, balance, exposed)
+            return _Part(None, {}, fields, balance, exposed, short, without)
         width = 360.0 / self.case.hazard.sectors
         counts = tally(result, self.criteria, sector_width=width, distance=self.case.hazard.distance_cell)
         names = [surface.name for surface in result.witnesses]
         tables = {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
-        return _Part(counts, tables, fields, balance, exposed)
+        return _Part(counts, tables, fields, balance, exposed, short, without)
 
     def _expect(self, fragments: int) -> None:
         """How many fragments there will be, if all realisations have so many."""

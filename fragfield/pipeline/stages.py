@@ -120,7 +120,7 @@ def fly(job: Job, stage: Stage) -> None:
         summary["fragments_file"] = job.fragments.name
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
-                "attitude": flown_attitude(job, flown)}  # fmt: skip
+                "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
     obstacles = flown.first.by_face(criteria.energy)

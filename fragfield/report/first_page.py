@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.hazard.certainty import WHICH_NUMBER, basis_words, whole_metres
+from fragfield.hazard.certainty import WHICH_NUMBER, basis_words, ricochet_words, whole_metres
 from fragfield.report.blocks import (
     Block,
     Card,
@@ -101,6 +101,12 @@ def _distances(run: RunFiles) -> list[Card]:
             _distance("Hazard distance, upper bound (95 %)", hazard["upper"], f"the distance to apply; {where}"),
             _distance("Distance of the expected density", hazard["distance"], error),
         ]
+    short = hazard.get("without_ricochet")
+    if short:
+        shown = short["distance"] if short["upper"] is None else short["upper"]
+        cards.append(
+            _distance("The same without ricochet", shown, f"beside it, {ricochet_words(hazard).partition(';')[0]}")
+        )
     single = hazard["single_event"]
     span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
     return [

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, single_words
+from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.pipeline.convergence import convergence_words
 from fragfield.terminal.progress import duration
@@ -147,6 +147,10 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
             ("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard)),
             ("distance of the expected density", metres(hazard["distance"]), error),
         ]
+    short = hazard.get("without_ricochet")
+    if short:
+        shown = short["distance"] if short["upper"] is None else short["upper"]
+        lines.append(("  the same without ricochet", metres(shown), ricochet_words(hazard).partition(";")[0]))
     lines += [
         ("not hazard distances: single events", single_words(hazard), "5 to 95 %"),
         ("  largest throw", metres(hazard["largest_throw"]), "of a single fragment"),

@@ -45,7 +45,9 @@ ABOVE_ZERO = {
     "width of a building": lambda v: flight.Building((0, 0), 1.0, v, 1.0),
     "height of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, v),
     "speed of sound": lambda v: flight.ConstantAir(1.2, v),
-    "speed of rest": lambda v: flight.Bounce(0.5, 0.5, 0.5, v),
+    "critical angle": lambda v: flight.Ricochet(v, 0.5, 0.1),
+    "speed kept": lambda v: flight.Ricochet(8.0, v),
+    "departure": lambda v: flight.Ricochet(8.0, 0.5, v),
     "factor of a drag table": lambda v: flight.Drag.of("sphere").scaled(v),
     "mean shape factor": flight.shape.Mean,
     "median shape factor": lambda v: flight.shape.Lognormal(0.2, v),
@@ -70,7 +72,6 @@ ABOVE_ZERO = {
 }  # fmt: skip
 ZERO_OR_MORE = {
     "density of air": flight.ConstantAir,
-    "friction": lambda v: flight.Bounce(0.5, 0.5, v),
     "drag coefficient": flight.Drag.constant,
     "entry of a drag table": lambda v: flight.Drag(np.array([0.0, 1.0]), np.array([1.0, v])),
     "slope of a bank": lambda v: flight.Barricade((0, 0), (1, 0), 2.0, slope=v),
@@ -140,8 +141,9 @@ def test_what_must_be_finite_may_have_either_sign_or_be_zero(name):
     [
         (flight.Adaptive, 1e-14, 1e-2),
         (flight.StandardAtmosphere, -5000.0, 84_000.0),
-        (lambda v: flight.Bounce(v, 0.5, 0.5), 0.0, 1.0),
-        (lambda v: flight.Bounce(0.5, v, 0.5), 0.0, 1.0),
+        (lambda v: flight.Ricochet(v, 0.5, 1.0), 5e-324, 60.0),
+        (lambda v: flight.Ricochet(8.0, v), 5e-324, 1.0),
+        (lambda v: flight.Ricochet(8.0, 0.5, roughness=v), 0.0, 20.0),
         (lambda v: flight.Contact(restitution=v), 0.0, 1.0),
         (lambda v: Site(v, 0.0, 0.0), -89.0, 89.0),
         (lambda v: flight.Drag(np.array([v]), np.ones(1)), 0.0, 100.0),
@@ -265,10 +267,9 @@ def test_defaults_are_those_of_no_argument():
     assert assess_ensemble(COUNTS, Criteria(energy=5.0)).criteria.energy == 5.0
 
 
-def test_ground_and_bounce_must_fit_together():
+def test_ground_and_ricochet_fit_together():
     assert flown(ground=None, time_limit=0.1).summary["landed"] == 0
-    assert flown(ground=0.0, bounce="rock").summary["landed"] == 2
-    for wrong in ({"ground": None, "bounce": "rock"}, {"gravity": 0.0, "bounce": "rock"}, {"ground": 2.0}):
-        with pytest.raises(flight.InputError):
-            flown(**wrong)
+    assert flown(ground=0.0, ricochet="rock").summary["landed"] == 2
+    with pytest.raises(flight.InputError):
+        flown(ground=2.0)
     assert flown(gravity=0.0, ground=None, time_limit=0.1).summary["landed"] == 0

@@ -299,8 +299,7 @@ def test_messages(argument: dict[str, float], message: str) -> None:
     ("argument", "found"),
     [
         ({"ground": HeightMap(np.zeros((2, 2)), step=1e4, corner=(-5e3, -5e3))}, "a height map"),
-        ({"bounce": "asphalt"}, "bounce"),
-        ({"obstacles": [Wall((30.0, -9.0), (30.0, 9.0), 2.0)], "bounce": "sand"}, "bounce and obstacles"),
+        ({"obstacles": [Wall((30.0, -9.0), (30.0, 9.0), 2.0)]}, "obstacles"),
     ],
 )
 def test_refused_beside_what_it_does_not_know(argument: dict[str, object], found: str) -> None:
@@ -309,6 +308,23 @@ def test_refused_beside_what_it_does_not_know(argument: dict[str, object], found
         match=rf"contact: found together with {found}, which are not supported together; allowed: flat ground",
     ):
         fly(stack(4), contact=Contact(), **argument)
+
+
+def test_ricochet_after_contact() -> None:
+    """Fragments that are struck ricochet from their last leg, and those that are not as without contact."""
+    fragments = stack(600, seed=3)
+    dead = fly(fragments, contact=Contact(), ricochet="none")
+    alive, free = (fly(fragments, contact=one, ricochet="rock") for one in (Contact(), None))
+    assert np.array_equal(dead.landing["position"], alive.landing["position"])
+    assert alive.hits.tobytes() == dead.hits.tobytes()
+    struck = np.unique(np.concatenate([alive.contacts["first"], alive.contacts["second"]]))
+    others = np.setdiff1d(np.arange(len(fragments)), struck)
+    assert len(struck) > 10
+    assert alive.landing[others].tobytes() == free.landing[others].tobytes()
+    assert (alive.landing["ricochets"][struck] > 0).any()
+    first = alive.ricochets[alive.ricochets["number"] == 0]
+    assert np.array_equal(first["fragment"], np.flatnonzero(alive.landing["ricochets"] > 0))
+    assert np.array_equal(first["position"], alive.landing["position"][first["fragment"]])
 
 
 def test_contacts_are_written_and_read_back(tmp_path: Path) -> None:

@@ -23,7 +23,6 @@ from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
 from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
 from flight.kernels.near_ground import _cell_of, _nearest
 from flight.kernels.number_text import LARGEST, _scaled, powers_of_ten
-from flight.kernels.rebound import _leave_on_chord
 from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE
 from flight.kernels.terrain import Terrain
@@ -100,40 +99,6 @@ def test_a_step_ends_where_its_straight_path_meets_the_first_limit(limits, end, 
     found, how = ending(points, NOWHERE._replace(**limits), pieces, stack, roots)
     assert found == pytest.approx(share, abs=1e-12)
     assert how == status
-
-
-@pytest.mark.parametrize(
-    ("end", "share"),
-    [
-        ((-30.0, 7.0), 21.0 / 31.0),
-        ((51.0, 7.0), 39.0 / 50.0),
-        ((4.0, -19.0), 12.0 / 21.0),
-        ((4.0, 29.0), 18.0 / 27.0),
-        ((61.0, 29.0), 39.0 / 60.0),  # over a corner: the eastern edge first
-        ((61.0, 92.0), 18.0 / 90.0),
-        ((-41.0, -34.0), 12.0 / 36.0),
-        ((39.0, 19.0), 2.0),
-    ],
-)
-def test_a_slide_leaves_a_map_over_its_nearest_edge(end, share) -> None:
-    """From (1, 2) straight on."""
-    found = _leave_on_chord(np.array([1.0, 2.0, 0.0]), np.array([*end, 0.0]), NOWHERE, MAP)
-    assert found == pytest.approx(share, abs=1e-12)
-
-
-def test_a_slide_leaves_the_domain_on_its_circle() -> None:
-    limits = NOWHERE._replace(origin_x=3.0, origin_y=-1.0, domain_radius=5.0)
-    start = np.array([4.0, 1.0, 0.0])
-    for turn in np.radians([10.0, 100.0, 200.0, 300.0]):
-        way = np.array([math.cos(turn), math.sin(turn), 0.0])
-        x, y = start[0] - 3.0, start[1] + 1.0
-        along = x * way[0] + y * way[1]
-        length = math.sqrt(along * along + 25.0 - x * x - y * y) - along
-        for reach in (1.05, 1.5, 4.0):
-            share = _leave_on_chord(start, start + reach * length * way, limits, FLAT)
-            assert share == pytest.approx(1.0 / reach, rel=1e-12)
-        assert _leave_on_chord(start, start + 0.99 * length * way, limits, FLAT) == 2.0
-    assert _leave_on_chord(start, start + 0.5, limits, FLAT) == 2.0
 
 
 def test_two_paths_close_by_the_rate_of_their_distance() -> None:

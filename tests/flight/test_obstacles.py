@@ -11,7 +11,6 @@ import pytest
 
 from flight import (
     Barricade,
-    Bounce,
     Building,
     Cylinder,
     FixedStep,
@@ -19,6 +18,7 @@ from flight import (
     HeightMap,
     InputError,
     Panel,
+    Ricochet,
     Status,
     Wall,
     fly,
@@ -74,7 +74,7 @@ OBSTACLES = [
 
 def check_none_passes(number: int, seed: int) -> None:
     fragments = vacuum_cloud(number, seed)
-    result = fly(fragments, air="vacuum", obstacles=OBSTACLES)
+    result = fly(fragments, air="vacuum", obstacles=OBSTACLES, ricochet="none")
     w, z = fragments.velocity[:, 2], fragments.position[:, 2]
     root = np.sqrt(w * w + 2.0 * GRAVITY * z)
     landing = np.where(w > 0.0, (w + root) / GRAVITY, 2.0 * z / (root - w))
@@ -172,41 +172,55 @@ def test_faces_of_a_building() -> None:
 
 
 def test_ricochet_off_a_wall() -> None:
-    """Straight at a wall without gravity: it comes back with a share of the speed, along the wall with another."""
-    wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet=Bounce(0.4, 0.9, 0.5))
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (100.0, 20.0, 0.0))
+    """Along a wall at 11 degrees without gravity: it leaves by the law of its own, in the plane of the impact."""
+    law = Ricochet(30.0, 0.5, 0.4)
+    wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet=law)
+    shot = Fragments.from_arrays(0.02, (0.0, -40.0, 1.0), (20.0, 100.0, 0.0))
     result = fly(shot, air="vacuum", gravity=0.0, time_limit=1.0, obstacles=[wall], sample=[0])
-    time = 9.5 / 100.0
+    time = 9.5 / 20.0
     hit, row = result.obstacle_hits[0], result.landing[0]
     assert (hit["stopped"], hit["time"], hit["speed"]) == (0, pytest.approx(time), pytest.approx(math.hypot(100, 20)))
     assert (row["status"], row["obstacle"]) == (Status.TIME_OUT, -1)
-    left = 1.0 - time
-    assert row["position"] == pytest.approx([9.5 - 40.0 * left, 20.0 * time + 18.0 * left, 1.0], abs=1e-6)
-    assert (row["bounces"], result.summary["bounces"]) == (0, 0)  # on the ground, and it has not come there
+    kept, departure = law.after(math.degrees(math.atan2(20.0, 100.0)))
+    speed, left = kept * math.hypot(100.0, 20.0), 1.0 - time
+    off, along = speed * math.sin(math.radians(departure)), speed * math.cos(math.radians(departure))
+    assert row["position"] == pytest.approx([9.5 - off * left, 100.0 * time - 40.0 + along * left, 1.0], abs=1e-6)
+    assert (row["ricochets"], result.summary["ricochets"]) == (0, 0)  # off the ground, and it has not come there
     assert result.trajectories.time[0] == 0.0
     assert (np.diff(result.trajectories.time) >= 0.0).all()
 
 
-def test_only_bounces_on_the_ground_are_counted() -> None:
-    """Off a wall and then on ground that takes a quarter of the speed, until 0.3 m/s are left: by the drop's series."""
-    wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet=Bounce(0.4, 0.9, 0.5))
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
-    ground = Bounce(0.25, 0.9, 0.5, rest_speed=0.3)
-    row = fly(shot, air="vacuum", obstacles=[wall], bounce=ground).landing[0]
-    climb = -9.80665 * 9.5 / 100.0  # at the wall, of which it keeps 0.9
-    speed = math.sqrt((0.9 * climb) ** 2 + 2.0 * 9.80665 * (1.0 - 0.5 * 9.80665 * 0.095**2))
-    assert row["bounces"] == math.floor(math.log(0.3 / speed) / math.log(0.25)) == 1
+def test_straight_at_a_wall_it_stops_whatever_the_wall() -> None:
+    wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet="rock")
+    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (100.0, 20.0, 0.0))  # 79 degrees from its face
+    row = fly(shot, air="vacuum", obstacles=[wall]).landing[0]
+    assert (row["status"], row["last_status"], row["obstacle"]) == (Status.STOPPED, Status.STOPPED, 0)
 
 
-def test_ricochet_off_a_roof_comes_to_rest_on_it() -> None:
-    house = Building((0.0, 0.0), 8.0, 8.0, 3.0, ricochet="concrete")
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 8.0), (0.3, 0.0, 0.0))
-    result = fly(shot, obstacles=[house], origin=(50.0, 0.0))
+def test_only_ricochets_off_the_ground_are_counted() -> None:
+    """Off a wall at 5.7 degrees and then off the ground at less than one: the wall is not counted."""
+    wall = Wall((10.0, -50.0), (10.0, 250.0), 5.0, 1.0, ricochet="rock")
+    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (30.0, 300.0, 0.0))
+    result = fly(shot, air="vacuum", obstacles=[wall], ricochet=Ricochet(4.0, 0.3))
     row = result.landing[0]
-    assert (row["status"], row["rest_status"], row["face"]) == (Status.STOPPED, Status.STOPPED, 4)
-    assert row["rest_position"][2] == pytest.approx(3.0, abs=1e-6)
-    assert result.obstacle_hits["stopped"].tolist() == [0] * (len(result.obstacle_hits) - 1) + [1]
-    assert len(result.obstacle_hits) > 3
+    assert result.obstacle_hits["time"] == pytest.approx([9.5 / 30.0])
+    assert row["time"] > 9.5 / 30.0
+    assert 0.0 < row["angle"] < 1.0
+    assert row["ricochets"] == (result.ricochets["energy_after"] > 0.0).sum() >= 1
+
+
+def test_ricochet_off_a_roof_then_over_its_edge() -> None:
+    house = Building((0.0, 0.0), 8.0, 8.0, 3.0, ricochet="concrete")
+    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 3.2), (300.0, 0.0, -20.0))
+    result = fly(shot, obstacles=[house], origin=(50.0, 0.0), ricochet="none")
+    row = result.landing[0]
+    assert (row["status"], row["last_status"], row["face"]) == (Status.LANDED, Status.LANDED, -1)
+    assert result.obstacle_hits["face"].tolist() == [4]
+    assert result.obstacle_hits["stopped"].tolist() == [0]
+    steep = Fragments.from_arrays(0.02, (0.0, 0.0, 8.0), (0.3, 0.0, 0.0))
+    row = fly(steep, obstacles=[house], origin=(50.0, 0.0)).landing[0]
+    assert (row["status"], row["last_status"], row["face"]) == (Status.STOPPED, Status.STOPPED, 4)
+    assert row["last_position"][2] == pytest.approx(3.0, abs=1e-6)
 
 
 def test_hits_on_witnesses_stop_at_the_wall() -> None:
@@ -238,7 +252,7 @@ def everything() -> dict:
     heights[38:43, 38:43] = 1.0
     return {
         "ground": HeightMap(heights, 25.0, (-1000.0, -1000.0)),
-        "bounce": "soft_soil",
+        "ricochet": "soft_soil",
         "obstacles": [
             Barricade((-8.0, 12.0), (8.0, 12.0), 3.0),
             Wall((15.0, -8.0), (15.0, 8.0), 4.0, ricochet="concrete"),
@@ -256,24 +270,24 @@ def test_none_disappears_and_threads_do_not_matter() -> None:
         for table in ("landing", "hits", "obstacle_hits"):
             assert getattr(one, table).tobytes() == getattr(other, table).tobytes(), table
         assert one.trajectories.position.tobytes() == other.trajectories.position.tobytes()
-    for field in ("status", "rest_status"):
+    for field in ("status", "last_status"):
         counts = one.summary[field]
         assert sum(entry["fragments"] for entry in counts.values()) == 4500
         assert sum(entry["mass"] for entry in counts.values()) == pytest.approx(fragments.mass.sum(), rel=1e-12)
         assert set(one.landing[field].tolist()) <= {status.value for status in Status}
     row = one.landing
     assert np.array_equal(row["fragment"], np.arange(4500))
-    assert np.array_equal(row["obstacle"] >= 0, row["rest_status"] == Status.STOPPED)
+    assert np.array_equal(row["obstacle"] >= 0, row["last_status"] == Status.STOPPED)
     stopped = one.obstacle_hits[one.obstacle_hits["stopped"] == 1]
-    assert np.array_equal(stopped["fragment"], np.flatnonzero(row["rest_status"] == Status.STOPPED))
+    assert np.array_equal(stopped["fragment"], np.flatnonzero(row["last_status"] == Status.STOPPED))
     assert np.array_equal(stopped["obstacle"], row["obstacle"][stopped["fragment"]])
     assert np.array_equal(stopped["face"], row["face"][stopped["fragment"]])
-    assert (row["rest_time"] >= row["time"]).all()
+    assert (row["last_time"] >= row["time"]).all()
     assert {s for s in Status if counts[s.name.lower()]["fragments"]} >= {Status.LANDED, Status.STOPPED}
-    assert (one.landing["bounces"] > 0).any()
+    assert (one.landing["ricochets"] > 0).any()
     ground = everything()["ground"]
-    on = row[row["rest_status"] == Status.LANDED]
-    assert on["rest_position"][:, 2] == pytest.approx(ground.at(*on["rest_position"][:, :2].T), abs=1e-9)
+    on = row[row["last_status"] == Status.LANDED]
+    assert on["last_position"][:, 2] == pytest.approx(ground.at(*on["last_position"][:, :2].T), abs=1e-9)
     assert (np.diff(one.hits["fragment"]) >= 0).all()
     assert (np.diff(one.obstacle_hits["fragment"]) >= 0).all()
 
@@ -295,10 +309,19 @@ def test_files(tmp_path) -> None:
 def test_landing_of_an_older_program_is_read(tmp_path) -> None:
     import h5py
 
-    result = fly(cloud(50))
+    result = fly(cloud(50), ricochet="none")
     path = result.write(tmp_path, csv=False)[0]
     with h5py.File(path, "a") as file:
-        for name in ("bounces", "rest_status", "obstacle", "face", "rest_time", "rest_position"):
+        for name in (
+            "ricochets",
+            "last_status",
+            "obstacle",
+            "face",
+            "last_time",
+            "last_position",
+            "last_distance",
+            "last_azimuth",
+        ):
             del file[f"landing/{name}"]
     assert read_landing(path).tobytes() == result.landing.tobytes()
 
@@ -313,7 +336,10 @@ def test_landing_of_an_older_program_is_read(tmp_path) -> None:
         (lambda: Barricade((0, 0), (1, 0), 2.0, slope=-1.0), "slope is -1.0"),
         (lambda: Building((0, 0), 1.0, 0.0, 1.0), "width is 0.0 m"),
         (lambda: Building((0, 0), 1.0, 1.0, 1.0, base=math.inf), "base is inf"),
-        (lambda: Wall((0, 0), (1, 0), 2.0, ricochet="stone"), "obstacle wall: bounce: unknown surface 'stone'"),
+        (
+            lambda: Wall((0, 0), (1, 0), 2.0, ricochet="stone"),
+            "obstacle wall: ricochet: unknown kind of surface 'stone'",
+        ),
         (lambda: fly(cloud(3), obstacles=[Cylinder(1.0)]), "a Cylinder, allowed: flight.Wall, Barricade or Building"),
         (
             lambda: fly(cloud(3), obstacles=[Building((0.5, 0.5), 4.0, 4.0, 3.0, name="store")]),

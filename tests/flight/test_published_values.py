@@ -13,7 +13,7 @@ from scipy.stats import norm, t
 
 import flight
 from burst_fenicsx.problem import ContactSettings
-from flight import Bounce, Contact, StandardAtmosphere, Wind
+from flight import Contact, StandardAtmosphere, Wind
 from flight.arena import ArenaTable
 from flight.fragments import check_possible
 from flight.hazard.assessment import assess, hit_probability
@@ -25,8 +25,8 @@ from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.exposed import Prism
 from flight.hazard.tp12 import effective_number
-from flight.scene.bounce import SURFACES
 from flight.scene.obstacles import count_by_face
+from flight.scene.ricochet import KINDS, RANGE
 from flight.scene.walls import FRAGMENT_DENSITY
 
 FOOT, POUND_FORCE = 0.3048, 4.4482216
@@ -63,28 +63,20 @@ def test_tables_are_cut_alike_where_nothing_is_said():
     assert (pytest.approx(0.05), pytest.approx(0.95)) == (LOW, HIGH)
 
 
-@pytest.mark.parametrize(
-    ("name", "normal", "tangential"),
-    [("rock", 0.53, 0.99), ("asphalt", 0.40, 0.90), ("hard_soil", 0.32, 0.82), ("soft_soil", 0.30, 0.80)],
-)
-def test_restitution_is_that_of_hoeks_table(name, normal, tangential):
-    """Clean hard bedrock, asphalt roadway, talus cover, soft soil with some vegetation (Hoek 1987)."""
-    surface = SURFACES[name]
-    assert (surface.normal, surface.tangential) == (normal, tangential)
-    assert surface.friction == SURFACES["rock"].friction
-    assert "Hoek" in surface.source
+@pytest.mark.parametrize(("name", "density"), [("water", 1000.0), ("soft_soil", 1500.0), ("sand", 1700.0)])
+def test_critical_angle_is_johnson_and_reids_for_the_density(name, density):
+    """18 degrees over the root of the ratio of densities (1975), for steel of 7850 kg/m3."""
+    assert KINDS[name].critical_angle == pytest.approx(18.0 / math.sqrt(7850.0 / density), abs=0.05)
 
 
-def test_assumed_surfaces_lie_between_those_of_the_table():
-    rock, asphalt, soft, concrete, sand = (SURFACES[n] for n in ("rock", "asphalt", "soft_soil", "concrete", "sand"))
-    assert asphalt.normal < concrete.normal < rock.normal
-    assert concrete.tangential == asphalt.tangential
-    assert concrete.friction == pytest.approx(0.57)  # steel on concrete: Rabbat and Russell 1985
-    assert sand.normal < 0.5 * soft.normal
-    assert sand.tangential < 0.7 * soft.tangential
-    assert sand.friction > rock.friction
-    # Its bounce ends where it would rise by half a millimetre.
-    assert Bounce(0.5, 0.5, 0.5).rest_speed == pytest.approx(math.sqrt(2.0 * 9.80665 * 0.5e-3), rel=0.02)
+def test_harder_ground_lets_steeper_fragments_off():
+    order = ("water", "soft_soil", "sand", "hard_soil", "asphalt", "concrete")
+    angles = [KINDS[name].critical_angle for name in order]
+    assert angles == sorted(angles)
+    assert KINDS["rock"].critical_angle == KINDS["concrete"].critical_angle
+    assert all(0.35 >= 1.0 - KINDS[name].speed_kept >= 0.15 for name in order if name != "hard_soil")
+    for low, nominal, high in RANGE.values():
+        assert low < nominal == 1.0 < high
 
 
 def test_steel_and_its_friction_are_those_of_the_burst():

@@ -154,7 +154,7 @@ def test_a_file_that_is_no_case_is_refused(content, part, tmp_path):
         (changed(break_up={"mean_mass": "MOTT"}), '(did you mean "mott"?)'),
         (changed(flight={"drag": "SPHERE"}), "unknown table 'SPHERE'; did you mean 'sphere'?"),
         (changed(flight={"air": {"model": "STANDARD"}}), '(did you mean "standard"?)'),
-        (changed(flight={"ground": {"surface": "SAND"}}), '(did you mean "sand"?)'),
+        (changed(flight={"ground": {"ricochet": "SAND"}}), '(did you mean "sand"?)'),
         (changed(obstacle=[{"name": "w", "kind": "WALL"}]), 'found kind = "WALL" (did you mean "wall"?)'),
         (changed(witness=[{"name": "r", "kind": "CYLINDER"}]), 'found kind = "CYLINDER" (did you mean "cylinder"?)'),
     ],

@@ -78,8 +78,8 @@ def test_inputs_that_take_no_part_are_not_listed():
     assert "Flight: wind · exponent" in inputs({"flight": {"wind": {"speed": "5 m/s", "model": "power_law"}}})
     assert "Flight: integrator · step" not in calm
     assert "Flight: integrator · step" in inputs({"flight": {"integrator": {"method": "fixed"}}})
-    assert "Flight: ground · surface" in inputs({"flight": {"ground": {"bounce": True}}})
-    assert "Flight: ground · surface" not in calm
+    assert "Flight: ground · roughness factor" in calm
+    assert "Flight: ground · roughness factor" not in inputs({"flight": {"ground": {"ricochet": "none"}}})
     assert "Break up: graded m0" not in calm
     assert "Break up: graded m0" in inputs({"break_up": {"sampler": "graded"}})
     assert "Break up: fracture stress" in inputs({"break_up": {"mean_mass": "mott_1947"}})

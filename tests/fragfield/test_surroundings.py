@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight import Barricade, Bounce, Building, Fragments, HeightMap, Wall
+from flight import Barricade, Building, Fragments, HeightMap, Wall
+from flight.scene.ricochet import KINDS
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.conversion.stages import flight_arguments
 from fragfield.cli import app
@@ -20,9 +21,9 @@ GROUND = """
 [flight.ground]
 map = "hill.asc"
 site = ["1000 m", "5000 m"]
-bounce = true
-surface = "asphalt"
-friction = 0.5
+ricochet = "asphalt"
+critical_angle_factor = 1.2
+speed_kept_factor = 0.8
 """
 OBSTACLES = """
 [[obstacle]]
@@ -85,10 +86,12 @@ def test_what_reaches_the_flight(folder) -> None:
     assert isinstance(found["ground"], HeightMap)
     assert found["ground"].corner == (-1000.0, -1000.0)
     assert found["ground"].at(0.0, 0.0) == pytest.approx(0.0, abs=1e-3)
-    assert found["bounce"] == Bounce(0.40, 0.90, 0.5)
+    law = found["ricochet"]
+    assert (law.critical_angle, law.speed_kept) == (pytest.approx(18.0), pytest.approx(0.52))
+    assert law.departure == KINDS["asphalt"].departure
     assert found["obstacles"] == [
-        Barricade((-10.0, 12.0), (10.0, 12.0), 3.0, 1.0, 1.5, name="bank"),
-        Wall((12.0, -4.0), (12.0, 4.0), 8.0 * 0.3048, base=1.0, name="wall"),
+        Barricade((-10.0, 12.0), (10.0, 12.0), 3.0, 1.0, 1.5, ricochet="none", name="bank"),
+        Wall((12.0, -4.0), (12.0, 4.0), 8.0 * 0.3048, base=1.0, ricochet="none", name="wall"),
         Building((60.0, -30.0), 20.0, 12.0, 6.0, azimuth=30.0, ricochet="concrete", name="store"),
     ]
 
@@ -120,9 +123,10 @@ def test_fragments_below_a_map_start_on_it(folder, caplog) -> None:
     assert "2 fragments (0.02 kg) were up to 0.5 m below the ground at the end of the burst" in caplog.text
 
 
-def test_default_is_flat_without_bounce(folder) -> None:
+def test_default_is_flat_soft_soil(folder) -> None:
     found = flight_arguments(load(folder, ""))
-    assert (found["ground"], found["bounce"], found["obstacles"]) == (0.0, None, [])
+    assert (found["ground"], found["ricochet"], found["obstacles"]) == (0.0, KINDS["soft_soil"], [])
+    assert flight_arguments(load(folder, '[flight.ground]\nricochet = "none"'))["ricochet"] is None
 
 
 @pytest.mark.parametrize(
@@ -132,11 +136,13 @@ def test_default_is_flat_without_bounce(folder) -> None:
         (GROUND.replace("hill.asc", "hill.png"), "an ESRI ASCII grid"),
         (GROUND.replace("1000 m", "9000 m"), r"the site \(9000.0, 5000.0\) lies off the map"),
         (GROUND + 'height = "2 m"', "flight.ground.height: found 2 m together with a map"),
-        (GROUND.replace("bounce = true", ""), "flight.ground.friction: found without bounce"),
+        (GROUND.replace("asphalt", "none"), 'flight.ground.critical_angle_factor: found with ricochet = "none"'),
         (GROUND.replace('map = "hill.asc"', ""), "flight.ground.site: found without a map"),
-        (GROUND.replace("asphalt", "tarmac"), "flight.ground.surface: found"),
-        (GROUND.replace("surface", "surfaces"), 'flight.ground.surfaces: unknown key.*"surface"'),
-        ('[flight]\ngravity = "0 m/s^2"\n[flight.ground]\nbounce = true', "found true without gravity"),
+        (GROUND.replace("asphalt", "tarmac"), 'flight.ground.ricochet: found "tarmac"; allowed: .*"soft_soil".*"none"'),
+        (GROUND.replace("ricochet", "ricochets"), 'flight.ground.ricochets: unknown key.*"ricochet"'),
+        (GROUND.replace("ricochet", "bounce"), "flight.ground.bounce: unknown key"),
+        (OBSTACLES.replace('"concrete"', '"stone"'), r"obstacle\[3\].ricochet: found \"stone\""),
+        (GROUND.replace("1.2", "-1.2"), "flight.ground.critical_angle_factor: found -1.2"),
         (OBSTACLES.replace('"store"', '"bank"'), r"obstacle\[3\].name: found \"bank\", the name of obstacle\[1\]"),
         (OBSTACLES.replace('kind = "wall"', 'kind = "wal"'), r"obstacle\[2\].*"),
         (OBSTACLES.replace('"6 m"', "6"), r"obstacle\[3\].height: found the bare number 6 without a unit"),
@@ -145,7 +151,7 @@ def test_default_is_flat_without_bounce(folder) -> None:
         (OBSTACLES.replace('"1 m"', '"-9 m"'), "obstacle wall: its top at .* m is not above the ground"),
         (
             GROUND + OBSTACLES + COLLISIONS,
-            "flight.collisions: found .* flight.ground.map and flight.ground.bounce and ob",
+            "flight.collisions: found .* flight.ground.map and obstacle",
         ),
         (OBSTACLES + COLLISIONS, "flight.collisions: found together with obstacle; allowed: over flat ground"),
         (GROUND + SITE.replace("90 deg", "0 deg"), "site.bearing: found 0 deg together with .*map; allowed: 90 deg"),
@@ -182,12 +188,19 @@ def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
     assert bank["stopped_mass"] == 0.02
     assert summary["flight"]["landed"] == 2
     assert summary["flight"]["status"]["stopped"]["fragments"] == 2
-    assert summary["flight"]["bounces"] > 0
-    assert summary["flight"]["max_rest_distance"] > summary["flight"]["max_range"]
+    assert summary["flight"]["last_status"]["landed"]["fragments"] == 2
+    assert summary["hazard"]["ricochet"] == "asphalt"
+    short = summary["hazard"]["without_ricochet"]
+    assert short["distance"] <= summary["hazard"]["distance"]
     done = CliRunner().invoke(app, ["report", str(out)])
     assert done.exit_code == 0, done.stderr
     page = (out / "report.html").read_text()
-    for words in ("Hits on barricade “bank”", "Hits on building “store”", "Farthest at rest", "First realisation."):
+    for words in (
+        "Hits on barricade “bank”",
+        "Hits on building “store”",
+        "The same without ricochet",
+        "First realisation.",
+    ):
         assert words in page
 
 
@@ -198,8 +211,8 @@ def test_check_shows_the_surroundings(folder) -> None:
     done = CliRunner().invoke(app, ["check", str(folder / "tube.toml")])
     assert done.exit_code == 0, done.stderr
     for words in (
-        "hill.asc, 41 x 41 nodes", "bounce: own, restitution 0.4 normal and 0.9 along, friction 0.5",
-        "obstacle bank: barricade", "obstacle store: building", "turns fragments off like concrete",
+        "hill.asc, 41 x 41 nodes", "ricochet off the ground: asphalt, up to 18 degrees, where 0.52",
+        "obstacle bank: barricade", "obstacle store: building", "ricochet as off concrete",
     ):  # fmt: skip
         assert words in done.stdout
     (folder / "tube.toml").write_text(

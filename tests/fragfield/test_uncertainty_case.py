@@ -136,8 +136,8 @@ def test_every_built_in_round_has_a_default_set_with_sources(profile, casing):
     assert found["mean fragment mass"].distribution.parameters["factor"] == 1.6
 
 
-def test_nine_inputs_of_the_m107():
-    assert len(inputs_of(load_case(M107))) == 9
+def test_thirteen_inputs_of_the_m107():
+    assert len(inputs_of(load_case(M107))) == 13
 
 
 def test_an_own_input_replaces_the_default_of_its_name_or_key():
@@ -145,7 +145,7 @@ def test_an_own_input_replaces_the_default_of_its_name_or_key():
     names = [one.name for one in inputs_of(by_key)]
     assert names[0] == "venting"
     assert "leakage radius" not in names
-    assert len(names) == 9
+    assert len(names) == 13
     by_name = _case({**RADIUS, "keys": ["burst.leakage.beta"], "low": 0.9, "high": 1.1})
     assert sum(one.name == "leakage radius" for one in inputs_of(by_name)) == 1
     assert [one.name for one in inputs_of(_case(RADIUS, defaults=False))] == ["leakage radius"]

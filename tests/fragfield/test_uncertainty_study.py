@@ -90,7 +90,7 @@ def test_one_and_two_workers_give_the_same(made, tmp_path):
 @pytest.mark.parametrize("method", ["latin_hypercube", "sobol"])
 def test_the_law_comes_back(made, tmp_path, method):
     """Shares and quantiles of a law that is known: heat normal with 5 %, drag triangular within 15 %, error 1 m."""
-    done = _invoke(tmp_path / "out", "--samples", 400 if method == "latin_hypercube" else 1280, "--method", method)
+    done = _invoke(tmp_path / "out", "--samples", 400 if method == "latin_hypercube" else 1920, "--method", method)
     assert done.exit_code == 0, done.output
     found = read_results(tmp_path / "out")
     heat, drag = 25.0, 9e2 * 0.15**2 / 6.0

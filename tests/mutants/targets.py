@@ -31,7 +31,7 @@ _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "s
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "torn_metal", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
-    "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "bounce",
+    "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "ricochet",
     "contact", "surroundings", "walls", "arguments", "allowed_values", "published_values",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
@@ -175,7 +175,7 @@ AREAS = (
                     "shape",
                     "scene/wind",
                     "scene/walls",
-                    "scene/bounce",
+                    "scene/ricochet",
                     "integrate/contact",
                     "scene/targets",
                     "scene/obstacles",

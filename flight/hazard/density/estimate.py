@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +34,10 @@ class Estimate:
     def __init__(self, groups: DensityGroups, limit: float, draws: int, seed: int) -> None:
         self.directions, self.limit = groups.directions, limit
         self.sums, self.sizes = groups.sums, groups.sizes  # (g, 2, c, r)
+        grid = self.directions.grid
+        if self.sums.shape[-1] > grid.shape[1]:  # fragments landed beyond the cells that were asked for
+            grid = grid.up_to(grid.reach + grid.cell * (self.sums.shape[-1] - grid.shape[1]))
+            self.directions = replace(self.directions, grid=grid)
         self.total, self.count = self.sums.sum(axis=0), int(self.sizes.sum())
         self.weights = self.directions.weights
         radial = self.directions.radial

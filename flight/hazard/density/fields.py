@@ -18,14 +18,22 @@ if TYPE_CHECKING:
 __all__ = ["fields_of"]
 
 
-def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def fields_of(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What one flight adds to the densities, by cell of azimuth and distance, up to the farthest that holds anything.
+
+    Parameters
+    ----------
+    result : FlightResult
+        Of a flight that counted near the ground.
+    ricochet : bool
+        Whether what fragments do after their first impact on the ground counts.
 
     Returns
     -------
     landings, tracks : (turns, r) float64
-        Hazardous fragments that landed in a cell; and lengths of hazardous paths below a person's height over that
-        height (of no height: 1 / sin of the angle of impact, which it goes over to).
+        Hazardous impacts on the ground in a cell, every one of a fragment that ricochets; and lengths of hazardous
+        paths below a person's height over that height (of no height: 1 / sin of the angle of impact, which it goes
+        over to).
 
     Raises
     ------
@@ -36,19 +44,23 @@ def fields_of(result: FlightResult) -> tuple[NDArray[np.float64], NDArray[np.flo
     if counted is None:
         raise InputError("hazard: the flight was not asked to count paths near the ground (near_ground)")
     grid, criteria = counted.near.grid, counted.near.criteria
-    rows = result.landing
+    rows, later = result.landing, result.ricochets[result.ricochets["number"] > 0]
     dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)
-    distances = rows["distance"][dangerous]
+    later = later[(later["energy"] >= criteria.energy) & ricochet]
+    azimuth, distances, angle = (
+        np.concatenate([rows[name][dangerous], later[name]]) for name in ("azimuth", "distance", "angle")
+    )
     if len(distances):
         grid = grid.up_to(max(grid.reach, float(distances.max()) + grid.cell))
-    turn, cell = grid.cells_of(rows["azimuth"][dangerous], distances)
+    turn, cell = grid.cells_of(azimuth, distances)
     flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
     landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
     tracks = np.zeros(grid.shape)
     if criteria.person_height > 0.0:
-        tracks[:, : counted.lengths.shape[1]] = counted.lengths / criteria.person_height
+        lengths = counted.lengths if ricochet else counted.before
+        tracks[:, : lengths.shape[1]] = lengths / criteria.person_height
     else:
-        steepness = np.sin(np.maximum(np.radians(rows["angle"][dangerous]), SHALLOWEST))
+        steepness = np.sin(np.maximum(np.radians(angle), SHALLOWEST))
         tracks += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
     held = np.flatnonzero(landings.any(axis=0) | tracks.any(axis=0))
     end = int(held[-1]) + 1 if held.size else 1

@@ -24,8 +24,8 @@ __all__ = ["NearGround", "PathLengths"]
 class NearGround:
     """What `flight.fly` counts along the paths: their lengths below a person's height above the ground.
 
-    A fragment counts where its kinetic energy there is that of `criteria.energy` or more. After a rebound its
-    path counts on; a slide does not.
+    A fragment counts where its kinetic energy there is that of `criteria.energy` or more. After a ricochet its
+    path counts on, apart from what came before its first impact on the ground.
 
     Attributes
     ----------
@@ -58,21 +58,28 @@ class PathLengths:
     ----------
     near : NearGround
         What was counted; its grid reaches as far as needed.
-    lengths : (turns, r) float64
-        Of all fragments by cell of the grid (m).
+    before, after : (turns, r) float64
+        Of all fragments by cell of the grid (m): before their first impact on the ground, and after it.
     """
 
     near: NearGround
-    lengths: NDArray[np.float64]
+    before: NDArray[np.float64]
+    after: NDArray[np.float64]
 
     def __repr__(self) -> str:
         turns, cells = self.lengths.shape
         return f"<flight.PathLengths: {self.lengths.sum():.4g} m in {turns} x {cells} cells>"
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """Of whole paths, (turns, r) in m."""
+        return self.before + self.after
 
     @classmethod
     def of(cls, near: NearGround, counted: list[NDArray[np.int64]]) -> PathLengths:
         """From what threads have counted in whole parts of a metre; their sum is exact."""
         from flight.kernels.near_ground import PER_METRE
 
-        total = np.sum(counted, axis=0) if counted else np.zeros(near.grid.shape, dtype=np.int64)
-        return cls(near, total / PER_METRE)
+        total = np.sum(counted, axis=0) if counted else np.zeros((2, *near.grid.shape), dtype=np.int64)
+        before, after = total / PER_METRE
+        return cls(near, before, after)

@@ -31,14 +31,14 @@ class Tally:
     edges : (r + 1,) float64
         Edges of the distance cells (m).
     landings : (n, s, r) float64
-        Hazardous fragments that landed in the cell.
+        Hazardous impacts on the ground in the cell.
     tracks : (n, s, r) float64
         Length of hazardous fragments' paths in the cell below a person's height, over that height; see
         `flight.hazard`.
     fragments, hazardous : (n, s) int64
-        Landed fragments and hazardous ones.
+        Landed fragments, and those that were hazardous at their first impact.
     throw : (n, s) float64
-        Farthest landing (m); 0 where there is none.
+        Farthest last landing, after any ricochets (m); 0 where there is none.
     """
 
     edges: NDArray[np.float64]
@@ -109,7 +109,8 @@ def tally(
     ----------
     landing : FlightResult or structured array of dtype LANDING
         Only rows that landed count. Of a flight that counted its paths near the ground (`flight.hazard.NearGround`,
-        same criteria, sectors and cells), tracks are those; else the ends of the paths are taken straight.
+        same criteria, sectors and cells), landings and tracks are those, ricochets included; else those of the first
+        impacts, the ends of whose paths are taken straight.
     criteria : Criteria, optional
         Default: 79 J, 1 per 55.7 m2, a person of 0.58 m2 and 1.8 m.
     sector_width : float
@@ -124,7 +125,9 @@ def tally(
     distances = rows["distance"][landed]
     sector, sectors = sectors_of(rows["azimuth"][landed], sector_width)
     throw = np.zeros(sectors)
-    np.maximum.at(throw, sector, distances)
+    moved = ((rows["ricochets"] > 0) & (rows["last_status"] == Status.LANDED))[landed]
+    ends = sectors_of(np.where(moved, rows["last_azimuth"][landed], rows["azimuth"][landed]), sector_width)[0]
+    np.maximum.at(throw, ends, np.where(moved, rows["last_distance"][landed], distances))
     edges = _edges(distance, float(throw.max()))
     dangerous = rows["energy"][landed] >= criteria.energy
     along = _along_paths(landing, criteria, sectors, distance)

@@ -60,7 +60,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
         faults += _round(f"round[{number}]", entry)
     faults += check_stack(case)
     faults += _flight(case.flight)
-    faults += _ground(case.flight.ground, case.flight.gravity)
+    faults += _ground(case.flight.ground)
     faults += _together(case)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
@@ -170,17 +170,15 @@ def _flight(flight: FlightTable) -> Iterator[str]:
         yield from _rising("flight.wind.heights", wind.heights or [])
 
 
-def _ground(ground: GroundTable, gravity: float) -> Iterator[str]:
-    if ground.bounce and gravity == 0.0:
-        yield "flight.ground.bounce: found true without gravity; allowed: only with flight.gravity, or nothing rests"
+def _ground(ground: GroundTable) -> Iterator[str]:
     if ground.map is not None and ground.height != 0.0:
         yield (
             f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
             "datum shifts the map"
         )
-    for key in ("normal_restitution", "tangential_restitution", "friction"):
-        if not ground.bounce and getattr(ground, key) is not None:
-            yield f"flight.ground.{key}: found without bounce; allowed: only with bounce = true"
+    for key in ("critical_angle_factor", "speed_kept_factor", "departure_factor", "roughness_factor"):
+        if ground.ricochet == "none" and getattr(ground, key) != 1.0:
+            yield f'flight.ground.{key}: found with ricochet = "none"; allowed: only with a kind of ground'
     for key in ("site", "datum", "holes"):
         if ground.map is None and getattr(ground, key) != type(ground).model_fields[key].default:
             yield f"flight.ground.{key}: found without a map; allowed: only with map, the name of a file"
@@ -189,11 +187,11 @@ def _ground(ground: GroundTable, gravity: float) -> Iterator[str]:
 def _together(case: Case) -> Iterator[str]:
     """Tables that do not go together."""
     ground = case.flight.ground
-    others = {"flight.ground.map": ground.map, "flight.ground.bounce": ground.bounce, "obstacle": case.obstacle}
+    others = {"flight.ground.map": ground.map, "obstacle": case.obstacle}
     if case.flight.collisions is not None and (found := [key for key, value in others.items() if value]):
         yield (
-            f"flight.collisions: found together with {' and '.join(found)}; allowed: over flat ground, without bounce "
-            "and obstacles, which contact between fragments does not support"
+            f"flight.collisions: found together with {' and '.join(found)}; allowed: over flat ground, without "
+            "obstacles, which contact between fragments does not support"
         )
     if ground.map is not None and case.site is not None:
         off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)

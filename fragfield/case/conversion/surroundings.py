@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from fragfield.case.tables.ground import BarricadeTable, BuildingTable, WallTable
 
 if TYPE_CHECKING:
-    from flight import Bounce, HeightMap
+    from flight import HeightMap, Ricochet
     from flight.scene.obstacles import Obstacle
     from fragfield.case.schema import Case
     from fragfield.case.tables.ground import GroundTable
@@ -20,10 +20,10 @@ __all__ = ["check_surroundings", "describe_surroundings", "ground_height", "grou
 
 
 def surroundings(case: Case) -> dict[str, Any]:
-    """Ground, bounce and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
+    """Ground, ricochet and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
     return {
         "ground": ground_of(case),
-        "bounce": _bounce(case.flight.ground),
+        "ricochet": _ricochet(case.flight.ground),
         "obstacles": [_obstacle(entry) for entry in case.obstacle],
     }
 
@@ -52,15 +52,15 @@ def check_surroundings(case: Case) -> None:
     from flight.scene.scene import Scene
 
     found = surroundings(case)
-    scene = Scene(found["ground"], found["bounce"], tuple(found["obstacles"]))
+    scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
     rounds = np.array([entry.position for entry in case.round], dtype=np.float64).reshape(-1, 3)
     scene.check_places(rounds, case.flight.origin, "rounds")
 
 
 def describe_surroundings(case: Case) -> dict[str, Any]:
-    """Ground, bounce and obstacles in numbers, for `fragfield check` (m)."""
+    """Ground, ricochet and obstacles in numbers, for `fragfield check` (m)."""
     found = surroundings(case)
-    ground, bounce = found["ground"], found["bounce"]
+    ground, ricochet = found["ground"], found["ricochet"]
     described: dict[str, Any] = {"height": ground} if isinstance(ground, float) else _map_extent(ground)
     obstacles = []
     for obstacle, entry in zip(found["obstacles"], case.obstacle, strict=True):
@@ -69,7 +69,7 @@ def describe_surroundings(case: Case) -> dict[str, Any]:
         obstacles.append({**standing, "ricochet": entry.ricochet})
     return {
         "ground": described,
-        "bounce": None if bounce is None else asdict(bounce),
+        "ricochet": None if ricochet is None else asdict(ricochet),
         "obstacles": obstacles,
     }
 
@@ -97,19 +97,15 @@ def _read_map(
         raise InputError(f"ground.map: {error}") from None
 
 
-def _bounce(table: GroundTable) -> Bounce | None:
-    from flight import Bounce
-    from flight.scene.bounce import SURFACES
+def _ricochet(table: GroundTable) -> Ricochet | None:
+    from flight import Ricochet
 
-    if not table.bounce:
+    law = Ricochet.of(table.ricochet)
+    if law is None:
         return None
-    kind = SURFACES[table.surface]
-    own = (table.normal_restitution, table.tangential_restitution, table.friction)
-    if own == (None, None, None):
-        return kind
-    usual = (kind.normal, kind.tangential, kind.friction)
-    normal, tangential, friction = (value if mine is None else mine for mine, value in zip(own, usual, strict=True))
-    return Bounce(normal, tangential, friction)
+    return law.scaled(
+        table.critical_angle_factor, table.speed_kept_factor, table.departure_factor, table.roughness_factor
+    )
 
 
 def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:

@@ -12,7 +12,7 @@ from fragfield.case.units.quantities import Quantity
 
 __all__ = ["BarricadeTable", "BuildingTable", "GroundTable", "ObstacleTable", "WallTable"]
 
-Surface = Literal["rock", "asphalt", "concrete", "hard_soil", "soft_soil", "sand"]
+Surface = Literal["soft_soil", "hard_soil", "sand", "rock", "concrete", "asphalt", "water", "none"]
 
 
 class GroundTable(Table):
@@ -28,16 +28,16 @@ class GroundTable(Table):
     """Height, on the map, of z = 0; "site": the map's height there, so that the ground at x = y = 0 is z = 0."""
     holes: Literal["refuse", "neighbours"] = "refuse"
     """Nodes of the map without a height: an error, or filled from their neighbours and counted in a warning."""
-    bounce: bool = False
-    """Whether fragments bounce and roll; hazard counts the first impact either way."""
-    surface: Surface = "soft_soil"
-    """Kind of ground, whose restitution and friction hold where fragments bounce."""
-    normal_restitution: float | None = Field(default=None, ge=0.0, le=1.0)
-    """Share of the velocity along the normal that is left after an impact; left out: that of `surface`."""
-    tangential_restitution: float | None = Field(default=None, ge=0.0, le=1.0)
-    """Share of the velocity along the ground that is left after an impact; left out: that of `surface`."""
-    friction: float | None = Field(default=None, ge=0.0)
-    """Coefficient of friction of what slides; left out: that of `surface`."""
+    ricochet: Surface = "soft_soil"
+    """Kind of ground, off which fragments ricochet at grazing angles; "none": they stay where they land."""
+    critical_angle_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    """Factor on the largest angle at which fragments ricochet off this kind of ground; 0.7 to 1.8 is its range."""
+    speed_kept_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    """Factor on the share of speed that is kept at that angle; 0.65 to 1.3 is its range."""
+    departure_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    """Factor on the angle of departure over the angle of impact; 0.5 to 1.5 is its range."""
+    roughness_factor: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Factor on the standard deviation of the ground's slopes, at which fragments graze it; 0.25 to 2 is its range."""
 
 
 class _StandingTable(Table):
@@ -47,8 +47,8 @@ class _StandingTable(Table):
     """A name of its own."""
     base: Length | None = None
     """z from which its height counts; left out: the ground at its centre."""
-    ricochet: Surface | None = None
-    """What fragments are turned off like; left out: they stop."""
+    ricochet: Surface = "none"
+    """Kind of surface, off which fragments ricochet at grazing angles; "none": they stop."""
 
 
 class WallTable(_StandingTable):

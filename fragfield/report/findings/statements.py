@@ -33,6 +33,11 @@ def summary_terms(run: RunFiles) -> str:
             "Its upper bound lies beyond the model's true value with a confidence of 95 % (bootstrap over the "
             f"realisations); it covers the randomness of {what}, not the uncertainty of inputs and models. "
         )
+    if hazard.get("ricochet", "none") != "none":
+        text += (
+            "It counts what fragments do after their first impact on the ground too, from which they ricochet at "
+            "grazing angles: that is the larger distance, and the one without ricochet is given beside it. "
+        )
     return f"{text}Distances are measured from the origin given in the case."
 
 
@@ -94,6 +99,17 @@ def _of_flight(case: Case) -> Iterator[str]:
         yield "Flight is that of tumbling fragments with a mean presented area; one that flies edge-on travels farther."
     else:
         yield f"Presented areas are drawn by the model “{case.flight.shape.model}”; real shapes are not known."
+    if case.flight.ground.ricochet == "none":
+        yield (
+            'Fragments stay where they first meet the ground (flight.ground.ricochet = "none"): steel that grazes the '
+            "ground at a few degrees ricochets off most kinds of it and carries the hazard farther."
+        )
+    else:
+        kind = case.flight.ground.ricochet.replace("_", " ")
+        yield (
+            f"Ricochet off {kind}: critical angle and share of speed kept are deduced or judged, without a measurement "
+            "of steel fragments; vary flight.ground.departure_factor and roughness_factor, which decide most."
+        )
     ground = "the height map" if case.flight.ground.map is not None else "flat ground"
     stops = _names_of_obstacles(case)
     if stops:

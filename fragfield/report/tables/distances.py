@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.certainty import basis_words, metres_and_error, whole_metres
+from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
 from fragfield.report.reading.landings import ensemble, hazard_density
@@ -30,6 +30,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
         return
     error, where = hazard["standard_error"], basis_words(hazard)
+    short = hazard.get("without_ricochet") or dict.fromkeys(("distance", "upper", "standard_error"))
     count = number(hazard["realisations"])
     bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
@@ -43,6 +44,11 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         (
             "… normal to the paths alone", whole_metres(hazard["distance_normal"]),
             "along the paths below a person's height",
+        ),
+        ("Without ricochet, upper bound (95 %)", whole_metres(short["upper"]), "up to the first impact on the ground"),
+        (
+            "Without ricochet", metres_and_error(short["distance"], short["standard_error"], SPACE),
+            f"all other distances are {ricochet_words(hazard).partition(';')[0]}",
         ),
         (
             "Single events: median, 5 to 95 %",

@@ -9,6 +9,8 @@ import numpy as np
 from fragfield.studies.compare.estimates import Estimates, compared, estimate
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.studies.compare.runs import ComparedRun
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 _DISTANCES = (
     ("upper", "hazard distance, upper bound", None),
     ("distance", "hazard distance", "standard_error"),
+    ("without_ricochet.upper", "without ricochet, upper bound", None),
+    ("without_ricochet.distance", "without ricochet", "without_ricochet.standard_error"),
     ("largest_throw", "largest throw", None),
 )
 
@@ -26,8 +30,9 @@ DENSITIES = ("ground_density", "normal_density", "worst_ground_density", "worst_
 
 
 def compare_distances(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
-    """One row a distance, as `estimates.compared` has it: hazard distance, its upper bound, largest throw.
+    """One row a distance, as `estimates.compared` has it.
 
+    Of the hazard distance, its upper bound, both without ricochet, and the largest throw.
     A distance that is not determined is None, and so is its ratio. `run_basis` and `reference_basis` say in which
     direction the hazard distances hold; a largest throw has none, and no error: it grows with the realisations.
     """
@@ -36,11 +41,19 @@ def compare_distances(run: ComparedRun, reference: ComparedRun) -> list[dict[str
         return []
     rows = []
     for name, label, error in _DISTANCES:
-        values = (_single(part.get(name), part.get(error) if error else None) for part in (ours, theirs))
+        values = (_single(_at(part, name), _at(part, error) if error else None) for part in (ours, theirs))
         row: dict[str, Any] = {"name": name, "label": label, **compared(*values)[0]}
         bases = (None, None) if name == "largest_throw" else (ours.get("basis"), theirs.get("basis"))
         rows.append(row | dict(zip(("run_basis", "reference_basis"), bases, strict=True)))
     return rows
+
+
+def _at(part: Mapping[str, Any], name: str) -> float | None:
+    """A number by its dotted name; None where it is missing."""
+    found: Any = part
+    for step in name.split("."):
+        found = (found or {}).get(step)
+    return None if found is None else float(found)
 
 
 def _single(value: float | None, error: float | None) -> Estimates:

@@ -36,6 +36,8 @@ _VALUES = (
     ("hazard_distance", "hazard", "distance"),
     ("hazard_distance_upper", "hazard", "upper"),
     ("hazard_distance_standard_error", "hazard", "standard_error"),
+    ("hazard_distance_without_ricochet", "hazard", "without_ricochet.distance"),
+    ("hazard_distance_without_ricochet_upper", "hazard", "without_ricochet.upper"),
     ("hazard_direction_deg", "hazard", "direction_deg"),
     ("determined", "hazard", "determined"),
     ("largest_throw", "hazard", "largest_throw"),
@@ -48,11 +50,13 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 
     Speeds (m/s; `speed_99` is that which 99 % of the casing's mass does not exceed), diameter (m),
     errors of the ledger (fractions), counts; the hazard distance with its upper bound and
-    standard error (m), None where it is not determined; largest throw (m); `single_event_low` and `_high` (m), 5 and
-    95 % of single events; `wall_seconds` of burst and flight together.
+    standard error (m), None where it is not determined, and without ricochet; largest throw (m); `single_event_low`
+    and `_high` (m), 5 and 95 % of single events; `wall_seconds` of burst and flight together.
     """
     parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight", "hazard")}
     parts["burst"] = {**parts["burst"], "speed_99": (parts["burst"].get("speed_quantiles") or {}).get("99")}
+    short = parts["hazard"].get("without_ricochet") or {}
+    parts["hazard"] = {**parts["hazard"], **{f"without_ricochet.{key}": value for key, value in short.items()}}
     found = {name: parts[part].get(key) for name, part, key in _VALUES}
     single = parts["hazard"].get("single_event") or {}
     found |= {f"single_event_{key}": single.get(key) for key in ("low", "high")}

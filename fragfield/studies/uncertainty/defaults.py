@@ -44,6 +44,11 @@ def default_inputs(case: Case) -> Iterator[UncertainInputTable]:
     yield _entry("drag", ["flight.drag_factor"])
     if case.flight.shape.model != "box":
         yield _entry("presented_area", ["flight.shape_factor"])
+    if case.flight.ground.ricochet != "none":
+        yield _entry("ricochet_angle", ["flight.ground.critical_angle_factor"])
+        yield _entry("ricochet_speed", ["flight.ground.speed_kept_factor"])
+        yield _entry("ricochet_departure", ["flight.ground.departure_factor"])
+        yield _entry("ricochet_roughness", ["flight.ground.roughness_factor"])
     if case.round:
         yield _entry("direction_scatter", ["break_up.direction_scatter"])
 
