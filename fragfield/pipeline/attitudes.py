@@ -1,7 +1,7 @@
 """The envelope over attitudes: the fragments of every realisation turned as one body, and the worst attitude.
 
 Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then the one with
-the largest distance is flown with as many realisations as fix it to `hazard.tolerance`, and those beside it in finer
+the largest bound is flown with as many realisations as fix it to `hazard.tolerance`, and those beside it in finer
 steps; whichever becomes the worst by that is treated alike, until the worst is known and has no neighbour that was not
 flown. All attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the
 result does not depend on ranks or threads.
@@ -126,12 +126,14 @@ class _Envelope:
 
     @property
     def _worst(self) -> Key:
-        """The attitude with the largest distance; one whose distance is not determined before all others."""
+        """The attitude with the largest bound; one whose distance is not determined before all others."""
 
         def reach(key: Key) -> float:
-            found = self.flown[key].found
+            row, found = self.rows[key], self.flown[key].found
             assert found is not None  # on rank 0
-            return np.inf if found.balance.reason else float(self.rows[key]["distance"])
+            if found.balance.reason:
+                return np.inf
+            return float(row["distance"] if row["upper"] is None else row["upper"])
 
         return max(sorted(self.rows), key=reach)
 

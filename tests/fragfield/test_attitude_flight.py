@@ -104,7 +104,7 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     rows = {(row["inclination_deg"], row["roll_deg"]): row for row in envelope.curve}
     assert {(60.0 * step, 0.0) for step in range(4)} < set(rows)
     assert list(rows) == sorted(rows)
-    worst = max(rows.values(), key=lambda row: row["distance"])
+    worst = max(rows.values(), key=lambda row: row["upper"])
     expected = envelope.hazard.expected
     assert envelope.attitude.inclination == worst["inclination_deg"]
     assert expected.upper == worst["upper"]

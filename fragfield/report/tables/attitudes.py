@@ -38,7 +38,7 @@ def attitude_figure(run: RunFiles, narrow: bool) -> Figure | None:
     worst: dict[float, dict[str, Any]] = {}
     for row in rows:
         known = worst.setdefault(row["inclination_deg"], row)
-        if row["distance"] > known["distance"]:
+        if (row["upper"] or row["distance"]) > (known["upper"] or known["distance"]):
             worst[row["inclination_deg"]] = row
     inclination = sorted(worst)
     figure, (axis,) = new_figure(narrow=narrow, height=3.2, narrow_height=3.2)
