@@ -13,7 +13,7 @@ from flight.arguments import require_number, require_numbers
 from flight.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -73,7 +73,8 @@ class Contact:
     friction_angle_deg : float
         Coulomb friction, tan of it the coefficient; 20 degrees as between casings (Wang et al.).
     distance : float
-        From its launch up to which a fragment takes part (m).
+        From its launch up to which a fragment takes part (m). Of two M107 side by side 99 % of the contacts happen
+        within 1.3 m, all but one in a thousand within 5 m.
     time_limit : float
         Up to which contact is looked for (s).
     min_speed : float
@@ -88,7 +89,7 @@ class Contact:
     density: float = 7850.0
     restitution: float = 0.3
     friction_angle_deg: float = 20.0
-    distance: float = 10.0
+    distance: float = 5.0
     time_limit: float = 1.0
     min_speed: float = 0.5
     duration: float = 1e-5
@@ -153,13 +154,16 @@ class Encounters:
         self.around, self.one_cell, self.threads = around, one_cell, threads
         self.ground = ground if ground == ground else -math.inf
         self.time, self.window_ends, self.given_ends = 0.0, list[float](), tuple(windows)
-        with ThreadPoolExecutor(threads) as pool:
-            log = self._follow(pool)
+        if threads == 1:
+            log = self._follow(map)
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                log = self._follow(pool.map)
         self.contacts = _table(log, self.order)
         self.summary = self._summary()
 
-    def _follow(self, pool: ThreadPoolExecutor) -> NDArray[np.float64]:
-        """Window after window; returns the rows that the kernel logged."""
+    def _follow(self, of_all: Callable[..., Iterable[Any]]) -> NDArray[np.float64]:
+        """Window after window; returns the rows that the kernel logged. `of_all` is `map`, or that of a pool."""
         from flight.kernels.contacts import LOG_COLUMNS
 
         spheres, touch = self._spheres(), self._touch()
@@ -170,7 +174,7 @@ class Encounters:
             until = min(self.time + step, self.contact.time_limit)
             if self.given_ends:
                 until = self.given_ends[len(self.window_ends)]
-            rate, compared, rows = self._window(pool, active, spheres, touch, until)
+            rate, compared, rows = self._window(of_all, active, spheres, touch, until)
             log.append(rows)
             self.window_ends.append(until)
             self.time = until
@@ -184,20 +188,25 @@ class Encounters:
         return np.concatenate(log) if log else np.zeros((0, LOG_COLUMNS))
 
     def _window(
-        self, pool: ThreadPoolExecutor, active: NDArray[np.int64], spheres: Spheres, touch: Touch, until: float
+        self,
+        of_all: Callable[..., Iterable[Any]],
+        active: NDArray[np.int64],
+        spheres: Spheres,
+        touch: Touch,
+        until: float,
     ) -> tuple[float, int, NDArray[np.float64]]:
         """One window: the largest |a| / |v| (1/s), how many pairs were compared, and the contacts."""
         from flight.kernels import contacts as kernel
         from flight.kernels.cells import fill_cells
 
         parts = np.array_split(active, self.threads)
-        rate = max(pool.map(lambda part: kernel.advance(part, spheres, self.around, until), parts))
+        rate = max(of_all(lambda part: kernel.advance(part, spheres, self.around, until), parts))
         extent = float((spheres.boxes[active, 3:] - spheres.boxes[active, :3]).mean())
         cell = math.inf if self.one_cell else CELL * extent
         starts, member, place = fill_cells(active, spheres.boxes, cell, spheres.cells)
         bounds = np.linspace(0, len(starts) - 1, self.threads + 1).astype(np.int64)
         several = list(
-            pool.map(
+            of_all(
                 lambda one, next_one: kernel.first_collisions(
                     one, next_one, starts, member, place, spheres, until, touch
                 ), bounds[:-1], bounds[1:],

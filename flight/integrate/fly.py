@@ -92,8 +92,8 @@ def fly(
     integrator : Adaptive or FixedStep
         Default `Adaptive()`.
     contact : Contact, optional
-        Lets fragments strike each other in the first metres. One that has reached flat ground strikes none any more; one
-        that an obstacle or a map's slope has stopped may still deflect another within those metres.
+        Lets fragments strike each other in the first metres. One that has reached flat ground strikes none any more;
+        one that an obstacle or a map's slope has stopped may still deflect another within those metres.
     shape : flight.shape.Mean, Lognormal or Box, optional
         Model of the presented areas, drawn with `seed`; default: the shape factors that the fragments bring.
     domain : Domain, optional

@@ -117,7 +117,7 @@ class CollisionsTable(Table):
     """Speed of separation over speed of closing."""
     friction_angle: FrictionAngle = degrees(20.0)
     """Of fragment on fragment."""
-    distance: PositiveLength = 10.0
+    distance: PositiveLength = 5.0
     """From its launch up to which a fragment takes part."""
     time_limit: Time = 1.0
     """Up to which contact is looked for."""
