@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -288,6 +289,7 @@ def test_nothing_meets_below_the_ground() -> None:
         ({"restitution": 1.2}, "restitution is 1.2, allowed: 0 to 1"),
         ({"friction_angle_deg": 90.0}, "friction angle is 90.0 degrees"),
         ({"distance": math.inf}, "distance is inf m"),
+        ({"between": "round"}, r"contact: between is 'round'.*'rounds'"),
     ],
 )
 def test_messages(argument: dict[str, float], message: str) -> None:
@@ -295,19 +297,48 @@ def test_messages(argument: dict[str, float], message: str) -> None:
         Contact(**argument)
 
 
-@pytest.mark.parametrize(
-    ("argument", "found"),
-    [
-        ({"ground": HeightMap(np.zeros((2, 2)), step=1e4, corner=(-5e3, -5e3))}, "a height map"),
-        ({"obstacles": [Wall((30.0, -9.0), (30.0, 9.0), 2.0)]}, "obstacles"),
-    ],
-)
-def test_refused_beside_what_it_does_not_know(argument: dict[str, object], found: str) -> None:
-    with pytest.raises(
-        InputError,
-        match=rf"contact: found together with {found}, which are not supported together; allowed: flat ground",
-    ):
-        fly(stack(4), contact=Contact(), **argument)
+def of_two_rounds(fragments: Fragments) -> Fragments:
+    """The fragments of `stack`, those of either tube as a round of its own."""
+    return replace(fragments, round=(fragments.position[:, 0] > 0.0).astype(np.int32), round_names=("west", "east"))
+
+
+def test_between_rounds_no_two_fragments_of_one_round_meet() -> None:
+    """Those that meet are of different rounds; one round alone flies as without contact, to the last bit."""
+    both = of_two_rounds(stack(800, seed=5))
+    every, between = (fly(both, contact=Contact(between=one)).contacts for one in ("all", "rounds"))
+    assert (both.round[between["first"]] != both.round[between["second"]]).all()
+    assert len(every) > len(between) > 20
+    one = both.select(both.round == 0)
+    assert Contact(between="all").possible(one)
+    assert not Contact(between="rounds").possible(one)
+    alone, free = (fly(one, contact=contact) for contact in (Contact(between="rounds"), None))
+    assert alone.landing.tobytes() == free.landing.tobytes()
+    assert "contact" not in alone.summary
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_obstacle_stops_what_was_struck_before_it(threads: int) -> None:
+    """A wall around the stack: all stop on it or fly over it, each once, by its last leg."""
+    fragments = of_two_rounds(stack(600, seed=3))
+    walls = [Wall((sign * 30.0, -40.0), (sign * 30.0, 40.0), 20.0, name=str(sign)) for sign in (-1.0, 1.0)]
+    found = fly(fragments, contact=Contact(), obstacles=walls, ricochet="none", threads=threads)
+    free = fly(fragments, contact=Contact(), ricochet="none", threads=threads)
+    struck = np.unique(np.concatenate([found.contacts["first"], found.contacts["second"]]))
+    stopped = found.landing["status"] == Status.STOPPED
+    assert stopped[struck].sum() > 10
+    assert np.array_equal(np.sort(found.obstacle_hits["fragment"]), np.flatnonzero(stopped))
+    assert (np.abs(np.abs(found.landing["position"][stopped, 0]) - 29.9) < 1e-6).all()  # 0.2 m thick
+    # What no wall stops lands where it lands without walls.
+    others = ~stopped
+    assert np.array_equal(found.landing["position"][others], free.landing["position"][others])
+
+
+def test_contact_over_a_map_is_that_over_flat_ground() -> None:
+    fragments = of_two_rounds(stack(300, seed=4))
+    level = HeightMap(np.zeros((2, 2)), step=1e4, corner=(-5e3, -5e3))
+    flat, mapped = (fly(fragments, contact=Contact(), ground=one, ricochet="none") for one in (0.0, level))
+    assert np.array_equal(flat.contacts["time"], mapped.contacts["time"])
+    np.testing.assert_allclose(mapped.landing["position"], flat.landing["position"], atol=1e-6)
 
 
 def test_ricochet_after_contact() -> None:

@@ -20,7 +20,7 @@ orientation = "fixed"
 [flight.collisions]
 restitution = 0.5
 """
-HEAD_ON = "mass_kg,x_m,z_m,vx_m_s,vy_m_s,vz_m_s\n0.01,-1,2,500,0,0\n0.01,1,2,-500,0,0\n0.02,0,9,0,300,300\n"
+HEAD_ON = "mass_kg,x_m,z_m,vx_m_s,vy_m_s,vz_m_s,round\n0.01,-1,2,500,0,0,0\n0.01,1,2,-500,0,0,1\n0.02,0,9,0,300,300,1\n"
 
 
 def fly(folder: Path, case: str) -> dict[str, object]:
@@ -57,7 +57,7 @@ def test_impacts_in_summary_files_and_report(tmp_path) -> None:
 
 def test_without_contact_nothing_of_it_is_left(tmp_path) -> None:
     fly(tmp_path, CASE)
-    assert "contact" not in fly(tmp_path, "")
+    assert "contact" not in fly(tmp_path, '[flight]\ncollisions = "none"\n')
     assert not list((tmp_path / "out").glob("contacts.*"))
     rows = rows_of_the_report(tmp_path)
     assert rows["Presented areas"] == ("as given", "shape factor 2,600 kg/m³")
