@@ -82,7 +82,7 @@ def _table(
     tables = {}
     for name, entry in model.model_fields.items():
         table = _sub_table(entry)
-        if table is None or isinstance(chosen.get(name), str):
+        if table is None or _inline(entry) is not None or isinstance(chosen.get(name), str):
             yield from _entry(name, entry, chosen)
         else:
             tables[name] = (table, entry)
@@ -156,8 +156,16 @@ def _default(default: object, field: FieldInfo) -> str:
     return toml_value(quantity.in_unit_of_example(default))
 
 
+def _inline(field: FieldInfo) -> str | None:
+    """A small table as it stands in one line, of a field that is written so."""
+    extra = field.json_schema_extra
+    return str(extra["inline"]) if isinstance(extra, dict) and "inline" in extra else None
+
+
 def _example(field: FieldInfo) -> str | None:
     """An example as the file has it, None where the schema has none."""
+    if (inline := _inline(field)) is not None:
+        return inline
     quantity = _quantity(field)
     if quantity is not None and get_origin(field.annotation) is not list:
         plain = not any(get_origin(part) is list for part in get_args(field.annotation))

@@ -31,6 +31,7 @@ _ROUND_ROWS = (
     ("casing mass", "casing_mass", 1.0, "kg"),
     ("charge mass", "charge_mass", 1.0, "kg"),
     ("fuze mass", "fuze_mass", 1.0, "kg"),
+    ("fuze, mean density", "fuze_density", 1.0, "kg/m3"),
     ("charge ratio C/M", "charge_ratio", 1.0, ""),
     ("Gurney constant sqrt(2E), Eq. 24", "gurney_constant", 1.0, "m/s"),
     ("Gurney speed, Eq. 23", "gurney_speed", 1.0, "m/s"),
