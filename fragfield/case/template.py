@@ -92,12 +92,14 @@ def _table(
         elif entry.default is None or not every_key:
             yield from _comment(f"[{'.'.join((*path, name))}]  {entry.description or _first_line(table)}")
         else:
-            lines = _table(table, (*path, name), {}, None, every_key=every_key)
+            lines = _table(table, (*path, name), {}, entry, every_key=every_key)
             yield from ["", *(line.replace("[", "#[", 1) if line.startswith("[") else line for line in lines)]
 
 
 def _sub_table(field: FieldInfo) -> type[BaseModel] | None:
-    """Model of a field that can only be a table; None where it may be a value, too."""
+    """Model of a field that is a table by default or can only be one; None where it is a value."""
+    if isinstance(field.default, BaseModel):
+        return type(field.default)
     choices = [one for one in (get_args(field.annotation) or (field.annotation,)) if one is not type(None)]
     only = choices[0] if len(choices) == 1 else None
     return only if isinstance(only, type) and issubclass(only, BaseModel) else None

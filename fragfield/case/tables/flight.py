@@ -144,7 +144,6 @@ class FlightTable(Table):
         Discriminator(name_or_table),
     ] = CollisionsTable()
     """Contact between fragments of different rounds, or "none"."""
-    """Contact between fragments in the first metres; left out: none."""
     ground: GroundTable = GroundTable()
     integrator: IntegratorTable = IntegratorTable()
     time_limit: Time = 3600.0
