@@ -58,6 +58,17 @@ def check_text(found: Mapping[str, Any]) -> str:
 
 
 def _print_found(console: Console, found: Mapping[str, Any]) -> None:
+    if "mesh" in found:
+        _print_burst(console, found)
+    if held := found.get("fragments"):
+        console.print(f"{held['file']}: {held['number']:.10g} fragments of {held['mass']:.4g} kg", markup=False)
+        if recovered := held.get("recovered"):
+            console.print(recovered["words"], markup=False)
+    for warning in found["warnings"]:
+        console.print(f"warning: {warning}")
+
+
+def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     for names, entry in _alike(found["rounds"]):
         console.print(_round_table(_listed(names), entry))
         if entry.get("segments"):
@@ -91,8 +102,6 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
             f"per round: {each['cells']:.0f} cells, {each['memory_bytes'] / 1e9:.2g} GB, "
             f"{duration(each['core_seconds'])} on one core"
         )
-    for warning in found["warnings"]:
-        console.print(f"warning: {warning}")
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
