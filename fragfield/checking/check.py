@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.checks.fragment_numbers import check_numbers
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.conversion.round_masses import first_alike
-from fragfield.case.conversion.stages import burst_rounds, burst_settings
+from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
 from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
@@ -99,6 +100,7 @@ def check_report(case: Case) -> dict[str, Any]:
         "warnings": [
             *_warnings(case, settings, described, expected),
             *(_mean_mass_warnings(case, rounds, described) if stations is None else [CAUTION]),
+            *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
     }
 
@@ -240,7 +242,10 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
     """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
     from transition.law.mean_mass_data import outside_data
 
-    if not isinstance(case.break_up.mean_mass, str) or case.break_up.mean_mass_is_file:
+    if isinstance(case.break_up.mean_mass, float):
+        yield from _heavy_mean(case, described)
+        return
+    if case.break_up.mean_mass_is_file:
         return
     for index, number in Counter(first_alike(case)).items():
         entry, found = rounds[index], described[index]
@@ -253,6 +258,19 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
                 f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are close: "
                 f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
                 "the distances"
+            )
+
+
+def _heavy_mean(case: Case, described: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Segments that are lighter than a given mean mass: each stays one piece."""
+    mean = float(case.break_up.mean_mass)
+    for index in dict.fromkeys(first_alike(case)):
+        segments = described[index].get("segments", []) if case.break_up.segments is None else []
+        light = [f'"{one["name"]}" ({one["casing_mass"]:.3g} kg)' for one in segments if one["casing_mass"] < mean]
+        if light:
+            yield (
+                f"round[{index + 1}] ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the mass of "
+                f"{' and '.join(light)}, of which each stays one piece"
             )
 
 

@@ -22,7 +22,15 @@ from fragfield.case.units.kinds import (
 )
 from fragfield.case.units.quantities import Quantity
 
-__all__ = ["CasingTable", "ExpectedTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
+__all__ = [
+    "CasingTable",
+    "ExpectedTable",
+    "ExplosiveTable",
+    "IgnitionTable",
+    "InitiationTable",
+    "JwlTable",
+    "RoundTable",
+]
 
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 Attitude = Annotated[
