@@ -96,7 +96,8 @@ class ArenaTable:
         if bad.any():
             row = int(np.argmax(bad))
             raise InputError(
-                f"arena: the group of mass of row {row + 1} runs from {low[row]:g} to {high[row]:g} kg; allowed: from 0 "
+                f"arena: the group of mass of row {row + 1} runs from {low[row]:g} to {high[row]:g} kg; allowed: "
+                "from 0 "
                 "or more upwards, to inf where it has no upper end"
             )
         row = group_outside(self.number, self.number * self.mass, low, high)

@@ -160,9 +160,11 @@ class Profile:
             return
         volume = self.fuze_volume
         raise InputError(
-            f"{self.name} [fuze]: mass = {self.fuze.mass:g} kg in the {1e6 * volume:.4g} cm3 of cavity before the charge "
+            f"{self.name} [fuze]: mass = {self.fuze.mass:g} kg in the {1e6 * volume:.4g} cm3 of cavity before the "
+            "charge "
             f"is {1e-3 * self.fuze_density:.3g} g/cm3; allowed: {1e-3 * low:g} to {1e-3 * high:g} g/cm3, "
-            f"{low * volume:.3g} to {high * volume:.3g} kg: the mass of what fills that cavity alone, without what stands "
+            f"{low * volume:.3g} to {high * volume:.3g} kg: the mass of what fills that cavity alone, without "
+            "what stands "
             "before the body"
         )
 

@@ -122,7 +122,7 @@ def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) 
         layers = len(stations) - 1
         centres = 0.5 * (stations[1:] + stations[:-1])
         empty = 0
-        if volumes.void > 0.0:
+        if profile.volumes().void > 0.0:
             empty = int(np.count_nonzero((centres > profile.cavity.start) & (centres < profile.charge_front)))
         for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0)), 2 if even_core else 1):
             core_cell = 0.5 * np.pi * 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS) * inner / core

@@ -269,7 +269,8 @@ def _heavy_mean(case: Case, described: Sequence[dict[str, Any]]) -> Iterator[str
         light = [f'"{one["name"]}" ({one["casing_mass"]:.3g} kg)' for one in segments if one["casing_mass"] < mean]
         if light:
             yield (
-                f"round[{index + 1}] ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the mass of "
+                f"round[{index + 1}] ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the "
+                "mass of "
                 f"{' and '.join(light)}, of which each stays one piece"
             )
 
@@ -284,7 +285,8 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
     low, high = _FUZE_DENSITIES
     if found.get("fuze_density") and not low <= found["fuze_density"] <= high:
         yield (
-            f"{key}: the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; usual: "
+            f"{key}: the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; "
+            "usual: "
             f"{low:g} to {high:g} kg/m3, for what fills the cavity alone"
         )
     for name, error in found["mass_error_of_mesh"].items():

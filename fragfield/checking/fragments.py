@@ -20,8 +20,8 @@ def fragments_report(case: Case, path: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        `fragments`: `file`, `number` and `mass` (kg) of all fragments, as they are flown; of an arena table those of one
-        round, and `recovered`, as `flight.recovered` of summary.json. `warnings`.
+        `fragments`: `file`, `number` and `mass` (kg) of all fragments as they are flown, of an arena table those of one
+        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`.
 
     Raises
     ------

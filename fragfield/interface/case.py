@@ -33,7 +33,8 @@ class Case:
     ----------
     tables : mapping, optional
         Tables as the case file has them, with the same keys: values with a dimension are texts with their unit, such as
-        `{"burst": {"cell_size": "6 mm"}}`, or quantities of pint. Lists of tables stand for `[[round]]`, NumPy's arrays for lists.
+        `{"burst": {"cell_size": "6 mm"}}`, or quantities of pint. Lists of tables stand for `[[round]]`, NumPy's arrays
+        for lists.
     folder : path
         Folder to which the names of files in the case are relative.
     **more

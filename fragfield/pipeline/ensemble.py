@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from flight.hazard.density.groups import DensityGroups
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import Case
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
@@ -263,7 +262,7 @@ class Flights:
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.density.near_ground import NearGround
-        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
+        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)

@@ -70,7 +70,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
 
 
 def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
-    """Faults of a resolved case: heat of detonation, product constants, ignition, masses, rounds in each other or in planes.
+    """Faults of a resolved case: heat of detonation, product constants, ignition, masses, positions of the rounds.
 
     `stacked` are the names of the rounds that stand for [stack].
     """

@@ -1,8 +1,8 @@
 """How many fragments a case would make, estimated before its burst: a law that makes dust, or none, is refused here.
 
 The laws are those of the break-up, with the speed of Gurney's formula (Eqs. 23-24) for that of the burst, which differs
-from it by 30 % at most where a casing is closed: mean masses then by a factor below 2. An estimate is refused only where
-it is off by more than `_MARGIN`; what does not depend on the speed is exact.
+from it by 30 % at most where a casing is closed: mean masses then by a factor below 2. An estimated mean mass is a fault
+only where one `_MARGIN` times larger or smaller would be, too; what does not depend on the speed is exact.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
 def check_numbers(case: Case, settings: BreakUpSettings, *, margin: float = _MARGIN) -> Iterator[str]:
     """Faults of a resolved case: more fragments than are computed, or segments of which grades hold none.
 
-    `margin` is the factor by which an estimated mean mass may be wrong before it is a fault; with 1 what is to be expected.
+    `margin` is the factor by which an estimated mean mass may be wrong; with 1 the lines are what is to be expected.
     """
     from fragfield.hazard.arrangement import with_images
     from transition.settings import MOST_FRAGMENTS
@@ -121,8 +121,10 @@ def _empty_grades(key: str, found: list[SegmentMean], settings: BreakUpSettings,
             continue
         if not any(grades.grades(law, n, one.mass)[1].any() for law, n in zip(laws, numbers, strict=True)):
             yield (
-                f"break_up.graded_dm: the first grade, graded_m0 + graded_dm = {settings.graded_m0 + settings.graded_dm:g} "
-                f'kg, holds less than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean mass about '
+                "break_up.graded_dm: the first grade, graded_m0 + graded_dm = "
+                f"{settings.graded_m0 + settings.graded_dm:g} "
+                f'kg, holds less than one fragment of the segment "{one.name}" of {key} ({one.mass:.4g} kg, mean '
+                "mass about "
                 f'{one.mean:.3g} kg); allowed: wider grades, or sampler = "quantile"'
             )
             return

@@ -102,7 +102,8 @@ def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterato
     whose = f"the heaviest segment of {key}" if segments else f"the casing of {key}"
     if isinstance(settings.mean_mass, float) and settings.mean_mass > heaviest:
         yield (
-            f"break_up.mean_mass: found {settings.mean_mass:g} kg, above the mass of {whose}, {heaviest:.4g} kg; allowed: "
+            f"break_up.mean_mass: found {settings.mean_mass:g} kg, above the mass of {whose}, {heaviest:.4g} kg; "
+            "allowed: "
             "at most that (is it the mean mass of a fragment, in the unit that is meant?)"
         )
 
@@ -115,7 +116,8 @@ def _stations(key: str, entry: RoundTable, stations: tuple[float, ...]) -> Itera
     length = profile_of(entry).length
     if stations[-1] >= length:
         yield (
-            f"break_up.segments: found the station {1e3 * stations[-1]:.6g} mm, beyond {key}; allowed: below its length, "
+            f"break_up.segments: found the station {1e3 * stations[-1]:.6g} mm, beyond {key}; allowed: below its "
+            "length, "
             f"{1e3 * length:.6g} mm"
         )
 
@@ -161,7 +163,8 @@ def _hazard(case: Case) -> Iterator[str]:
     if cells > _MOST_CELLS:
         yield (
             f"hazard.distance_cell: found {table.distance_cell:g} m with {table.sectors} sectors and a kernel of "
-            f"{kernel_degrees(case):.3g} deg, which make {cells:.3g} cells of density; allowed: at most {_MOST_CELLS:.0e}: "
+            f"{kernel_degrees(case):.3g} deg, which make {cells:.3g} cells of density; allowed: at most "
+            f"{_MOST_CELLS:.0e}: "
             "wider cells, fewer sectors or a wider kernel"
         )
         return

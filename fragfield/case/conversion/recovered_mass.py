@@ -1,4 +1,4 @@
-"""Mass of an arena table against the casing that it stands for: what is flown must be the fragments of a whole round."""
+"""Mass of an arena table against the casing of the round that it stands for: the whole round is to be flown."""
 
 from __future__ import annotations
 
@@ -51,13 +51,17 @@ class RecoveredMass:
         """What was recovered and how it is flown, for terminal, log and report."""
         if self.fraction is None:
             return (
-                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of the casing "
+                f"the arena table holds {self.mass:.4g} kg of fragments; without a table [[round]] the mass of "
+                "the casing "
                 "is not known, nor the fraction of it that was recovered"
             )
-        held = f"the arena table holds {self.mass:.4g} kg of fragments, {_percent(self.fraction)} of the {self.casing_mass:.4g} kg"
+        held = (
+            f"the arena table holds {self.mass:.4g} kg of fragments, {100.0 * self.fraction:.3g} % of the "
+            f"{self.casing_mass:.4g} kg of the casing"
+        )
         if self.arena_mass == "scaled":
-            return f"{held} of the casing; its numbers are flown times {self.factor:.4g}, scaled to the casing"
-        return f"{held} of the casing"
+            return f"{held}; its numbers are flown times {self.factor:.4g}, scaled to the casing"
+        return held
 
     @property
     def warning(self) -> str:
@@ -68,7 +72,8 @@ class RecoveredMass:
             return f"{self.words}: what was not recovered is taken to have flown as what was"
         if self.fraction < _WARNED:
             return (
-                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances are too "
+                f"{self.words}: fragments that were not recovered are not flown, so that densities and distances "
+                "are too "
                 'small; flight.arena_mass = "scaled" scales the numbers to the casing'
             )
         return f"{self.words}: more than the round has"
@@ -102,7 +107,8 @@ def recovered_mass(case: Case, table: ArenaTable, name: str) -> RecoveredMass:
     if not case.round:
         if meant == "scaled":
             raise InputError(
-                f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the casing is '
+                f'{name}: flight.arena_mass: found "scaled" without a table [[round]], so that the mass of the '
+                "casing is "
                 'not known; allowed: "checked" or "as_given", or a round with its profile and casing'
             )
         return RecoveredMass(table.total_mass, None, meant)
@@ -124,11 +130,8 @@ def recovered_mass(case: Case, table: ArenaTable, name: str) -> RecoveredMass:
     if meant == "checked" and not low <= fraction <= high:
         raise InputError(
             f'{name}: {found.words} of round[1]; allowed with flight.arena_mass = "checked": {100.0 * low:g} to '
-            f'{100.0 * high:g} %. Are its numbers those of one round, and all zones in it? "scaled" scales the numbers to '
+            f'{100.0 * high:g} %. Are its numbers those of one round, and all zones in it? "scaled" scales the '
+            "numbers to "
             'the casing, "as_given" flies them as they are'
         )
     return found
-
-
-def _percent(fraction: float) -> str:
-    return f"{100.0 * fraction:.3g} %"

@@ -9,7 +9,7 @@ from fragfield.case.conversion.round_masses import are_alike
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
-    from fragfield.case.tables.round import IgnitionTable, RoundTable
+    from fragfield.case.tables.round import IgnitionTable
 
 __all__ = ["single_round_case"]
 
