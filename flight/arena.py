@@ -100,8 +100,9 @@ class ArenaTable:
                 "from 0 "
                 "or more upwards, to inf where it has no upper end"
             )
-        row = group_outside(self.number, self.number * self.mass, low, high)
-        if row is not None:
+        outside = group_outside(self.number, self.number * self.mass, low, high)
+        if outside is not None:
+            row = outside
             raise InputError(
                 f"arena: the mean mass of row {row + 1} is {self.mass[row]:g} kg, outside its own group of mass; "
                 f"allowed: {low[row]:g} to {high[row]:g} kg (0 to inf where no group is known)"

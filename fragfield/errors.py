@@ -10,6 +10,7 @@ import errno
 import os
 import sys
 import threading
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield_base import errors, names
@@ -95,14 +96,10 @@ def _is_of_the_machine(error: OSError) -> bool:
         return True
     if error.errno not in _PATHS or error.filename is None:
         return False
-    place = os.path.abspath(os.fsdecode(error.filename))
-    return not any(place.startswith(folder + os.sep) for folder in _own_folders())
-
-
-def _own_folders() -> list[str]:
-    """Folders of the program's packages that have been imported."""
+    place = Path(os.fsdecode(error.filename)).absolute()
     modules = (sys.modules.get(name) for name in _PACKAGES)
-    return [os.path.dirname(os.path.abspath(one.__file__)) for one in modules if one is not None and one.__file__]
+    own = [Path(one.__file__).absolute().parent for one in modules if one is not None and one.__file__]
+    return not any(place.is_relative_to(folder) for folder in own)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:

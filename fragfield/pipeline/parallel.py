@@ -33,7 +33,7 @@ def launched_size() -> int:
     PMIx gives a process its rank and no size. Where no other variable holds it, MPI itself is asked: a guess of 1 would
     let every rank begin the whole run.
     """
-    names = _SIZE_VARIABLES
+    names: tuple[str, ...] = _SIZE_VARIABLES
     if os.environ.get("PMIX_RANK", "").isdigit():
         names = (*names, _STEP_SIZE)
     sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]

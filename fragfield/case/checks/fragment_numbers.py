@@ -1,8 +1,8 @@
 """How many fragments a case would make, estimated before its burst: a law that makes dust, or none, is refused here.
 
 The laws are those of the break-up, with the speed of Gurney's formula (Eqs. 23-24) for that of the burst, which differs
-from it by 30 % at most where a casing is closed: mean masses then by a factor below 2. An estimated mean mass is a fault
-only where one `_MARGIN` times larger or smaller would be, too; what does not depend on the speed is exact.
+from it by 30 % at most where a casing is closed: mean masses then by a factor below 2. An estimated mean mass is a
+fault only where one `_MARGIN` times larger or smaller would be, too; what does not depend on the speed is exact.
 """
 
 from __future__ import annotations
