@@ -38,7 +38,7 @@ COLUMNS = (
     "max_speed_m_s",
 )  # fmt: skip
 LIGHTEST = 1e-5  # kg: lower edge of the lightest group
-LIGHTEST_MEAN = 1e-6  # kg: below, a mean mass of a file is refused
+LIGHTEST_MEAN = 1e-6  # kg: a file whose fragments are lighter on average is refused
 PER_OCTAVE = 2  # mass groups
 
 
@@ -282,12 +282,12 @@ class ArenaTable:
                 "fragments needs a row with number 0"
             )
         speed = table["mean_speed_m_s"]
-        light = (table["number"] > 0.0) & (table["mean_mass_kg"] > 0.0) & (table["mean_mass_kg"] < LIGHTEST_MEAN)
-        if light.any():
-            row = int(np.argmax(light))
+        number = float(table["number"].sum())
+        mean = float((table["number"] * table["mean_mass_kg"]).sum()) / number if number > 0.0 else LIGHTEST_MEAN
+        if 0.0 < mean < LIGHTEST_MEAN:
             raise InputError(
-                f"{path}: mean_mass_kg of row {row + 1} is {table['mean_mass_kg'][row]:g}; allowed: at least "
-                f"{LIGHTEST_MEAN:g} kg (1 mg), lighter ones are no fragments that a test collects (is it in kg?)"
+                f"{path}: mean_mass_kg: the mean of all fragments is {mean:.3g} kg; allowed: at least {LIGHTEST_MEAN:g} "
+                "kg (1 mg), lighter ones are not fragments that a test collects (is it in kg?)"
             )
         try:
             return cls(

@@ -154,13 +154,14 @@ GROUPS = "zone_from_deg,zone_to_deg,mass_from_kg,mass_to_kg,number,mean_mass_kg,
         ("0,180,0.02,0.01,3,0.015,900", "the group of mass of row 1 runs from 0.02 to 0.01 kg"),
         ("0,180,-1,0.02,3,0.015,900", "the group of mass of row 1 runs from -1 to 0.02 kg; allowed: from 0 or more"),
         ("0,180,0,0.01,3,2e-6,900", ""),
-        ("0,180,0,0.01,3,9e-7,900", "mean_mass_kg of row 1 is 9e-07; allowed: at least 1e-06 kg"),
+        ("0,180,0,0.01,3,5e-7,900\n0,180,0.01,0.1,1,0.02,900", ""),  # a group of a computed table may be lighter
+        ("0,180,0,0.01,3,9e-7,900", "mean_mass_kg: the mean of all fragments is 9e-07 kg; allowed: at least 1e-06 kg"),
     ],
 )
 def test_a_mean_mass_lies_in_its_own_group(row, message, tmp_path):
     (tmp_path / "a.csv").write_text(f"{GROUPS}{row}\n")
     if not message:
-        assert len(ArenaTable.read(tmp_path / "a.csv").number) == 1
+        assert len(ArenaTable.read(tmp_path / "a.csv").number) == 1 + row.count("\n")
         return
     with pytest.raises(flight.InputError) as found:
         ArenaTable.read(tmp_path / "a.csv")

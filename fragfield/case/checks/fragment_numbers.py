@@ -73,7 +73,6 @@ def check_numbers(case: Case, settings: BreakUpSettings, *, margin: float = _MAR
 
     `margin` is the factor by which an estimated mean mass may be wrong; with 1 the lines are what is to be expected.
     """
-    from fragfield.hazard.arrangement import with_images
     from transition.settings import MOST_FRAGMENTS
 
     if not case.round:
@@ -81,7 +80,7 @@ def check_numbers(case: Case, settings: BreakUpSettings, *, margin: float = _MAR
     first = first_alike(case)
     items = {index: burst_round(case.round[index], f"round[{index + 1}]") for index in set(first)}
     means = {index: expected_means(item, settings) for index, item in items.items()}
-    images = len(with_images(case)) // len(case.round)
+    images = 2 ** sum(plane.kind == "symmetry" for plane in case.plane)  # they are perpendicular to each other
     number = images * sum(one.mass / one.mean for index in first for one in means[index])
     every = [one for found in means.values() for one in found]
     known = all(one.exact for one in every)
