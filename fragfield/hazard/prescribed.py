@@ -113,9 +113,7 @@ def _candidates(
             yield _Candidate(rule["distance"], f"the rule “{rule['name']}” ({rule['hazard']})")
 
 
-def _official_words(
-    hazard: Mapping[str, Any], computed: Computed, official: Mapping[str, Any] | None
-) -> Iterator[str]:
+def _official_words(hazard: Mapping[str, Any], computed: Computed, official: Mapping[str, Any] | None) -> Iterator[str]:
     """Official against computed distances."""
     if official is None:
         yield "No official distance of the round is in the case (table [official])."

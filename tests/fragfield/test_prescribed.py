@@ -113,7 +113,10 @@ def test_official_distances_hold_for_as_many_rounds_as_they_are_published_for(tm
         ('hazardous_fragment_distance = "112 m"\nsource = "  "', "official.source: found only blanks"),
         ('hazardous_fragment_distance = "0 m"\nsource = "S"', "official.hazardous_fragment_distance: found"),
         ('hazardous_fragment_distance = "112 km"\nsource = "S"', "official.hazardous_fragment_distance: found"),
-        ('hazardous_fragment_distance = 112\nsource = "S"', "official.hazardous_fragment_distance: found 112 without a unit"),
+        (
+            'hazardous_fragment_distance = 112\nsource = "S"',
+            "official.hazardous_fragment_distance: found 112 without a unit",
+        ),
         ('hazardous_distance = "112 m"\nsource = "S"', "hazardous_fragment_distance"),
         ('hazardous_fragment_distance = "112 m"\nrounds = 0\nsource = "S"', "official.rounds: found 0"),
         (
@@ -167,7 +170,9 @@ def run(tmp_path_factory):
 def test_a_run_shows_the_official_distance_everywhere(run):
     folder, stdout = run
     assert "official, hazardous fragments" in stdout
-    assert "Storage and handling: do not apply less than 9,000 m, by the official hazardous fragment distance." in stdout
+    assert (
+        "Storage and handling: do not apply less than 9,000 m, by the official hazardous fragment distance." in stdout
+    )
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["official"]["hazardous_fragment_distance"] == 9000.0
     assert summary["minimum"]["siting"] == {"distance": 9000.0, "by": "the official hazardous fragment distance"}

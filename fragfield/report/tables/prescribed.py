@@ -42,7 +42,9 @@ def prescribed_blocks(run: RunFiles) -> Iterator[Block]:
             lines += _largest([rule for rule in inside if rule["hazard"] == against], f"{title}, {against}")
     for use, title in USES.items():
         if minimum[use]["distance"] is not None:
-            lines.append((f"Do not apply less than: {title}", whole_metres(minimum[use]["distance"]), minimum[use]["by"]))
+            lines.append(
+                (f"Do not apply less than: {title}", whole_metres(minimum[use]["distance"]), minimum[use]["by"])
+            )
     yield Table("Prescribed distances", ("Distance", "m", "By"), tuple(lines))
     if contents := rules.get("contents"):
         words = quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
