@@ -55,7 +55,7 @@ def main(folder: Path) -> Path:
             fastest = result.hits_on("screens")["speed"].max()
             print(f"fastest at the screens: {fastest:.0f} m/s")
     expected = expected_distance(groups, criteria.density)
-    ensemble = assess_ensemble(counts, criteria, expected=expected, all_round=groups)
+    ensemble = assess_ensemble(counts, criteria, expected=expected)
     print(ensemble)
     print(f"hazard distance: {expected.distance:.0f} m, upper bound (95 %) {expected.upper:.0f} m")
 

@@ -100,8 +100,8 @@ class BreakUp:
         """Break the casing up once.
 
         Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
-        on which others are computed, in which order, or on which rank; so has every image. Turns have streams of their
-        own too; tilts are drawn in groups of four, see `transition.placement.attitude`.
+        on which others are computed, in which order, or on which rank; so has every image. Turns and tilts have
+        a stream of their own too.
 
         Parameters
         ----------

@@ -102,6 +102,7 @@ def ring_ensemble(
     arguments = {key: value for key, value in (flight_arguments or {}).items() if key not in own}
     ring = flight.Cylinder(radius, name="ring")
     domain = flight.Domain(radius=1.01 * radius, floor=FLOOR)
+    alone = arguments.get("contact") is not None and len(prepared.rounds) > 1  # no realisation meets another
     sizes: list[int] = []
     parts: dict[str, list[RingCounts]] = {"every_height": [], "band": []}
     missed: dict[str, list[NDArray[np.int64]]] = {"every_height": [], "band": []}
@@ -132,7 +133,7 @@ def ring_ensemble(
     for start in range(0, realisations, AT_ONCE):
         for fragments in prepared.many(seed, range(start, min(start + AT_ONCE, realisations)), threads):
             batch.append(fragments)
-            if sum(len(part) for part in batch) >= BATCH:
+            if alone or sum(len(part) for part in batch) >= BATCH:
                 fly_batch()
     if batch:
         fly_batch()

@@ -151,6 +151,8 @@ def _default(default: object, field: FieldInfo) -> str:
     if vector is not None and vector.component is not None and isinstance(default, tuple):
         return toml_value([f"{component:g} {vector.component.symbol}" for component in default])
     quantity = _quantity(field)
+    if isinstance(default, BaseModel):
+        return "{}"  # the table, with all of its keys left out
     if quantity is None or not isinstance(default, float):
         return toml_value(default)
     return toml_value(quantity.in_unit_of_example(default))

@@ -187,14 +187,12 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
 
 def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words: list[str]) -> Iterator[_Result]:
     """Results with other cells, the coarsest in any case; `words` says what was left out and why."""
-    from transition.placement.attitude import TOGETHER
-
     began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
     bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
     affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
     number = own.realisations
     if affordable < number:
-        number = min(number, max(_FEWEST, int(affordable) // TOGETHER * TOGETHER))
+        number = min(number, max(_FEWEST, int(affordable)))
     for factor in (2.0, _ROOT, 1.0 / _ROOT):
         size = factor * own.size
         estimate = start + per_burst / factor**3 + number * per_flight

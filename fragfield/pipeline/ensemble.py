@@ -184,11 +184,10 @@ class _Found:
             basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
-        self.together = source.together
-        self.groups = DensityGroups(Directions(grid, basis, kernel, used), self.together)
+        self.groups = DensityGroups(Directions(grid, basis, kernel, used))
         self.short: DensityGroups | None = None  # without ricochet
         if job.case.flight.ground.ricochet != "none":
-            self.short = DensityGroups(self.groups.directions, self.together)
+            self.short = DensityGroups(self.groups.directions)
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
@@ -217,8 +216,7 @@ class _Found:
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
-        wanted = min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
-        return min(-(-wanted // self.together) * self.together, most)
+        return min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
 
     def assess(
         self, groups: DensityGroups | None = None, *, quick: bool = False, every_direction: bool = True

@@ -45,14 +45,6 @@ class Realisations:
         self.arena = job.team.broadcast(read_arena(job.fragments) if job.team.first else None)
 
     @property
-    def together(self) -> int:
-        """Realisations that are not independent of each other, because their tilts were drawn together."""
-        from transition.placement.attitude import TOGETHER
-
-        ours = self.job.fragments is None and self.arena is None
-        return TOGETHER if ours and self.job.case.break_up.tilt > 0.0 else 1
-
-    @property
     def more(self) -> bool:
         """Whether any number can be made."""
         return self._snapshot is not None or self.arena is not None

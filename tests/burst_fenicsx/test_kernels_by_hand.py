@@ -241,7 +241,7 @@ def test_mean_velocities_stand_in_for_those_of_the_nodes_until_they_are_put_back
 def test_columns_are_summed_each_for_itself():
     values = np.arange(40.0).reshape(10, 4) ** 2
     rows = np.array([7, 2, 9], dtype=np.int32)
-    assert sum_columns(values, rows, rounding_constant(1e4)).tolist() == values[rows, :3].sum(axis=0).tolist()
+    assert sum_columns(values, rows, rounding_constant(1e4)).tolist() == values[rows].sum(axis=0).tolist()
 
 
 def test_kinetic_energy_and_momentum_of_nodes_half_a_step_on():

@@ -228,7 +228,7 @@ def test_every_surface_node_is_known_by_its_row(order):
 def test_the_summary_of_contact_names_what_was_counted():
     interface = SimpleNamespace(counts=lambda: np.array([5.0, 3.0, 2.0]))
     contact = SimpleNamespace(
-        comm=MPI.COMM_SELF, interface=interface, spring_energy=7.0, friction=11.0, exists=True,
+        comm=MPI.COMM_SELF, interface=interface, spring_energy=7.0, friction=11.0, work=-17.5, gain=0.5, exists=True,
         penetrations=Penetrations(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3), collisions=SimpleNamespace(searches=9),
     )  # fmt: skip
     found = ContactForces.summary(contact)

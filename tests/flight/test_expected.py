@@ -285,34 +285,6 @@ def test_groups_join_in_pairs_and_keep_the_sum() -> None:
     assert [one.groups for one in both] == [11, 6]
 
 
-def test_realisations_drawn_together_count_as_one_group() -> None:
-    """Densities that depend on a random number drawn in groups of four: the bootstrap draws whole groups."""
-    field = directions("all_azimuths")
-    base = field.folded(expected_numbers(field.grid, radial, even))
-    generator = np.random.default_rng(3)
-    quarter = (np.arange(4) + 0.5) / 4.0
-    truth = true_distance(float(np.mean([math.exp(1.5 * x) for x in np.linspace(0.0005, 0.9995, 1000)])))
-    by_four: list[ExpectedDistance] = []
-    alone = []
-    for trial in range(200):
-        groups = [DensityGroups(field, 4), DensityGroups(field)]
-        for _ in range(8):
-            within = (generator.random() - 0.5) / 4.0 * np.array([1.0, -1.0, 1.0, -1.0])
-            for share in generator.permutation(quarter + within):
-                drawn = 2.0 * generator.poisson(math.exp(1.5 * share) * base / 2.0)
-                here = np.broadcast_to(drawn / field.grid.turns, field.grid.shape).astype(float)
-                for one in groups:
-                    one.add(0.2 * here, here)
-        found = [expected_distance(one, LIMIT, draws=200, seed=trial, every_direction=False) for one in groups]
-        assert found[0].distance == pytest.approx(found[1].distance, rel=1e-12)
-        by_four.append(found[0])
-        alone.append(found[1].standard_error)
-    assert [one.groups for one in found] == [8, 32]
-    judge(by_four, truth, 0.91, 0.99)
-    scatter = np.std([one.distance for one in by_four], ddof=1)
-    assert np.mean(alone) > 1.5 * scatter  # as if they were independent: far too large
-
-
 def test_memory_is_bounded() -> None:
     field = Directions(PolarGrid.of(72, 10.0, 10.0, 3000.0), "worst_direction")
     groups = DensityGroups(field)

@@ -239,7 +239,12 @@ def test_check_shows_the_resolved_case_where_asked():
     done = _invoke("check", ROOT / "cases" / "m107_tnt.toml", "--resolved")
     assert done.exit_code == 0
     text = done.stdout.partition("\nthe case as resolved:\n")[2]
-    for part in ('cell_size = "6 mm"', 'friction_angle = "20 deg"', 'tilt = "2 deg"', 'cohesion = "5 MPa"'):
+    for part in (
+        'cell_size = "6 mm"',
+        'friction_angle = "20 deg"',
+        'direction_scatter = "6 deg"',
+        'cohesion = "5 MPa"',
+    ):
         assert part in text
     assert not re.search(r"\d{12}", text)
     again = flat(plain(Case.model_validate(tomllib.loads(text))))

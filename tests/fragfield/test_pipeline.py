@@ -135,9 +135,11 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     assert summary["hazard"]["basis"] == "all_azimuths"
     assert summary["hazard"]["determined"] is True
     number = found.realisations
-    first = tally(read_landing(out / "landing.h5"))
-    cells = len(first.edges) - 1
-    assert np.array_equal(found.counts.landings[0, :, :cells], first.landings[0])
+    first = tally(read_landing(out / "landing.h5"))  # first impacts alone; the ensemble counts ricochets too
+    cells = min(len(first.edges), len(found.counts.edges)) - 1
+    beyond = found.counts.landings[0, :, :cells] - first.landings[0, :, :cells]
+    assert beyond.min() == 0.0
+    assert beyond.sum() > 0.0
     assert np.array_equal(found.counts.throw[0], first.throw[0])
     assert not np.array_equal(found.counts.throw[0], found.counts.throw[1])
     assert witnesses["ring"]["hits"][0].tolist() == [row["hits"] for row in summary["witness"][0]["by_azimuth"]]

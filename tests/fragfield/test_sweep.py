@@ -80,7 +80,7 @@ def test_a_plan_is_the_product_of_its_values():
         ("burst.leakage.radius_ratio=1.6, 2.1", [1.6, 2.1]),
         ("burst.leakage.enabled=true,false", [True, False]),
         ('title="A, B",C', ["A, B", "C"]),
-        ("round.tube.axis=[0, 0, 1],[1, 0, 0]", [[0, 0, 1], [1, 0, 0]]),
+        ('flight.origin=["0 m", "0 m"],["1 m", "0 m"]', [["0 m", "0 m"], ["1 m", "0 m"]]),
         ("hazard.density=1 / (55.7 m^2),0.1 / m^2", ["1 / (55.7 m^2)", "0.1 / m^2"]),
     ],
 )  # fmt: skip

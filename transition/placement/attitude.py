@@ -1,15 +1,4 @@
-"""The random attitude of a realisation: a turn about a single round's axis, and a tilt of everything together.
-
-Nothing stands exactly plumb. The hazard distance is decided by the few fragments that leave within a degree of level;
-for an exactly upright round their number depends on tenths of a degree of the velocity field, which neither a mesh nor
-a drawing gives.
-
-The size of the tilt decides more of a realisation's distance than its random break-up does. So realisations are tilted
-in fours: their tilts lie in the four quarters of the distribution, in random order, and a quarter of a turn apart.
-Each of them is distributed as a tilt drawn alone, and the standard error of a single M107's distance is half as large
-(stratified and antithetic sampling, Owen 2013, chapters 8 and 10). The fours are independent of each other, the
-realisations of one are not.
-"""
+"""The random attitude of a realisation: a turn about a single round's axis, and a lean of everything together."""
 
 from __future__ import annotations
 
@@ -20,10 +9,8 @@ import numpy as np
 
 from transition.placement.isometry import Isometry, rotation
 
-__all__ = ["TOGETHER", "Attitude", "draw_attitude"]
+__all__ = ["Attitude", "draw_attitude"]
 
-TOGETHER = 4
-"""Realisations whose tilts are drawn together: numbers 0 to 3, 4 to 7, ..."""
 _NONE = (0.0, 0.0)
 
 
@@ -61,20 +48,9 @@ def draw_attitude(seed: int, number: int, *, turned: bool, tilt: float) -> Attit
         Standard deviation of the tilt about each of the two horizontal axes (rad).
     """
     own = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
-    turn = float(2.0 * np.pi * own.random()) if turned else None
+    around = float(2.0 * np.pi * own.random())
+    turn = around if turned else None
     if not tilt > 0.0:
         return Attitude(turn)
-    about_x, about_y = _unit_tilt(seed, number)
-    return Attitude(turn, (tilt * about_x, tilt * about_y))
-
-
-def _unit_tilt(seed: int, number: int) -> tuple[float, float]:
-    """Tilt of standard deviation 1 about each axis: a quarter of the quantiles for each realisation of a four."""
-    position = number % TOGETHER
-    four = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number - position, 0)))
-    within, direction = four.random(2).tolist()
-    quarter = int(four.permutation(TOGETHER)[position])
-    quantile = (quarter + (within if quarter % 2 == 0 else 1.0 - within)) / TOGETHER
-    size = math.sqrt(-2.0 * math.log1p(-quantile))  # of two normal components (Rayleigh)
-    angle = 2.0 * math.pi * (direction + position / TOGETHER)
-    return size * math.cos(angle), size * math.sin(angle)
+    about_x, about_y = (tilt * own.standard_normal(2)).tolist()
+    return Attitude(turn, (about_x, about_y))

@@ -16,7 +16,7 @@ average, as the direction chosen need not be the worst. The distance reported is
 difference bounds its bias (`max_bias`).
 
 Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over
-groups of those drawn together, with Student's factor for their number, in ln r.
+groups of neighbouring ones, with Student's factor for their number, in ln r.
 """
 
 from __future__ import annotations

@@ -22,9 +22,9 @@ MEMORY = 96e6  # bytes of the groups' fields
 class DensityGroups:
     """Numbers of hazardous fragments by kind, direction class and distance, summed over groups of realisations.
 
-    Groups are independent of each other: one realisation each, or as many as were drawn together. Once memory is full
-    neighbouring groups are joined in pairs, so that the fields of any number of realisations take no more than `MEMORY`
-    bytes (64 groups at least).
+    A group is one realisation, all of which are independent of each other. Once memory is full neighbouring groups are
+    joined in pairs, so that the fields of any number of realisations take no more than `MEMORY` bytes (64 groups at
+    least).
 
     Fields that reach beyond the grid of `directions` extend it.
 
@@ -32,13 +32,11 @@ class DensityGroups:
     ----------
     directions : Directions
         Of the densities.
-    together : int
-        Realisations that are not independent of each other: numbers 0 to `together` - 1, and so on.
     """
 
-    def __init__(self, directions: Directions, together: int = 1) -> None:
+    def __init__(self, directions: Directions) -> None:
         self.directions = directions
-        self.size, self.realisations = together, 0  # of a full group; of all
+        self.size, self.realisations = 1, 0  # of a full group; of all
         self._sums: list[Array] = []
 
     def add(self, landings: Array, tracks: Array) -> None:

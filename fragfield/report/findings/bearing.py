@@ -70,6 +70,8 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "stack_trends": _STACKS,
     "plane_section": ("plane section",),
     "mean_mass": _ROUNDS,
+    "polar_zones": _ROUNDS,
+    "attitudes": _ROUNDS,
     "paper_3_1": _ROUNDS,
     "paper_3_2": _STACKS,
     "m107_1944": _ROUNDS,
