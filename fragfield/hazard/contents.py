@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["Contents", "contents_of", "quantity_words"]
+__all__ = ["Contents", "contents_of", "quantity_words", "rounds_alike"]
 
 _ON_A_LINE = 1e-3  # m beside a straight line
 _AT_ONCE = 1e-9  # s between initiations
@@ -53,6 +54,8 @@ class Contents:
         Whether every round is ignited at the same time.
     protective_works : tuple of str
         Names of obstacles and walls of the case.
+    alike : bool
+        Whether all rounds have the same contour, casing and explosive.
     """
 
     explosive: float
@@ -66,6 +69,7 @@ class Contents:
     charge_diameter: float | None = None
     at_once: bool = True
     protective_works: tuple[str, ...] = ()
+    alike: bool = True
 
 
 def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> str:
@@ -123,7 +127,17 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
             *(f"{one.kind} “{one.name}”" for one in case.obstacle),
             *(f"wall “{plane.name}”" for plane in case.plane if plane.kind == "wall"),
         ),
+        rounds_alike(case),
     )
+
+
+def rounds_alike(case: Case) -> bool:
+    """Whether all rounds of a resolved case have the same contour or mesh file, casing and explosive."""
+    kinds = {
+        json.dumps(entry.model_dump(mode="json", include={"profile", "mesh", "explosive", "casing"}), sort_keys=True)
+        for entry in case.round
+    }
+    return len(kinds) < 2
 
 
 def _on_a_line(positions: NDArray[np.float64]) -> bool:

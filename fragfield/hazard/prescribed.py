@@ -40,16 +40,18 @@ class _Candidate(NamedTuple):
 def official_part(case: Case) -> dict[str, Any] | None:
     """The part `official` of summary.json: the table of a resolved case and how many rounds stand there; None without.
 
-    `covers` is whether the distances are published for as many rounds as stand there with their images, None where
-    the fragments come from another source and no rounds are known.
+    `covers` is whether the distances are published for as many rounds as stand there with their images, all `alike`;
+    None where the fragments come from another source and no rounds are known.
     """
     from fragfield.hazard.arrangement import with_images
+    from fragfield.hazard.contents import rounds_alike
 
     if case.official is None:
         return None
     here = len(with_images(case)) if case.round else None
-    covers = None if here is None else here <= case.official.rounds
-    return {**case.official.model_dump(), "rounds_here": here, "covers": covers}
+    alike = rounds_alike(case) if case.round else None
+    covers = None if here is None else here <= case.official.rounds and bool(alike)
+    return {**case.official.model_dump(), "rounds_here": here, "alike": alike, "covers": covers}
 
 
 def computed_distance(hazard: Mapping[str, Any]) -> Computed:
@@ -167,6 +169,8 @@ def official_note(official: Mapping[str, Any]) -> str:
         return f"The official distances are {published}; how many rounds the fragments come from is not known here."
     if official["covers"]:
         return ""
+    if official.get("alike") is False:
+        return f"The official distances are {published}; rounds of different kinds stand here, which they do not cover."
     return f"The official distances are {published}; {official['rounds_here']} stand here, which they do not cover."
 
 

@@ -40,8 +40,10 @@ _WASTE = ((100.0, 204.0), (1000.0, 380.0), (10_000.0, 530.0), (30_000.0, 690.0))
 _DANGER = "IATG 01.80 and IMAS TN 10.20/01 (UN SaferGuard), read at second hand; disposal in the open"
 
 LEFT_OUT = (
-    "DDESB TP-16, hazardous fragment distance and throw of single items: the tables were not found at a public "
-    "source. The table [official] takes such a distance.",
+    (
+        "DDESB TP-16, hazardous fragment distance and throw of single items: the tables were not found at a public "
+        "source. The table [official] takes such a distance."
+    ),
     (
         "DESR 6055.09, distances to public traffic routes and between lines (K 24, K 18): the standard's own text "
         "was not at hand; only K 40 was read, in a paper that quotes it."
@@ -174,7 +176,9 @@ def _blast(contents: Contents) -> Iterator[Rule]:
 
 def _known_item(contents: Contents, official: OfficialTable | None) -> str:
     """Why rules for unknown items do not apply: the round's own distance is there for as many; empty where they do."""
-    if official is None or official.hazardous_fragment_distance is None or contents.rounds > official.rounds:
+    if official is None or official.hazardous_fragment_distance is None:
+        return ""
+    if contents.rounds > official.rounds or not contents.alike:
         return ""
     return "the round's own distance is published, see the official one"
 

@@ -28,7 +28,8 @@ class Limit:
     path : Path
         Holds a run directory for each run, limit.csv and limit.json.
     found : dict
-        As `fragfield limit --json` prints it: `key`, `criteria`, `limit`, `first_not_met`, `words`, `exit_code`, `runs`.
+        As `fragfield limit --json` prints it: `key`, `criteria`, `limit`, `first_not_met`, `words`, `exit_code` and
+        `runs`.
     """
 
     path: Path
@@ -41,7 +42,7 @@ class Limit:
 
     @property
     def explosive(self) -> float:
-        """Net explosive quantity (kg) at the limit; 0 where no number meets the criteria."""
+        """Net explosive quantity (kg) at the limit; 0 where not even the smallest is allowed."""
         return 0.0 if self.found["limit"] is None else float(self.found["limit"]["explosive"])
 
     @property
@@ -51,7 +52,7 @@ class Limit:
 
     @property
     def table(self) -> Table:
-        """A row a run computed: value, rounds, net explosive quantity (kg), distances (m), whether the criteria are met."""
+        """A row a run computed: value, rounds, net explosive quantity (kg), distances (m), `met` and reasons."""
         key = self.found["key"]
         names = ("rounds", "explosive", "distance", "standard_error", "minimum")
         return table_of_rows(

@@ -8,8 +8,10 @@ import pytest
 
 import fragfield
 from fragfield.case import load_case
+from fragfield.hazard.contents import contents_of
 from fragfield.hazard.prescribed import Computed, minimum_part, official_part
 from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING
+from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
 from fragfield.report.first_page import summary_section
 from fragfield.report.tables.prescribed import prescribed_blocks
@@ -104,6 +106,25 @@ def test_official_distances_hold_for_as_many_rounds_as_they_are_published_for(tm
     assert any("published for one round; 2 stand here, which they do not cover" in one for one in words) == (not covers)
 
 
+def test_official_distances_do_not_cover_rounds_of_different_kinds(tmp_path):
+    text = (ROOT / "cases" / "m107_pair.toml").read_text(encoding="utf-8")
+    before, found, after = text.rpartition('explosive = "comp_b"')
+    assert found
+    for explosive, covers in (("comp_b", True), ("tnt", False)):
+        path = tmp_path / f"{explosive}.toml"
+        path.write_text(
+            f'{before}explosive = "{explosive}"{after}{OFFICIAL.format(hazardous="112 m")}rounds = 2\n',
+            encoding="utf-8",
+        )
+        case = load_case(path)
+        part = official_part(case)
+        assert (part["alike"], part["covers"]) == (covers, covers)
+        words = minimum_part(hazard(), part, ())["words"]
+        assert any("rounds of different kinds stand here" in one for one in words) == (not covers)
+        unknown = next(one for one in rules_for(contents_of(case, {}), case.official) if "not known" in one.name)
+        assert (unknown.distance is None) == covers
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [
@@ -115,7 +136,7 @@ def test_official_distances_hold_for_as_many_rounds_as_they_are_published_for(tm
         ('hazardous_fragment_distance = "112 km"\nsource = "S"', "official.hazardous_fragment_distance: found"),
         (
             'hazardous_fragment_distance = 112\nsource = "S"',
-            "official.hazardous_fragment_distance: found 112 without a unit",
+            "official.hazardous_fragment_distance: found the bare number 112 without a unit",
         ),
         ('hazardous_distance = "112 m"\nsource = "S"', "hazardous_fragment_distance"),
         ('hazardous_fragment_distance = "112 m"\nrounds = 0\nsource = "S"', "official.rounds: found 0"),

@@ -153,7 +153,8 @@ def row_of(folder, *places: tuple[str, str], more: str = "", delay: str = "0 us"
 
     text = ROUNDS + "".join(
         f'[[round]]\nname = "r{number}"\nprofile = "tube"\nexplosive = "tnt"\ncasing = "steel_paper"\n'
-        f'position = ["{x}", "{y}", "1 m"]\nignition = [{{ station = "nose", delay = "{delay if number else "0 us"}" }}]\n'
+        f'position = ["{x}", "{y}", "1 m"]\n'
+        f'ignition = [{{ station = "nose", delay = "{delay if number else "0 us"}" }}]\n'
         for number, (x, y) in enumerate(places)
     )
     (folder / "row.toml").write_text(text + more, encoding="utf-8")

@@ -75,7 +75,7 @@ def judged(summary: Mapping[str, Any], criteria: LimitCriteria) -> dict[str, Any
     Returns
     -------
     dict
-        `explosive` (kg; None of fragments from elsewhere), `distance` (m: the upper bound, or the expected distance of
+        `explosive` (kg; None where it is not known), `distance` (m: the upper bound, or the expected distance of
         a single realisation; None where it is not determined), `standard_error` (m), `minimum` (m, prescribed for
         storage and handling, the computed one among it), `not_met` (names of exposed sites) and `reasons`, empty where
         all is met.

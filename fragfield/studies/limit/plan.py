@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
 
-__all__ = ["MOST_VALUES", "plan_limit", "round_count"]
+__all__ = ["MOST_VALUES", "listed_values", "plan_limit", "round_count"]
 
 MOST_VALUES = 200
 _RANGE = re.compile(r"(?P<low>\d+)\s*\.\.\s*(?P<high>\d+)")
@@ -38,7 +38,7 @@ def plan_limit(case_file: Path, setting: str) -> SweepPlan:
     InputError
         The setting cannot be read, a case is at fault, or the number of rounds does not rise.
     """
-    plan = plan_sweep(case_file, [_listed(setting)])
+    plan = plan_sweep(case_file, [listed_values(setting)])
     if len(plan.runs) < 2:
         raise InputError(f"found {setting!r}, a single value; needed: two or more, for example {_EXAMPLE}")
     for before, after in pairwise(plan.runs):
@@ -57,7 +57,7 @@ def round_count(case: Case) -> int:
     return len(with_images(case)) if case.round else 0
 
 
-def _listed(setting: str) -> str:
+def listed_values(setting: str) -> str:
     """The setting with a range written as the list of its numbers."""
     key, equals, text = (part.strip() for part in setting.partition("="))
     if not (key and equals and text):

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["limit_words", "print_limit", "write_limit"]
 
+_WIDE = 200  # characters of a line where no terminal sets a bound
 _COLUMNS = {
     "rounds": "rounds",
     "explosive": "net_explosive_quantity_kg",
@@ -60,6 +61,8 @@ def print_limit(found: Mapping[str, Any]) -> None:
     from rich.text import Text
 
     console = Console(highlight=False, markup=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = _WIDE
     table = Table(box=None, pad_edge=False)
     for head in (found["key"], "rounds", "net explosive kg", "distance m", "prescribed m", "", "criteria", ""):
         table.add_column(Text(head), justify="right" if head not in ("", "criteria") else "left", no_wrap=True)

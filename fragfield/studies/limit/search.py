@@ -52,7 +52,8 @@ def find_limit(
     dict
         `directory`, `case_file`, `key`, `criteria`, `limit` (value, rounds, explosive, run; None where not even the
         smallest meets them), `first_not_met` (the same; None where all meet them), `words`, `exit_code` (3 where a run
-        failed or has no distance) and `runs`: those computed, as in a sweep, with `rounds`, `met` and what `judged` gives.
+        failed or has no distance) and `runs`: those computed, as in a sweep, with `rounds`, `met` and what `judged`
+        gives.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def find_limit(
         for number in numbers:
             _judge(rows[number], criteria)
         found["runs"] = [row for row in rows if row["state"] != WAITING]
-        found.update(limit_of(found["runs"], key, smallest=rows[0]["rounds"], largest=rows[-1]["rounds"]))
+        found.update(limit_of(found["runs"], key, asked=[row["rounds"] for row in rows]))
         write_limit(found, options.folder)
 
     last = len(rows) - 1
@@ -95,10 +96,11 @@ def _judge(row: dict[str, Any], criteria: LimitCriteria) -> None:
     row["met"] = not row["reasons"]
 
 
-def limit_of(rows: Sequence[Mapping[str, Any]], key: str, *, smallest: int, largest: int) -> dict[str, Any]:
+def limit_of(rows: Sequence[Mapping[str, Any]], key: str, *, asked: Sequence[int]) -> dict[str, Any]:
     """The limit by the computed rows, in the order of their rounds, with sentences and exit code.
 
-    The limit is the largest number up to which every computed one meets the criteria.
+    The limit is the largest number up to which every computed one meets the criteria. `asked` are all numbers of rounds
+    that were asked for.
     """
     met_up_to, first_not_met = None, None
     for row in rows:
@@ -108,11 +110,21 @@ def limit_of(rows: Sequence[Mapping[str, Any]], key: str, *, smallest: int, larg
         met_up_to = row
     words = []
     if met_up_to is None:
-        words.append(f"Not even the smallest number, {smallest}, meets the criteria.")
+        words.append(f"Not even the smallest number, {asked[0]}, meets the criteria.")
     elif first_not_met is None:
-        words.append(f"All up to {largest}, the largest number asked for, meet the criteria; more may do so too.")
+        words.append(f"The largest number asked for, {asked[-1]}, meets the criteria; more may do so too.")
     elif first_not_met["rounds"] > met_up_to["rounds"] + 1:
-        words.append(f"Between {met_up_to['rounds']} and {first_not_met['rounds']} rounds nothing was computed.")
+        between = f"between {met_up_to['rounds']} and {first_not_met['rounds']} rounds"
+        known = not any(met_up_to["rounds"] < number < first_not_met["rounds"] for number in asked)
+        words.append(f"Nothing {between} was {'asked for' if known else 'computed'}.")
+    computed = {row["rounds"] for row in rows}
+    below = [number for number in asked if met_up_to is not None and number < met_up_to["rounds"]]
+    left_out = [number for number in below if number not in computed]
+    if left_out:
+        words.append(
+            f"Not computed, and taken to meet the criteria since a larger number does: {_listed(left_out)} rounds "
+            "(--all computes every one)."
+        )
     words += _not_monotonic(rows)
     if met_up_to is not None and met_up_to["minimum"] is not None and met_up_to["minimum"] > met_up_to["distance"]:
         words.append(
@@ -124,6 +136,12 @@ def limit_of(rows: Sequence[Mapping[str, Any]], key: str, *, smallest: int, larg
         "limit": _named(met_up_to, key), "first_not_met": _named(first_not_met, key), "words": words,
         "exit_code": EXIT_NUMERICAL if failed else EXIT_DONE,
     }  # fmt: skip
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return (
+        ", ".join(map(str, numbers)) if len(numbers) <= 6 else f"{numbers[0]} to {numbers[-1]}, {len(numbers)} of them"
+    )
 
 
 def _named(row: Mapping[str, Any] | None, key: str) -> dict[str, Any] | None:
@@ -145,8 +163,7 @@ def _not_monotonic(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         how = "within the statistical error" if drop <= _SIGNIFICANT * error else "beyond the statistical error"
         words.append(
             f"Not monotonic: {more['rounds']} rounds have a distance of {metres(more['distance'])}, {fewer['rounds']} "
-            f"have {metres(fewer['distance'])} ({how}). A number between that was not computed may not meet the "
-            "criteria: compute every one (--all)."
+            f"have {metres(fewer['distance'])} ({how})."
         )
     for fewer, more in pairwise(rows):
         if more["met"] and not fewer["met"]:
