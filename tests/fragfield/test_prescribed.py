@@ -107,15 +107,16 @@ def test_official_distances_hold_for_as_many_rounds_as_they_are_published_for(tm
 
 
 def test_official_distances_do_not_cover_rounds_of_different_kinds(tmp_path):
-    text = (ROOT / "cases" / "m107_pair.toml").read_text(encoding="utf-8")
-    before, found, after = text.rpartition('explosive = "comp_b"')
-    assert found
+    tube = (
+        '[[round]]\nname = "{0}"\nprofile = "tube"\nexplosive = "{0}"\ncasing = "steel_paper"\n'
+        'position = ["{1}", "0 m", "1 m"]\n'
+    )
+    second = tube.replace('name = "{0}"', 'name = "second"', 1)
     for explosive, covers in (("comp_b", True), ("tnt", False)):
         path = tmp_path / f"{explosive}.toml"
-        path.write_text(
-            f'{before}explosive = "{explosive}"{after}{OFFICIAL.format(hazardous="112 m")}rounds = 2\n',
-            encoding="utf-8",
-        )
+        rounds = tube.format("comp_b", "0 m") + second.format(explosive, "0.3 m")
+        table = OFFICIAL.format(hazardous="112 m") + "rounds = 2\n"
+        path.write_text(f'[burst]\ncell_size = "14 mm"\n{rounds}{table}', encoding="utf-8")
         case = load_case(path)
         part = official_part(case)
         assert (part["alike"], part["covers"]) == (covers, covers)
