@@ -154,6 +154,9 @@ def changed_case(path: Path, changes: Mapping[str, Any]) -> str:
     from fragfield.errors import InputError
 
     document, source = tomllib.loads(to_toml(load_case(path))), f"{path} changed"
+    if any(key.endswith(".attitude") for key in changes):  # resolved, it stands as an axis
+        for entry in document["round"]:
+            entry.pop("axis", None)
     try:
         changed = changed_document(document, changes, source=source, folder=path.parent)
         return to_toml(case_from_document(changed, source=source, folder=path.parent))

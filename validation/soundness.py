@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 __all__ = ["all_passed", "sound", "void_where_unsound"]
 
 _SOURCE = "own bound"
+MOST_OF_CONTACT = 0.01
+"""Energy that contact may have made or lost by the end of a burst, over the work of the products."""
 
 
 def sound(case: str, summary: Mapping[str, Any], bounds: Mapping[str, float], label: str = "") -> list[Row]:
@@ -39,6 +41,14 @@ def sound(case: str, summary: Mapping[str, Any], bounds: Mapping[str, float], la
     coarsest = 1e3 * bounds["coarsest_cell_size"] * (1.0 + 1e-9)
     return [
         within(case, f"{start}energy error at the outputs", error, 0.0, bounds["energy_error"], _SOURCE),
+        within(
+            case,
+            f"{start}energy that contact made, at the end",
+            burst["contact_error_at_end"],
+            0.0,
+            MOST_OF_CONTACT,
+            _SOURCE,
+        ),
         within(case, f"{start}lost cells", float(burst["lost_cells"]), 0.0, 0.0, _SOURCE),
         within(case, f"{start}cell size", size, 0.0, coarsest, _SOURCE, "mm"),
     ]

@@ -60,10 +60,10 @@ class Ledger:
     """Running sums of what the kernels report, and the entries taken from time to time.
 
     The balance is kinetic + strain + plastic + viscous + hourglass + contact + damping = work of the charge + work of
-    external forces. Contact's entry is what its springs hold and friction has turned to heat: energy that contact makes
-    or loses, `contact_gain` (see `ContactForces.gain`), opens the balance as any other error does. It is known by
-    itself as well, so that no error of opposite sign can hide it. Both errors are taken relative to the work, or to
-    `min_work` while next to nothing has been done.
+    external forces + what contact has made. Contact's entry is what its springs hold and friction has turned to heat;
+    energy that contact makes or loses, `contact_gain`, is measured by its forces and the motion of the nodes (see
+    `ContactForces.gain`) and is an error of its own beside that of the balance, so that neither can hide the other.
+    Both are taken relative to the work, or to `min_work` while next to nothing has been done.
     All sums are exact, so that the entries are the same to the last bit on any number of ranks.
 
     Attributes
@@ -153,7 +153,7 @@ class Ledger:
             products_work=float(work),
             products_viscous=float(heat),
             products_energy_left=float(left),
-            energy_error=float(abs(stored - supplied) / scale),
+            energy_error=float(abs(stored - gain - supplied) / scale),
             contact_error=abs(gain) / scale,
             momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
@@ -163,7 +163,7 @@ class Ledger:
         if not entry.energy_error <= self.energy_tolerance:
             raise NumericalStop(
                 f"the energy ledger is open by {100 * entry.energy_error:.6g} % of the work done "
-                f"(allowed {100 * self.energy_tolerance:.6g} %): the cells hold {stored:.6g} J, "
+                f"(allowed {100 * self.energy_tolerance:.6g} %): the cells hold {stored - gain:.6g} J, "
                 f"the charge gave {supplied:.6g} J",
                 time,
             )

@@ -103,16 +103,6 @@ def energy(solver: BurstSolver) -> float:
     return stored - entry.external_work
 
 
-def errors_without_contact(ledger: Ledger) -> np.ndarray:
-    """Errors of all entries of the ledger as they are with the energy taken off that contact has made or lost."""
-    column = ledger.columns()
-    parts = ("kinetic", "strain", "plastic", "viscous", "hourglass", "contact", "damping")
-    stored = sum(column[name] for name in parts) - column["contact_gain"]
-    supplied = column["products_work"] + column["external_work"]
-    errors: np.ndarray = np.abs(stored - supplied) / np.maximum(np.abs(supplied), ledger.min_work)
-    return errors
-
-
 def replace_entry(solver: BurstSolver):
     """The ledger's entry now, without its bounds: these bodies start with an energy that no work gave them."""
     ledger = solver.ledger

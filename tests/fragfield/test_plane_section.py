@@ -22,7 +22,7 @@ WORDS = "plane section: no axial flow"
 CASE = """
 title = "Two tubes in a section"
 [burst]
-cell_size = "12 mm"
+cell_size = "8 mm"
 geometry = "plane"
 end_time = "40 us"
 [[round]]
