@@ -176,6 +176,8 @@ def official_note(official: Mapping[str, Any]) -> str:
 
 def _rule_words(computed: Computed, rules: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """The largest rule in range of each hazard for storage and handling, against the computed distance."""
+    if not rules:
+        yield "No rule was applied: the masses of the rounds are not known here."
     for hazard in ("fragments", "blast"):
         inside = [r for r in rules if r.get("use") == SITING and r["hazard"] == hazard and r["distance"] is not None]
         if not inside:

@@ -81,6 +81,8 @@ def test_a_distance_that_is_not_determined_leaves_the_prescribed_one_and_says_so
     assert "the largest throw is not determined" in found["words"][1]
     nothing = minimum_part({"determined": False, "reason": "airborne"}, None, ())
     assert nothing[SITING] == {"distance": None, "by": None}
+    assert "No rule was applied: the masses of the rounds are not known here." in nothing["words"]
+    assert not any("No rule was applied" in one for one in found["words"])
 
 
 def test_the_distance_without_ricochet_stands_beside():
