@@ -28,7 +28,8 @@ class CheckResult:
         The case.
     found : dict
         As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`, and `fragments` where such were given; numbers in SI. Of a case without a burst the last two alone.
+        `warnings`, `official`, `contents`, `rules`, and `fragments` where such were given; numbers in SI. Of a case
+        without a burst `case`, `fragments` and `warnings` alone.
     """
 
     case: Case
@@ -64,7 +65,6 @@ def check(
         A case, a case file or a run directory.
     set, cell_size
         Values that replace those of the case, see `Case.from_toml`.
-
     fragments : path, optional
         Fragments or an arena table that are to be flown instead of the run's own: `found["fragments"]` says what of the
         casing they hold. The case then needs no burst, and without one nothing is said of it.
