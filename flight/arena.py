@@ -286,8 +286,8 @@ class ArenaTable:
         mean = float((table["number"] * table["mean_mass_kg"]).sum()) / number if number > 0.0 else LIGHTEST_MEAN
         if 0.0 < mean < LIGHTEST_MEAN:
             raise InputError(
-                f"{path}: mean_mass_kg: the mean of all fragments is {mean:.3g} kg; allowed: at least {LIGHTEST_MEAN:g} "
-                "kg (1 mg), lighter ones are not fragments that a test collects (is it in kg?)"
+                f"{path}: mean_mass_kg: the mean of all fragments is {mean:.3g} kg; allowed: at least "
+                f"{LIGHTEST_MEAN:g} kg (1 mg), lighter ones are not fragments that a test collects (is it in kg?)"
             )
         try:
             return cls(

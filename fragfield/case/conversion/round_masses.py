@@ -13,10 +13,9 @@ if TYPE_CHECKING:
     from fragfield.case.schema import Case
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["RoundMasses", "SegmentMass", "are_alike", "contents_of", "first_alike", "masses_of"]
+__all__ = ["RoundMasses", "SegmentMass", "are_alike", "contents_text", "first_alike", "masses_of"]
 
-_PLACE = ("name", "position", "axis", "ignition", "initiation")
-_NOT_CONTENTS = (*_PLACE, "attitude", "azimuth", "expected")
+_CONTENTS = {"profile", "mesh", "explosive", "casing"}
 
 
 @dataclass(frozen=True)
@@ -62,17 +61,17 @@ def masses_of(entry: RoundTable) -> RoundMasses:
     return RoundMasses(profile.casing_volume * casing, profile.charge_volume * charge, segments)
 
 
-def contents_of(entry: RoundTable) -> str:
+def contents_text(entry: RoundTable) -> str:
     """Shape and materials of a round as text: rounds that differ in their place or their initiation alone have one."""
-    return json.dumps(entry.model_dump(mode="json", exclude=set(_NOT_CONTENTS)), sort_keys=True)
+    return json.dumps(entry.model_dump(mode="json", include=_CONTENTS), sort_keys=True)
 
 
 def first_alike(case: Case) -> list[int]:
     """For every round the index of the first one of the same contents."""
-    keys = [contents_of(entry) for entry in case.round]
+    keys = [contents_text(entry) for entry in case.round]
     return [keys.index(key) for key in keys]
 
 
 def are_alike(case: Case) -> bool:
     """Whether all rounds of a case have the same contents: the data of a test hold the fragments of one kind."""
-    return len({contents_of(entry) for entry in case.round}) <= 1
+    return len({contents_text(entry) for entry in case.round}) <= 1
