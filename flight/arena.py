@@ -11,7 +11,7 @@ group all fragments have the group's mean mass and mean speed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from flight.errors import InputError
 from flight.files.text_tables import column_names, read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
+from fragfield_base.mass_groups import group_outside
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,6 +38,7 @@ COLUMNS = (
     "max_speed_m_s",
 )  # fmt: skip
 LIGHTEST = 1e-5  # kg: lower edge of the lightest group
+LIGHTEST_MEAN = 1e-6  # kg: a file whose fragments are lighter on average is refused
 PER_OCTAVE = 2  # mass groups
 
 
@@ -51,7 +53,7 @@ class ArenaTable:
     zone : (k,) int64
         Zone of every row.
     mass_from, mass_to : (k,) float64
-        Edges of its mass group (kg).
+        Edges of its mass group (kg); 0 to infinity where none is known.
     number : (k,) float64
         Fragments of one round.
     mass, speed : (k,) float64
@@ -85,10 +87,42 @@ class ArenaTable:
         empty = (self.number > 0.0) & ~(self.mass > 0.0)
         if empty.any():
             raise InputError(f"arena: row {int(np.argmax(empty)) + 1} has fragments without mass")
+        self._check_groups()
+
+    def _check_groups(self) -> None:
+        """Refuse a mean mass that no fragment of its group can have: a slip of a unit or of a column."""
+        low, high = self.mass_from, self.mass_to
+        bad = ~(np.isfinite(low) & (low >= 0.0) & (high >= low))
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise InputError(
+                f"arena: the group of mass of row {row + 1} runs from {low[row]:g} to {high[row]:g} kg; allowed: "
+                "from 0 "
+                "or more upwards, to inf where it has no upper end"
+            )
+        outside = group_outside(self.number, self.number * self.mass, low, high)
+        if outside is not None:
+            row = outside
+            raise InputError(
+                f"arena: the mean mass of row {row + 1} is {self.mass[row]:g} kg, outside its own group of mass; "
+                f"allowed: {low[row]:g} to {high[row]:g} kg (0 to inf where no group is known)"
+            )
 
     def __repr__(self) -> str:
-        mass = float((self.number * self.mass).sum())
-        return f"<flight.ArenaTable: {self.number.sum():.4g} fragments of {mass:.4g} kg in {len(self.zones) - 1} zones>"
+        number, mass = self.number.sum(), self.total_mass
+        return f"<flight.ArenaTable: {number:.4g} fragments of {mass:.4g} kg in {len(self.zones) - 1} zones>"
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of all fragments of the round (kg)."""
+        return float((self.number * self.mass).sum())
+
+    def scaled(self, factor: float) -> ArenaTable:
+        """The same masses, directions and speeds with `factor` times as many fragments."""
+        require_number("arena", "factor", factor, "")
+        if not (np.isfinite(factor) and factor > 0.0):
+            raise InputError(f"arena: factor on the numbers is {factor}, needed: above zero")
+        return self if factor == 1.0 else replace(self, number=self.number * factor)
 
     @classmethod
     def of(
@@ -227,7 +261,8 @@ class ArenaTable:
         Raises
         ------
         InputError
-            A column is missing, zones leave a gap or overlap, or a value is not possible; the message names the file.
+            A column is missing, zones leave a gap or overlap, or a value is not possible, such as a mean mass outside
+            its own group of mass; the message names the file.
         """
         table = read_columns(path)
         missing = [name for name in COLUMNS[:-1] if name not in table]
@@ -247,6 +282,13 @@ class ArenaTable:
                 "fragments needs a row with number 0"
             )
         speed = table["mean_speed_m_s"]
+        number = float(table["number"].sum())
+        mean = float((table["number"] * table["mean_mass_kg"]).sum()) / number if number > 0.0 else LIGHTEST_MEAN
+        if 0.0 < mean < LIGHTEST_MEAN:
+            raise InputError(
+                f"{path}: mean_mass_kg: the mean of all fragments is {mean:.3g} kg; allowed: at least "
+                f"{LIGHTEST_MEAN:g} kg (1 mg), lighter ones are not fragments that a test collects (is it in kg?)"
+            )
         try:
             return cls(
                 zones, zone.astype(np.int64), table["mass_from_kg"], table["mass_to_kg"], table["number"],

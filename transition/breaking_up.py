@@ -26,7 +26,7 @@ from transition.placement.mirroring import Image, images
 from transition.placement.placing import Clusters, place
 from transition.placement.scatter import scattered
 from transition.results import BreakUpResult, BrokenRound, SegmentResult
-from transition.settings import BreakUpSettings
+from transition.settings import MOST_FRAGMENTS, BreakUpSettings
 from transition.snapshot import Snapshot
 from transition.summary import summarised
 
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
 
 __all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up", "realisations"]
-
-_MOST_FRAGMENTS = 20_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,11 +157,11 @@ class BreakUp:
     def _check_number(self) -> None:
         """Refuse a law that would make dust of the casings: it would fill the memory before it says so."""
         expected = sum(law.mass / law.law.mean for law in self.laws) * (len(self._images) + 1)
-        if not expected <= _MOST_FRAGMENTS:
+        if not expected <= MOST_FRAGMENTS:
             means = ", ".join(f"{law.law.mean:.3g} kg" for law in self.laws[:3])
             raise InputError(
                 f"{self.snapshot.source}: the casings would break into {expected:.3g} fragments (mean masses {means}); "
-                f"at most {_MOST_FRAGMENTS:.0e} are computed: check mean_mass, prefactor and fracture_energy"
+                f"at most {MOST_FRAGMENTS:.0e} are computed: check mean_mass, prefactor and fracture_energy"
             )
 
     def _parts(self, seed: int, number: int) -> Iterator[_Part]:

@@ -12,9 +12,12 @@ from transition.errors import InputError, nearest
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
-__all__ = ["DIRECTION_SCATTER", "BreakUpSettings", "Stations"]
+__all__ = ["DIRECTION_SCATTER", "MOST_FRAGMENTS", "BreakUpSettings", "Stations"]
 
 Stations = tuple[float, ...]
+
+MOST_FRAGMENTS = 20_000_000
+"""Fragments of a realisation; a law that makes more is refused, since they would fill the memory."""
 
 DIRECTION_SCATTER = 0.10471975511966  # 6 degrees
 """Default of `BreakUpSettings.direction_scatter`, from panels of the 75 mm M48 (validation/polar_zones)."""

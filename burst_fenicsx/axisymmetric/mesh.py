@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
 
-__all__ = ["LARGEST_MESH", "MeridianMesh", "mesh_meridian", "meridian_quality"]
+__all__ = ["LARGEST_MESH", "MeridianMesh", "check_meridian_size", "mesh_meridian", "meridian_quality"]
 
 LARGEST_MESH = 5_000_000  # quadrilaterals
 _FEWEST_CORE_CELLS = 2
@@ -74,7 +74,7 @@ def mesh_meridian(profile: Profile, cell_size: float) -> MeridianMesh:
         The cell size is not allowed, or the shape makes cells below a scaled Jacobian of 0.2 or a mass that is off by
         more than 2 %.
     """
-    _check_size(profile, cell_size)
+    check_meridian_size(profile, cell_size)
     stations = layer_stations(profile, cell_size)
     core, wall = _columns(profile, cell_size)
     r = _radii(profile, stations, core, wall)
@@ -102,7 +102,8 @@ def mesh_meridian(profile: Profile, cell_size: float) -> MeridianMesh:
     return mesh
 
 
-def _check_size(profile: Profile, cell_size: float) -> None:
+def check_meridian_size(profile: Profile, cell_size: float) -> None:
+    """Refuse a cell size (m) that is larger than the round, or makes too many cells in its meridian."""
     check_cell_size(profile, cell_size)
     expected = profile.length * profile.max_radius / cell_size**2
     if expected > LARGEST_MESH:

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry.contour import Contour
 
-__all__ = ["Fuze", "PartVolumes", "Profile", "CrossSection"]
+__all__ = ["FUZE_DENSITIES", "Fuze", "PartVolumes", "Profile", "CrossSection"]
 
+FUZE_DENSITIES = (100.0, 9000.0)
+"""Mean density that a fuze in its cavity may have (kg/m3): lighter than cork, or denser than brass, none is."""
 SAMPLES = 4001  # stations at which the wall is tested, besides the corners
 
 
@@ -149,6 +151,22 @@ class Profile:
                 raise InputError(
                     f'{self.name} [fuze]: mass = {self.fuze.mass:g}; a void has no mass (use fill = "inert")'
                 )
+            self._check_fuze_density()
+
+    def _check_fuze_density(self) -> None:
+        """Refuse a fuze that its volume cannot hold; the part in the cavity is meant, not what stands before it."""
+        low, high = FUZE_DENSITIES
+        if self.fuze is None or self.fuze.fill != "inert" or low <= self.fuze_density <= high:
+            return
+        volume = self.fuze_volume
+        raise InputError(
+            f"{self.name} [fuze]: mass = {self.fuze.mass:g} kg in the {1e6 * volume:.4g} cm3 of cavity before the "
+            "charge "
+            f"is {1e-3 * self.fuze_density:.3g} g/cm3; allowed: {1e-3 * low:g} to {1e-3 * high:g} g/cm3, "
+            f"{low * volume:.3g} to {high * volume:.3g} kg: the mass of what fills that cavity alone, without "
+            "what stands "
+            "before the body"
+        )
 
     @property
     def length(self) -> float:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Contour, Profile
 
-__all__ = ["FEWEST_WALL_CELLS", "GridCounts", "grid_counts", "layer_stations"]
+__all__ = ["FEWEST_WALL_CELLS", "GridCounts", "check_mesh_size", "grid_counts", "layer_stations"]
 
 FEWEST_WALL_CELLS = 3
 FEWEST_CORE_CELLS = 4  # a circumference of 16
@@ -79,6 +79,21 @@ def check_cell_size(profile: Profile, cell_size: float) -> None:
         )
 
 
+def check_mesh_size(profile: Profile, cell_size: float) -> float:
+    """Number of cells that a size (m) asks for, volume over its cube; raises InputError as `grid_counts`."""
+    volumes = profile.volumes()
+    meshed = volumes.casing + volumes.charge + volumes.fuze
+    check_cell_size(profile, cell_size)
+    target = meshed / cell_size**3
+    if target > LARGEST_ROUND:
+        smallest = (meshed / LARGEST_ROUND) ** (1.0 / 3.0)
+        raise InputError(
+            f"cell_size = {cell_size * 1e3:g} mm makes {target:.3g} cells; at most {LARGEST_ROUND:.1g} are allowed "
+            f"({profile.name}: at least {smallest * 1e3:.2g} mm)"
+        )
+    return target
+
+
 def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) -> GridCounts:
     """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
 
@@ -92,17 +107,7 @@ def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) 
     InputError
         The cell size is not a positive length, is larger than the round, or asks for more than fifty million cells.
     """
-    volumes = profile.volumes()
-    meshed = volumes.casing + volumes.charge + volumes.fuze
-    check_cell_size(profile, cell_size)
-    target = meshed / cell_size**3
-    if target > LARGEST_ROUND:
-        smallest = (meshed / LARGEST_ROUND) ** (1.0 / 3.0)
-        raise InputError(
-            f"cell_size = {cell_size * 1e3:g} mm makes {target:.3g} cells; at most {LARGEST_ROUND:.1g} are allowed "
-            f"({profile.name}: at least {smallest * 1e3:.2g} mm)"
-        )
-
+    target = check_mesh_size(profile, cell_size)
     hollow = np.linspace(profile.charge_front, profile.cavity.end, 201)
     section = profile.section(hollow)
     inner = float(np.sqrt(np.mean(section.inner_radius**2)))
@@ -117,7 +122,7 @@ def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) 
         layers = len(stations) - 1
         centres = 0.5 * (stations[1:] + stations[:-1])
         empty = 0
-        if volumes.void > 0.0:
+        if profile.volumes().void > 0.0:
             empty = int(np.count_nonzero((centres > profile.cavity.start) & (centres < profile.charge_front)))
         for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0)), 2 if even_core else 1):
             core_cell = 0.5 * np.pi * 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS) * inner / core

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
+from fragfield.case.checks.stage_limits import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
-from fragfield.case.conversion.exposed_sites import exposed_sites_of, resolved_exposed
+from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.geometry import check_geometry
 from fragfield.case.conversion.stack import expanded, stacked_names
@@ -109,22 +110,8 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     if is_mixed(case):
         _raise(source, _with_location(lambda: list(origin_faults(case)), source))
     check_counts(case, source)
-    _check_flight(case, source)
+    _raise(source, list(dict.fromkeys(stage_faults(case))))
     return case
-
-
-def _check_flight(case: Case, source: str) -> None:
-    """What only the flight can judge: drag tables, maps, surfaces, obstacles, the integrator's bounds."""
-    from flight.errors import InputError as FlightInputError
-    from fragfield.case.conversion.stages import flight_arguments
-    from fragfield.case.conversion.surroundings import check_surroundings
-
-    try:
-        flight_arguments(case)
-        check_surroundings(case)
-        exposed_sites_of(case)
-    except FlightInputError as error:
-        raise InputError(f"{source}: flight.{error}") from None
 
 
 def _raise(source: str, faults: list[str]) -> None:

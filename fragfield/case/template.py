@@ -82,7 +82,7 @@ def _table(
     tables = {}
     for name, entry in model.model_fields.items():
         table = _sub_table(entry)
-        if table is None or isinstance(chosen.get(name), str):
+        if table is None or _inline(entry) is not None or isinstance(chosen.get(name), str):
             yield from _entry(name, entry, chosen)
         else:
             tables[name] = (table, entry)
@@ -92,12 +92,14 @@ def _table(
         elif entry.default is None or not every_key:
             yield from _comment(f"[{'.'.join((*path, name))}]  {entry.description or _first_line(table)}")
         else:
-            lines = _table(table, (*path, name), {}, None, every_key=every_key)
+            lines = _table(table, (*path, name), {}, entry, every_key=every_key)
             yield from ["", *(line.replace("[", "#[", 1) if line.startswith("[") else line for line in lines)]
 
 
 def _sub_table(field: FieldInfo) -> type[BaseModel] | None:
-    """Model of a field that can only be a table; None where it may be a value, too."""
+    """Model of a field that is a table by default or can only be one; None where it is a value."""
+    if isinstance(field.default, BaseModel):
+        return type(field.default)
     choices = [one for one in (get_args(field.annotation) or (field.annotation,)) if one is not type(None)]
     only = choices[0] if len(choices) == 1 else None
     return only if isinstance(only, type) and issubclass(only, BaseModel) else None
@@ -158,8 +160,16 @@ def _default(default: object, field: FieldInfo) -> str:
     return toml_value(quantity.in_unit_of_example(default))
 
 
+def _inline(field: FieldInfo) -> str | None:
+    """A small table as it stands in one line, of a field that is written so."""
+    extra = field.json_schema_extra
+    return str(extra["inline"]) if isinstance(extra, dict) and "inline" in extra else None
+
+
 def _example(field: FieldInfo) -> str | None:
     """An example as the file has it, None where the schema has none."""
+    if (inline := _inline(field)) is not None:
+        return inline
     quantity = _quantity(field)
     if quantity is not None and get_origin(field.annotation) is not list:
         plain = not any(get_origin(part) is list for part in get_args(field.annotation))

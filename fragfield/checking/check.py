@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.checks.fragment_numbers import check_numbers
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.geometry import burst_geometry
-from fragfield.case.conversion.stages import burst_rounds, burst_settings
+from fragfield.case.conversion.round_masses import first_alike
+from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
 from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
@@ -35,7 +36,7 @@ __all__ = ["check_report"]
 
 _MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
-_VENTING = (1.59, 2.1)  # published ratios of the radius at venting to the initial one
+_FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to solid steel
 
 
 def check_report(case: Case) -> dict[str, Any]:
@@ -61,7 +62,7 @@ def check_report(case: Case) -> dict[str, Any]:
     part = smallest_part(rounds, whole, through_rounds=settings.geometry == "3d")
     stations = section_stations(rounds, settings) if settings.geometry == "plane" else None
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
-    first = _first_alike(case)
+    first = first_alike(case)
     computed: list[tuple[int, tuple[Any, ...]]] = [
         (first[index] if stations is None else index, tuple(cut.normal for cut in cuts))
         for index, cuts in zip(part.indices, part.cuts, strict=True)
@@ -103,6 +104,7 @@ def check_report(case: Case) -> dict[str, Any]:
         "warnings": [
             *_warnings(case, settings, described, expected),
             *(_mean_mass_warnings(case, rounds, described) if stations is None else [CAUTION]),
+            *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
         **_prescribed(case, described if stations is None else None),
     }
@@ -133,13 +135,6 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[
     return mesh, quality(mesh)
 
 
-def _first_alike(case: Case) -> list[int]:
-    """For every round the index of the first one of the same shape and materials."""
-    place = ("name", "position", "axis", "ignition", "initiation")
-    keys = [json.dumps(entry.model_dump(mode="json", exclude=set(place)), sort_keys=True) for entry in case.round]
-    return [keys.index(key) for key in keys]
-
-
 def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> dict[str, Any]:
     """What follows from a round; it is `times` its mesh."""
     from burst_fenicsx.meshing import part_volumes
@@ -156,7 +151,8 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
         exact["casing_mass"] = profile.casing_volume * entry.casing.density
         exact["charge_mass"] = profile.charge_volume * entry.explosive.density
         found |= {"profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius}
-        found |= {"fuze_mass": profile.fuze_mass, "charge_length": profile.charge_end - profile.charge_front}
+        found |= {"fuze_mass": profile.fuze_mass, "fuze_density": profile.fuze_density}
+        found |= {"charge_length": profile.charge_end - profile.charge_front}
         found["segments"] = list(_segments(entry))
     else:
         found |= _mesh_extent(entry, mesh)
@@ -241,18 +237,13 @@ def _warnings(
         )
     if not settings.leakage.enabled:
         yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
-    elif not _VENTING[0] <= settings.leakage.radius_ratio <= _VENTING[1]:
-        yield (
-            f"burst.leakage.radius_ratio = {settings.leakage.radius_ratio:g} lies outside the published "
-            f"{_VENTING[0]:g} to {_VENTING[1]:g}; the final speed depends on it most"
-        )
     fixed = settings.time_step.fixed
     if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
         yield (
             f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
             "and falls while cells are compressed"
         )
-    for index, number in Counter(_first_alike(case)).items():
+    for index, number in Counter(first_alike(case)).items():
         others = f" and {number - 1} alike" if number > 1 else ""
         key = f"round[{index + 1}] ({described[index]['name']}{others})"
         yield from _round_warnings(key, settings, described[index])
@@ -263,9 +254,12 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
     """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
     from transition.law.mean_mass_data import outside_data
 
-    if not isinstance(case.break_up.mean_mass, str) or case.break_up.mean_mass_is_file:
+    if isinstance(case.break_up.mean_mass, float):
+        yield from _heavy_mean(case, described)
         return
-    for index, number in Counter(_first_alike(case)).items():
+    if case.break_up.mean_mass_is_file:
+        return
+    for index, number in Counter(first_alike(case)).items():
         entry, found = rounds[index], described[index]
         casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
         filling = entry.explosive.name, entry.explosive.density
@@ -279,12 +273,33 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
             )
 
 
+def _heavy_mean(case: Case, described: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Segments that are lighter than a given mean mass: each stays one piece."""
+    mean = float(case.break_up.mean_mass)
+    for index in dict.fromkeys(first_alike(case)):
+        segments = described[index].get("segments", []) if case.break_up.segments is None else []
+        light = [f'"{one["name"]}" ({one["casing_mass"]:.3g} kg)' for one in segments if one["casing_mass"] < mean]
+        if light:
+            yield (
+                f"round[{index + 1}] ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the "
+                "mass of "
+                f"{' and '.join(light)}, of which each stays one piece"
+            )
+
+
 def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
     walls = [segment["wall"] for segment in found.get("segments", []) if segment["kind"] == "wall"]
     if walls and min(walls) < _MIN_WALL_CELLS * settings.cell_size:
         yield (
             f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
             f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to resolve bending"
+        )
+    low, high = _FUZE_DENSITIES
+    if found.get("fuze_density") and not low <= found["fuze_density"] <= high:
+        yield (
+            f"{key}: the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; "
+            "usual: "
+            f"{low:g} to {high:g} kg/m3, for what fills the cavity alone"
         )
     for name, error in found["mass_error_of_mesh"].items():
         if abs(error) > _MASS_TOLERANCE:

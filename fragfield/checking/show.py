@@ -34,6 +34,7 @@ _ROUND_ROWS = (
     ("casing mass", "casing_mass", 1.0, "kg"),
     ("charge mass", "charge_mass", 1.0, "kg"),
     ("fuze mass", "fuze_mass", 1.0, "kg"),
+    ("fuze, mean density", "fuze_density", 1.0, "kg/m3"),
     ("charge ratio C/M", "charge_ratio", 1.0, ""),
     ("Gurney constant sqrt(2E), Eq. 24", "gurney_constant", 1.0, "m/s"),
     ("Gurney speed, Eq. 23", "gurney_speed", 1.0, "m/s"),
@@ -60,6 +61,17 @@ def check_text(found: Mapping[str, Any]) -> str:
 
 
 def _print_found(console: Console, found: Mapping[str, Any]) -> None:
+    if "mesh" in found:
+        _print_burst(console, found)
+    if held := found.get("fragments"):
+        console.print(f"{held['file']}: {held['number']:.10g} fragments of {held['mass']:.4g} kg", markup=False)
+        if recovered := held.get("recovered"):
+            console.print(recovered["words"], markup=False)
+    for warning in found["warnings"]:
+        console.print(f"warning: {warning}")
+
+
+def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     for names, entry in _alike(found["rounds"]):
         console.print(_round_table(_listed(names), entry))
         if entry.get("segments"):
@@ -94,8 +106,6 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
             f"{duration(each['core_seconds'])} on one core"
         )
     _print_prescribed(console, found)
-    for warning in found["warnings"]:
-        console.print(f"warning: {warning}")
 
 
 def _print_prescribed(console: Console, found: Mapping[str, Any]) -> None:

@@ -37,15 +37,19 @@ def check(
     case: CaseOrRun,
     cell_size: CellSize = None,
     settings: Settings = None,
+    fragments: FragmentsFile = None,
     resolved: Resolved = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
-    """Read a case, print its masses, speeds, mesh and cost, and warn of what may be wrong."""
+    """Read a case, print its masses, speeds, mesh and cost, and warn of what may be wrong.
+
+    With --fragments, whether that file fits the case, as `fly` will take it; such a case needs no burst.
+    """
     with guarded(json=json, quiet=quiet):
         from fragfield.checking.show import print_check
 
-        done = fragfield.check(case, cell_size=cell_size, set=settings or ())
+        done = fragfield.check(case, cell_size=cell_size, set=settings or (), fragments=fragments)
         shown = done.case.values if resolved else None
         give(done.found, json=json, quiet=quiet, show=lambda found: print_check(found, shown))
 

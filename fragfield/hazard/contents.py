@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.round_masses import are_alike
 from fragfield.hazard.tnt import tnt_equivalent
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["Contents", "contents_of", "quantity_words", "rounds_alike"]
+__all__ = ["Contents", "contents_of", "quantity_words"]
 
 _ON_A_LINE = 1e-3  # m beside a straight line
 _AT_ONCE = 1e-9  # s between initiations
@@ -127,17 +127,8 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
             *(f"{one.kind} “{one.name}”" for one in case.obstacle),
             *(f"wall “{plane.name}”" for plane in case.plane if plane.kind == "wall"),
         ),
-        rounds_alike(case),
+        are_alike(case),
     )
-
-
-def rounds_alike(case: Case) -> bool:
-    """Whether all rounds of a resolved case have the same contour or mesh file, casing and explosive."""
-    kinds = {
-        json.dumps(entry.model_dump(mode="json", include={"profile", "mesh", "explosive", "casing"}), sort_keys=True)
-        for entry in case.round
-    }
-    return len(kinds) < 2
 
 
 def _on_a_line(positions: NDArray[np.float64]) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from fragfield.case.conversion.round_masses import are_alike
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.rule import DISPOSAL, SITING
 
@@ -44,12 +45,11 @@ def official_part(case: Case) -> dict[str, Any] | None:
     None where the fragments come from another source and no rounds are known.
     """
     from fragfield.hazard.arrangement import with_images
-    from fragfield.hazard.contents import rounds_alike
 
     if case.official is None:
         return None
     here = len(with_images(case)) if case.round else None
-    alike = rounds_alike(case) if case.round else None
+    alike = are_alike(case) if case.round else None
     covers = None if here is None else here <= case.official.rounds and bool(alike)
     return {**case.official.model_dump(), "rounds_here": here, "alike": alike, "covers": covers}
 

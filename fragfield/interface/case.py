@@ -33,7 +33,8 @@ class Case:
     ----------
     tables : mapping, optional
         Tables as the case file has them, with the same keys: values with a dimension are texts with their unit, such as
-        `{"burst": {"cell_size": "6 mm"}}`. Lists of tables stand for `[[round]]`, NumPy's arrays for lists.
+        `{"burst": {"cell_size": "6 mm"}}`, or quantities of pint. Lists of tables stand for `[[round]]`, NumPy's arrays
+        for lists.
     folder : path
         Folder to which the names of files in the case are relative.
     **more
@@ -177,8 +178,12 @@ def case_of(
     *,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
     cell_size: str | None = None,
+    burst: bool = True,
 ) -> Case:
-    """The case meant by a Case, the path of a case file, or that of a run directory, with some values replaced."""
+    """The case meant by a Case, the path of a case file, or that of a run directory, with some values replaced.
+
+    A file must describe a burst unless `burst` is False; a Case is as it was made.
+    """
     if isinstance(target, Case):
         changes = dict(set) if isinstance(set, Mapping) else read_settings(_listed(set))
         _refuse_two_sizes(changes, cell_size)
@@ -189,7 +194,7 @@ def case_of(
         stored = RunDirectory(path)
         stored.stored_case()  # says what is missing, in the words of a run directory
         path = stored.case_file
-    return Case.from_toml(path, set=set, cell_size=cell_size)
+    return Case.from_toml(path, set=set, cell_size=cell_size, burst=burst)
 
 
 def _refuse_two_sizes(settings: object, cell_size: str | None) -> None:
@@ -207,11 +212,23 @@ def _plain_tables(value: Any) -> Any:  # noqa: ANN401 - tables, lists and values
     """Tables as TOML would give them: copies, with lists for tuples and arrays, and texts for paths."""
     if isinstance(value, Mapping):
         return {str(key): _plain_tables(entry) for key, entry in value.items()}
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        return _with_units(value.magnitude, value.units)
     if hasattr(value, "tolist"):
         return _plain_tables(value.tolist())
     if isinstance(value, (list, tuple)):
         return [_plain_tables(entry) for entry in value]
     return os.fspath(value) if isinstance(value, os.PathLike) else copy.copy(value)
+
+
+def _with_units(magnitude: Any, units: object) -> Any:  # noqa: ANN401 - a number, or lists of numbers
+    """A quantity of pint as the case file has it: texts with the unit's full name; pure numbers stay numbers."""
+    if hasattr(magnitude, "tolist"):
+        magnitude = magnitude.tolist()
+    if isinstance(magnitude, (list, tuple)):
+        return [_with_units(entry, units) for entry in magnitude]
+    name = str(units).removeprefix("1 ")  # "1 / meter ** 2"
+    return magnitude if name in ("", "dimensionless") else f"{magnitude} {name}"
 
 
 def _rounds(case: Resolved) -> str:

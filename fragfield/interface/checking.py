@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.write import plain
 from fragfield.checking import check as checking
+from fragfield.checking.fragments import fragments_report
 from fragfield.interface.case import Case, case_of
 
 if TYPE_CHECKING:
@@ -25,7 +28,8 @@ class CheckResult:
         The case.
     found : dict
         As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`, `official`, `contents`, `rules`; numbers in SI.
+        `warnings`, `official`, `contents`, `rules`, and `fragments` where such were given; numbers in SI. Of a case
+        without a burst `case`, `fragments` and `warnings` alone.
     """
 
     case: Case
@@ -37,8 +41,8 @@ class CheckResult:
         return list(self.found["warnings"])
 
     def __repr__(self) -> str:
-        cells, warnings = self.found["mesh"]["cells"], len(self.warnings)
-        return f"<fragfield.CheckResult {self.case.title!r}: {cells} cells, {warnings} warnings>"
+        what = f"{self.found['mesh']['cells']} cells" if "mesh" in self.found else "no burst"
+        return f"<fragfield.CheckResult {self.case.title!r}: {what}, {len(self.warnings)} warnings>"
 
     def __str__(self) -> str:
         from fragfield.checking.show import check_text
@@ -51,6 +55,7 @@ def check(
     *,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
     cell_size: str | None = None,
+    fragments: str | os.PathLike[str] | None = None,
 ) -> CheckResult:
     """Masses, speeds, mesh and cost that follow from a case, and warnings.
 
@@ -60,11 +65,20 @@ def check(
         A case, a case file or a run directory.
     set, cell_size
         Values that replace those of the case, see `Case.from_toml`.
+    fragments : path, optional
+        Fragments or an arena table that are to be flown instead of the run's own: `found["fragments"]` says what of the
+        casing they hold. The case then needs no burst, and without one nothing is said of it.
 
     Raises
     ------
     InputError
-        The case is at fault, or its mesh cannot be made.
+        The case is at fault, its mesh cannot be made, or the fragments do not fit it.
     """
-    found = case_of(case, set=set, cell_size=cell_size)
-    return CheckResult(found, checking.check_report(found.values))
+    found = case_of(case, set=set, cell_size=cell_size, burst=fragments is None)
+    given = None if fragments is None else fragments_report(found.values, Path(fragments))
+    if found.values.burst is None and given is not None:
+        return CheckResult(found, {"case": plain(found.values), **given})
+    report = checking.check_report(found.values)
+    if given is not None:
+        report |= {"fragments": given["fragments"], "warnings": [*report["warnings"], *given["warnings"]]}
+    return CheckResult(found, report)

@@ -122,7 +122,7 @@ def request_of(
 
     made = None
     if isinstance(case, Case) or not _is_settings(set):
-        found = case_of(case, set=set, cell_size=cell_size)
+        found = case_of(case, set=set, cell_size=cell_size, burst=burst)
         set, cell_size, made = (), None, found.values  # noqa: A001
         if burst and (faults := check_case(made)):
             raise InputError(join_faults("case", faults))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.recovered_mass import recovered_mass
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,17 +17,28 @@ if TYPE_CHECKING:
     from flight import Fragments
     from flight.arena import ArenaTable
     from fragfield.case import Case
+    from fragfield.case.conversion.recovered_mass import RecoveredMass
 
 __all__ = ["arena_basis", "arena_of", "arena_realisation", "read_arena", "write_arena"]
 
 _log = logging.getLogger(__name__)
 
 
-def read_arena(path: Path | None) -> ArenaTable | None:
-    """The table of a file, or None where it is no arena table."""
+def read_arena(path: Path | None, case: Case) -> tuple[ArenaTable, RecoveredMass] | None:
+    """The table of a file with the numbers that are flown, and what of the casing it holds; None: no arena table.
+
+    Raises
+    ------
+    InputError
+        The table cannot be read, or its mass is not that of the case's rounds.
+    """
     from flight.arena import ArenaTable, is_arena_file
 
-    return ArenaTable.read(path) if path is not None and is_arena_file(path) else None
+    if path is None or not is_arena_file(path):
+        return None
+    table = ArenaTable.read(path)
+    recovered = recovered_mass(case, table, str(path))
+    return table.scaled(recovered.factor), recovered
 
 
 def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:

@@ -172,7 +172,7 @@ def flown_attitude(job: Job, flown: FlownEnsemble) -> dict[str, Any]:
     """The part `hazard.attitude` of summary.json: the attitude of what was flown, and the curve over mixed ones."""
     from fragfield.pipeline.arena import read_arena
 
-    part = attitude_of(job.case, given=job.fragments is not None and read_arena(job.fragments) is None)
+    part = attitude_of(job.case, given=job.fragments is not None and read_arena(job.fragments, job.case) is None)
     if flown.attitude is not None and flown.curve:
         part |= {"worst_inclination_deg": flown.attitude.inclination, "worst_roll_deg": flown.attitude.roll}
     return part | {"curve": flown.curve}

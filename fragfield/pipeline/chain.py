@@ -15,6 +15,7 @@ from fragfield.case.conversion.geometry import burst_geometry, refuse_section
 from fragfield.compile_ahead import compile_ahead, list_of
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.stages import perform
@@ -225,8 +226,10 @@ def _enter(request: Request, stage: Stage, held: ExitStack) -> Case:
         if stage.name != "report":
             refuse_section(case, f"`fragfield {stage.name}`")
         _check_inputs(case, source, stage)
-    elif directory.complete(STAGES["break-up"]):
-        raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
+    else:
+        if directory.complete(STAGES["break-up"]):
+            raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
+        read_arena(request.fragments, case)  # refuses one that does not fit the case, before the directory is made
     if stage.name == "report":
         directory.make()
     else:

@@ -27,10 +27,8 @@ if TYPE_CHECKING:
     from flight.hazard.balance import Balance
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.density.groups import DensityGroups
-    from flight.hazard.density.polar_grid import PolarGrid
     from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import Case
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
@@ -43,14 +41,12 @@ __all__ = [
     "FlownEnsemble",
     "above_ground",
     "break_up_all",
-    "hazard_grid",
 ]
 
 KEPT = 200
 """Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
 _AT_ONCE = 48  # realisations of a batch
 _FEWEST_MORE = 12
-_REACH = 2000.0  # m; a flight extends its cells where fragments pass beyond
 
 _log = logging.getLogger(__name__)
 
@@ -173,7 +169,7 @@ class _Found:
         from flight.hazard.density.directions import Directions
         from flight.hazard.density.groups import DensityGroups
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, kernel_degrees
+        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
 
@@ -266,7 +262,7 @@ class Flights:
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.density.near_ground import NearGround
-        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
+        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)
@@ -348,15 +344,6 @@ class Flights:
     def _progress(self, state: FlightProgress) -> None:
         seconds = time.perf_counter() - self.began
         self.job.reporter.flight(replace(state, done=self.done + state.done, total=self.total, wall_seconds=seconds))
-
-
-def hazard_grid(case: Case) -> PolarGrid:
-    """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
-    from flight.hazard.density.polar_grid import PolarGrid
-    from fragfield.case.conversion.stages import kernel_degrees
-
-    hazard = case.hazard
-    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
 
 
 def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:

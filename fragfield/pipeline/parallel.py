@@ -16,6 +16,7 @@ __all__ = ["Team", "launched_rank", "launched_size"]
 Shared = TypeVar("Shared")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
 _SIZE_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
+_STEP_SIZE = "SLURM_STEP_NUM_TASKS"  # of srun, which sets it beside PMIX_RANK
 _POLL = 0.05  # s between two looks of a waiting rank: a waiting core is free for rank 0's threads
 _PATIENCE = 3.0  # s that other ranks leave rank 0 to report an error that all of them see
 _TAG = 20_240
@@ -27,8 +28,18 @@ def launched_rank() -> int:
 
 
 def launched_size() -> int:
-    """Number of ranks by the launcher's environment, 1 without a launcher."""
-    return next((int(os.environ[name]) for name in _SIZE_VARIABLES if os.environ.get(name, "").isdigit()), 1)
+    """Number of ranks by the launcher's environment, 1 without a launcher.
+
+    PMIx gives a process its rank and no size. Where no other variable holds it, MPI itself is asked: a guess of 1 would
+    let every rank begin the whole run.
+    """
+    names: tuple[str, ...] = _SIZE_VARIABLES
+    if os.environ.get("PMIX_RANK", "").isdigit():
+        names = (*names, _STEP_SIZE)
+    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
+    if sizes or not any(os.environ.get(name, "").isdigit() for name in _RANK_VARIABLES):
+        return sizes[0] if sizes else 1
+    return int(importlib.import_module("mpi4py.MPI").COMM_WORLD.Get_size())
 
 
 @dataclass(frozen=True)

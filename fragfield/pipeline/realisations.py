@@ -42,7 +42,8 @@ class Realisations:
         self._prepared: BreakUp | None = None
         snapshot = job.source.file("burst_snapshot.h5")
         self._snapshot = job.team.broadcast(snapshot if job.fragments is None and snapshot.is_file() else None)
-        self.arena = job.team.broadcast(read_arena(job.fragments) if job.team.first else None)
+        found = read_arena(job.fragments, job.case) if job.team.first else None
+        self.arena = job.team.broadcast(None if found is None else found[0])
 
     @property
     def more(self) -> bool:

@@ -41,6 +41,7 @@ class _Records(logging.Handler):
 def recorded_warnings(job: Job, stage: str) -> Iterator[None]:
     """Put what the packages warn of during a stage into summary.json, part "findings", instead of earlier ones of it.
 
+    The part is there, empty, where nothing was warned of.
     Nothing is recorded of a stage that ends with an exception, or on ranks other than the first.
     """
     records = _Records(stage)
@@ -53,7 +54,7 @@ def recorded_warnings(job: Job, stage: str) -> Iterator[None]:
             logging.getLogger(name).removeHandler(records)
     if not job.team.first:
         return
-    before = job.source.summary().get("findings") or []
-    now = [*(one for one in before if one["stage"] != stage), *records.found]
-    if now != before:
+    before = job.source.summary().get("findings")
+    now = [*(one for one in before or [] if one["stage"] != stage), *records.found]
+    if now != before and (now or stage != "report"):  # a report adds its page, and no key to a run of an older version
         job.note({"findings": now})

@@ -119,6 +119,8 @@ def fly(job: Job, stage: Stage) -> None:
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
     if job.fragments is not None:
         summary["fragments_file"] = job.fragments.name
+        if found := read_arena(job.fragments, job.case):
+            summary["recovered"] = found[1].summary()
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
@@ -157,8 +159,11 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     import flight
     from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
 
-    arena = read_arena(job.fragments)
-    if arena is not None:
+    found = read_arena(job.fragments, job.case)
+    if found is not None:
+        arena, recovered = found
+        if recovered.warning:
+            _log.warning("%s", recovered.warning, extra={"code": "arena_mass"})
         fragments = arena_realisation(arena, job.case, 0)
         arena.write(job.target.file("arena.csv"), provenance_of(job.case))
     else:

@@ -132,7 +132,9 @@ def _sentence(run: RunFiles) -> str:
         what = f"{charge} kg {explosive_title(str(item.attributes['explosive']))} in {casing} kg of casing"
         kinds.setdefault(what, []).append(item.name)
     if run.fragments_file is not None:
-        return f"Computed for the fragments of {run.fragments_file}; no burst was computed."
+        recovered = run.part("flight").get("recovered")
+        words = f" {recovered['words'][0].upper()}{recovered['words'][1:]}." if recovered else ""
+        return f"Computed for the fragments of {run.fragments_file}; no burst was computed.{words}"
     if not kinds:
         return "This directory contains no burst; the rounds are described in the annex."
     many = "one round" if len(run.rounds) == 1 else f"{len(run.rounds)} rounds"

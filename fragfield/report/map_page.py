@@ -6,9 +6,11 @@ import json
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
+from fragfield.errors import InputError
 from fragfield.hazard.site_map import KINDS, extent_of
 from fragfield.report.figures.site import north_of, site_shapes
 from fragfield.version import __version__
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,5 +79,5 @@ def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool
         title=run.title, data=text, identity=f"{identity} · " if identity else "", written=written,
         program_version=run.provenance.get("program_version") or __version__,
     )  # fmt: skip
-    path.write_text(page, encoding="utf-8")
+    write_text(path, page, InputError)
     return True

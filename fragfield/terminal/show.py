@@ -104,6 +104,8 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
         table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
     console = console or plain_console()
     console.print(table)
+    if recovered := (summary.get("flight") or {}).get("recovered"):
+        console.print(recovered["words"], markup=False)
     _print_hazard(console, summary.get("hazard") or {})
     _print_tp12(console, (summary.get("rules") or {}).get("tp12") or {})
     _print_prescribed(console, summary)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from fragfield.errors import InputError
 from fragfield.report.figures.drawing import GREY, INK, RULE, SPEED_MAP
 from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
 from fragfield.view.scenes import burst_at, burst_times, final_burst, section
+from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -221,10 +223,10 @@ def _written(frames: Iterator[NDArray[np.uint8]], number: int, run: RunFiles, pa
 
     target = path or run.folder / "figures" / name
     target.parent.mkdir(parents=True, exist_ok=True)
-    draft = target.with_name(f"part_of_{target.name}")
     rate = max(round(number / _SECONDS), round(_FEWEST_A_SECOND))
-    with iio.imopen(draft, "w", plugin="pyav") as film:
+    coded = BytesIO()  # some megabytes
+    with iio.imopen(coded, "w", plugin="pyav", extension=".mp4") as film:
         film.init_video_stream("libx264", fps=rate)
         for frame in frames:
             film.write_frame(np.ascontiguousarray(frame))
-    return draft.replace(target)
+    return write_bytes(target, coded.getvalue(), InputError)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.errors import InputError
 from fragfield.report.figures.drawing import SPEED_MAP, drawing_style, to_bytes
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
 from fragfield.view.scenes import burst_states, cut, fragment_points, section
+from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,8 +60,7 @@ def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:
     target = path or run.folder / "figures" / name
     target.parent.mkdir(parents=True, exist_ok=True)
     with drawing_style():
-        target.write_bytes(to_bytes(figure, "png", dots=170)[0])
-    return target
+        return write_bytes(target, to_bytes(figure, "png", dots=170)[0], InputError)
 
 
 @dataclass(frozen=True)

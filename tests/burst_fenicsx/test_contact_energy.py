@@ -65,7 +65,7 @@ def test_what_contact_gives_is_what_a_body_has_lost_and_gains_nothing_from_a_con
 
 
 def test_a_spring_that_stiffens_under_load_makes_energy_that_the_ledger_sees():
-    """A loaded spring that gets twice as stiff at once: gain (k2 - k1) d^2 / 2, an error of contact's own, not of the balance."""
+    """A loaded spring that stiffens twofold at once gains (k2 - k1) d^2 / 2: contact's error, not the balance's."""
     solver = thrown_at_a_wall()
     before = energy(solver)
     (plane,) = solver.contact.planes

@@ -131,3 +131,48 @@ def test_faults_of_a_file_are_named(tmp_path, rows, message):
     with pytest.raises(flight.InputError, match=message) as caught:
         ArenaTable.read(path)
     assert str(path) in str(caught.value)
+
+
+GROUPS = "zone_from_deg,zone_to_deg,mass_from_kg,mass_to_kg,number,mean_mass_kg,mean_speed_m_s\n"
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("0,180,0.01,0.02,3,0.0101,900", ""),
+        ("0,180,0.01,0.02,3,0.01999,900", ""),
+        (
+            "0,180,0.01,0.02,3,0.0098,900",
+            "mean mass of row 1 is 0.0098 kg, outside its own group of mass; allowed: 0.01",
+        ),
+        (
+            "0,180,0.01,0.02,3,0.0203,900",
+            "mean mass of row 1 is 0.0203 kg, outside its own group of mass; allowed: 0.01",
+        ),
+        ("0,180,0.01,0.02,3,15,900", "outside its own group of mass; allowed: 0.01 to 0.02 kg"),  # grams
+        ("0,180,0,inf,3,0.015,900", ""),
+        ("0,180,0.02,0.01,3,0.015,900", "the group of mass of row 1 runs from 0.02 to 0.01 kg"),
+        ("0,180,-1,0.02,3,0.015,900", "the group of mass of row 1 runs from -1 to 0.02 kg; allowed: from 0 or more"),
+        ("0,180,0,0.01,3,2e-6,900", ""),
+        ("0,180,0,0.01,3,5e-7,900\n0,180,0.01,0.1,1,0.02,900", ""),  # a group of a computed table may be lighter
+        ("0,180,0,0.01,3,9e-7,900", "mean_mass_kg: the mean of all fragments is 9e-07 kg; allowed: at least 1e-06 kg"),
+    ],
+)
+def test_a_mean_mass_lies_in_its_own_group(row, message, tmp_path):
+    (tmp_path / "a.csv").write_text(f"{GROUPS}{row}\n")
+    if not message:
+        assert len(ArenaTable.read(tmp_path / "a.csv").number) == 1 + row.count("\n")
+        return
+    with pytest.raises(flight.InputError) as found:
+        ArenaTable.read(tmp_path / "a.csv")
+    assert message in str(found.value)
+    assert str(found.value).startswith(str(tmp_path / "a.csv"))
+
+
+def test_scaled_tables_hold_more_of_the_same(table):
+    twice = table.scaled(2.0)
+    assert twice.total_mass == pytest.approx(2.0 * table.total_mass)
+    assert np.array_equal(twice.mass, table.mass)
+    assert table.scaled(1.0) is table
+    with pytest.raises(flight.InputError, match=r"factor on the numbers is 0.0, needed: above zero"):
+        table.scaled(0.0)

@@ -128,3 +128,105 @@ def test_pieces_that_land_beyond_the_first_guess_of_the_reach(tmp_path):
     assert hazard["largest_throw"] > 2000.0
     assert hazard["determined"]
     assert 10.0 < hazard["distance"] < hazard["upper"] < 100.0
+
+
+ROUND = """title = "Arena with a round"
+[[round]]
+name = "tube"
+profile = "tube"
+explosive = "tnt"
+casing = "steel_paper"
+position = ["0 m", "0 m", "1 m"]
+[break_up]
+realisations = 8
+[hazard]
+max_realisations = 8
+"""
+CASING = 21.916  # kg
+
+
+def _table_of(folder, fraction):
+    """An arena table that holds a fraction of the casing of the ready tube."""
+    table = ArenaTable.of([burst(seed) for seed in range(4)])
+    path = folder / f"arena_{fraction}.csv"
+    table.scaled(fraction * CASING / table.total_mass).write(path)
+    return path
+
+
+def _checked(folder, fraction, *options, text=ROUND):
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    return invoke("check", folder / "case.toml", "--fragments", _table_of(folder, fraction), *options)
+
+
+@pytest.mark.parametrize(
+    ("fraction", "code", "warned"),
+    [(0.12, 2, True), (0.49, 2, True), (0.51, 0, True), (0.89, 0, True), (0.91, 0, False), (1.09, 0, False),
+     (1.11, 2, True)],
+)  # fmt: skip
+def test_a_table_of_another_mass_than_the_casing_is_warned_of_and_refused(fraction, code, warned, tmp_path):
+    done = _checked(tmp_path, fraction, "--json")
+    assert done.exit_code == code, done.stderr
+    held = f"{100 * fraction:.3g} % of the 21.92 kg of the casing"
+    if code:
+        assert f"arena_{fraction}.csv: the arena table holds" in done.stderr
+        assert held in done.stderr
+        assert 'allowed with flight.arena_mass = "checked": 50 to 110 %' in done.stderr
+        return
+    found = json.loads(done.stdout)
+    recovered = found["fragments"]["recovered"]
+    assert recovered["fraction"] == pytest.approx(fraction, rel=1e-3)
+    assert recovered["casing_mass"] == pytest.approx(CASING, rel=1e-3)
+    assert bool(found["warnings"]) == warned
+    assert all(held in line for line in found["warnings"])
+
+
+def test_numbers_are_scaled_to_the_casing_or_flown_as_given(tmp_path):
+    scaled = json.loads(_checked(tmp_path, 0.12, "--set", "flight.arena_mass=scaled", "--json").stdout)["fragments"]
+    assert scaled["mass"] == pytest.approx(CASING, rel=1e-3)
+    assert scaled["recovered"]["factor"] == pytest.approx(1.0 / 0.12, rel=1e-3)
+    assert scaled["recovered"]["mass"] == pytest.approx(0.12 * CASING, rel=1e-3)
+    given = json.loads(_checked(tmp_path, 0.12, "--set", "flight.arena_mass=as_given", "--json").stdout)
+    assert given["fragments"]["mass"] == pytest.approx(0.12 * CASING, rel=1e-3)
+    assert "are not flown, so that densities and distances are too small" in given["warnings"][0]
+    assert scaled["number"] == pytest.approx(given["fragments"]["number"] / 0.12, rel=1e-3)
+
+
+def test_what_cannot_be_compared_or_scaled(tmp_path):
+    plain = "seed = 1\n"
+    done = _checked(tmp_path, 0.12, text=plain)
+    assert done.exit_code == 0, done.stderr
+    assert "without a table [[round]] the mass of the casing is not known" in done.stdout
+    done = _checked(tmp_path, 0.12, "--set", "flight.arena_mass=scaled", text=plain)
+    assert done.exit_code == 2
+    assert 'flight.arena_mass: found "scaled" without a table [[round]]' in done.stderr
+    other = ROUND.replace("[break_up]", ROUND.partition("\n")[2].partition("[break_up]")[0] + "[break_up]")
+    other = other.replace('name = "tube"', 'name = "b"', 1).replace('casing = "steel_paper"', 'casing = "copper"', 1)
+    other = other.replace('["0 m", "0 m", "1 m"]', '["1 m", "0 m", "1 m"]', 1)
+    done = _checked(tmp_path, 0.95, text=other)
+    assert done.exit_code == 2
+    assert "holds the fragments of one kind of round, and those of the case differ" in done.stderr
+    done = _checked(tmp_path, 0.95, "--set", "flight.arena_mass=scale")
+    assert 'found "scale" (did you mean "scaled"?); allowed: "checked", "scaled" or "as_given"' in done.stderr
+
+
+def test_a_run_states_what_was_recovered_and_refuses_before_it_begins(tmp_path):
+    (tmp_path / "case.toml").write_text(ROUND, encoding="utf-8")
+    run = ("fly", tmp_path / "case.toml", "--fragments", _table_of(tmp_path, 0.12), "--out", tmp_path / "run")
+    done = invoke(*run)
+    assert done.exit_code == 2
+    assert not (tmp_path / "run").exists()
+    text = ROUND.replace("[break_up]", '[flight]\narena_mass = "scaled"\n[break_up]')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    done = invoke(*run)
+    assert done.exit_code == 0, done.stderr
+    assert "12 % of the 21.92 kg of the casing; its numbers are flown times 8.333" in done.stdout
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert summary["flight"]["recovered"]["factor"] == pytest.approx(1.0 / 0.12, rel=1e-3)
+    assert [one["code"] for one in summary["findings"] if one["code"] == "arena_mass"] == ["arena_mass"]
+    flown = ArenaTable.read(tmp_path / "run" / "arena.csv")
+    assert flown.total_mass == pytest.approx(CASING, rel=1e-3)
+    done = invoke("report", tmp_path / "run")
+    assert done.exit_code == 0, done.stderr
+    page = " ".join((tmp_path / "run" / "report.html").read_text(encoding="utf-8").split())
+    assert "12 % of the 21.92 kg of the casing; its numbers are flown times 8.333" in page
+    assert "Recovered of the casing" in page

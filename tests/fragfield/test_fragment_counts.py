@@ -157,10 +157,11 @@ def test_groups_that_an_arena_table_leaves_out_hold_nothing(tmp_path):
         ("mass_above_g,number\n1,many\n", "line 2, column number: 'many' is not a number"),
         ("mass_from_g,mass_to_g,number,mass_g\n1,2,30,90\n2,4,20,50\n", "30 pieces of 0.001 to 0.002 kg weigh 0.09 kg"),
         (ARENA + "0,90,0.001,0.004,30,0.0015,900\n90,180,0.002,0.008,10,0.005,900\n", "the same groups in every zone"),
-        (ARENA + "0,180,0,0,30,0.0015,900\n", "a row has fragments and no group of mass"),
+        (ARENA + "0,180,0,0,30,0.0015,900\n", "row 1 is 0.0015 kg, outside its own group of mass; allowed: 0 to 0 kg"),
+        (ARENA + "0,180,0.0015,0.0015,30,0.0015,900\n", "a row has fragments and no group of mass"),
         (
             ARENA + "0,180,0.001,0.002,30,0.5,900\n0,180,0.002,0.004,9,0.003,9\n",
-            "weigh 15 kg together; allowed: 0.03 to",
+            "row 1 is 0.5 kg, outside its own group of mass; allowed: 0.001 to 0.002 kg",
         ),
         ("", "no table in it"),
     ],

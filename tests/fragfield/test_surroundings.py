@@ -146,9 +146,9 @@ def test_default_is_flat_soft_soil(folder) -> None:
         (OBSTACLES.replace('"store"', '"bank"'), r"obstacle\[3\].name: found \"bank\", the name of obstacle\[1\]"),
         (OBSTACLES.replace('kind = "wall"', 'kind = "wal"'), r"obstacle\[2\].*"),
         (OBSTACLES.replace('"6 m"', "6"), r"obstacle\[3\].height: found the bare number 6 without a unit"),
-        (OBSTACLES.replace('["12 m", "-4 m"]', '["12 m", "4 m"]'), "obstacle wall: start and end are both"),
-        (OBSTACLES.replace('"12 m"]', '"0 m"]'), "obstacle bank: it stands on the origin"),
-        (OBSTACLES.replace('"1 m"', '"-9 m"'), "obstacle wall: its top at .* m is not above the ground"),
+        (OBSTACLES.replace('["12 m", "-4 m"]', '["12 m", "4 m"]'), r"obstacle\[2\]: \"wall\": start and end are both"),
+        (OBSTACLES.replace('"12 m"]', '"0 m"]'), r"obstacle\[1\]: \"bank\": it stands on the origin"),
+        (OBSTACLES.replace('"1 m"', '"-9 m"'), r"obstacle\[2\]: \"wall\": its top at .* m is not above the ground"),
         (
             COLLISIONS.replace("[flight.collisions]", '[flight]\ncollisions = "of"'),
             'flight.collisions: found "of".*none',

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield_base.mass_groups import group_outside
 from transition.errors import InputError
 
 if TYPE_CHECKING:
@@ -77,10 +78,8 @@ class FragmentCounts:
         if mass.shape != number.shape:
             raise InputError(f"{where}: {len(mass)} masses for {len(number)} groups")
         _counts(where, "mass", mass)
-        most = np.where(number > 0.0, number, 1.0) * ends[1:]
-        bad = (mass < 0.999 * number * ends[:-1]) | (mass > 1.001 * np.where(number > 0.0, most, 0.0))
-        if bad.any():
-            group = int(np.argmax(bad))
+        group = group_outside(number, mass, ends[:-1], ends[1:])
+        if group is not None:
             raise InputError(
                 f"{where}: {number[group]:g} pieces of {ends[group]:g} to {ends[group + 1]:g} kg weigh "
                 f"{mass[group]:g} kg together; allowed: {number[group] * ends[group]:g} to "

@@ -107,8 +107,8 @@ def respond(
     threads : int, optional
         Of break-up and flight; the result does not depend on it.
     """
-    from fragfield.case.conversion.stages import break_up_settings, flight_arguments, hazard_criteria
-    from fragfield.pipeline.ensemble import above_ground, hazard_grid
+    from fragfield.case.conversion.stages import break_up_settings, flight_arguments, hazard_criteria, hazard_grid
+    from fragfield.pipeline.ensemble import above_ground
 
     case = _case(variation)
     arguments = flight_arguments(case) | {"witnesses": [], "sample": 0}

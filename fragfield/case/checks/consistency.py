@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.checks.arrangement import check_places, check_planes
 from fragfield.case.checks.bounds import outside_hard
+from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.placing import profile_of
@@ -72,7 +73,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
 
 
 def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
-    """Faults of a resolved case: heat of detonation, product constants, ignition, rounds in each other or in planes.
+    """Faults of a resolved case: heat of detonation, product constants, ignition, masses, positions of the rounds.
 
     `stacked` are the names of the rounds that stand for [stack].
     """
@@ -88,6 +89,7 @@ def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
             "round: found no ignition point in any round, so nothing makes the shock that initiates them; allowed: at "
             "least one round with an ignition point"
         )
+    faults += check_expected(case)
     return faults or list(check_places(case, stacked))
 
 

@@ -81,23 +81,21 @@ def counts_of(table: FragmentCountsTable) -> FragmentCounts:
 
 def check_counts(case: Case, source: str) -> None:
     """Refuse counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
-    from fragfield.case.conversion.placing import profile_of
+    from fragfield.case.conversion.round_masses import are_alike, masses_of
 
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return
     from transition.law.count_fit import SegmentMasses, fit_counts  # needs scipy
 
     where = f"{source}: break_up.mean_mass"
-    kinds = {(entry.mesh, str(entry.profile), str(entry.casing), str(entry.explosive)) for entry in case.round}
-    if len(kinds) > 1:
+    if not are_alike(case):
         raise InputError(
             f"{where}: {case.break_up.counts.source} holds the fragments of one kind of round, and those of the case "
             "differ; allowed: rounds alike, or a law or a mass"
         )
     known = None
-    if case.round and isinstance(case.round[0].profile, dict) and not isinstance(case.round[0].casing, str):
-        casing = profile_of(case.round[0]).casing_volume * case.round[0].casing.density
-        known = SegmentMasses((1.0,), (casing,))
+    if case.round:
+        known = SegmentMasses((1.0,), (masses_of(case.round[0]).casing,))
     try:
         fit_counts(counts_of(case.break_up.counts), case.break_up.dimension, case.break_up.mixed_fraction, known)
     except BreakUpInputError as error:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 from fragfield.case.conversion.geometry import burst_geometry
+from fragfield.case.conversion.round_masses import are_alike
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
-    from fragfield.case.tables.round import IgnitionTable, RoundTable
+    from fragfield.case.tables.round import IgnitionTable
 
 __all__ = ["single_round_case"]
 
@@ -27,8 +27,7 @@ def single_round_case(case: Case) -> tuple[Case | None, str]:
     """
     if case.burst is None or not case.round:
         return None, "the case has no rounds"
-    contents = {_contents(entry) for entry in case.round}
-    if len(contents) > 1:
+    if not are_alike(case):
         return None, "the rounds differ in contents or casing"
     points = {_stations(entry.ignition) for entry in case.round if entry.ignition}
     if len(points) != 1:
@@ -44,12 +43,6 @@ def single_round_case(case: Case) -> tuple[Case | None, str]:
     made = case.model_copy(update={"round": [alone], "stack": None, "plane": [], "burst": burst})
     choice = burst_geometry(made)
     return (made, "") if choice.geometry == "axisymmetric" else (None, choice.reason)
-
-
-def _contents(entry: RoundTable) -> str:
-    """What a round is, as text."""
-    left_out = {"name", "position", "axis", "ignition", "initiation"}
-    return json.dumps(entry.model_dump(mode="json", exclude=left_out), sort_keys=True)
 
 
 def _stations(points: list[IgnitionTable] | None) -> tuple[tuple[object, ...], ...]:

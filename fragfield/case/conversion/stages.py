@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from flight import Contact as FragmentContact
     from flight import Wind
     from flight.hazard.criteria import Criteria
+    from flight.hazard.density.polar_grid import PolarGrid
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.schema import Case
@@ -28,8 +29,13 @@ __all__ = [
     "burst_settings",
     "flight_arguments",
     "hazard_criteria",
+    "hazard_directions",
+    "hazard_grid",
+    "kernel_degrees",
     "rigid_plane",
 ]
+
+_REACH = 2000.0  # m; a flight extends its cells where fragments pass beyond
 
 
 def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSettings:
@@ -128,6 +134,14 @@ def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tupl
 def kernel_degrees(case: Case) -> float:
     """Half-width of the azimuth kernel in degrees."""
     return degrees_of(case.hazard.kernel)
+
+
+def hazard_grid(case: Case) -> PolarGrid:
+    """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
+    from flight.hazard.density.polar_grid import PolarGrid
+
+    hazard = case.hazard
+    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
 
 
 def _wind(table: WindTable, ground: float) -> Wind | None:

@@ -38,7 +38,7 @@ class LeakageTable(Table):
     enabled: bool = True
     """Whether the products vent."""
     radius_ratio: float = Field(default=1.75, ge=1.0)
-    """Mean radius of the charge at which venting starts, over the initial one (published: 1.59 to 2.0)."""
+    """Mean radius of the charge at which venting starts, over the initial one (published: 1.59 to about 2.0)."""
     alpha: float = Field(default=1.0, gt=0.0, le=1.0)
     """Factor of Eq. 7."""
     beta: float = Field(default=1.0, ge=0.0)

@@ -144,7 +144,9 @@ class FlightTable(Table):
         Discriminator(name_or_table),
     ] = CollisionsTable()
     """Contact between fragments of different rounds, or "none"."""
-    """Contact between fragments in the first metres; left out: none."""
+    arena_mass: Literal["checked", "scaled", "as_given"] = "checked"
+    """Mass of an arena table that is flown instead of a break-up: checked against that of the casing (50 to 110 %), its
+    numbers scaled to the casing, or flown as given whatever was recovered."""
     ground: GroundTable = GroundTable()
     integrator: IntegratorTable = IntegratorTable()
     time_limit: Time = 3600.0

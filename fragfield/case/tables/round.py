@@ -22,7 +22,15 @@ from fragfield.case.units.kinds import (
 )
 from fragfield.case.units.quantities import Quantity
 
-__all__ = ["CasingTable", "ExplosiveTable", "IgnitionTable", "InitiationTable", "JwlTable", "RoundTable"]
+__all__ = [
+    "CasingTable",
+    "ExpectedTable",
+    "ExplosiveTable",
+    "IgnitionTable",
+    "InitiationTable",
+    "JwlTable",
+    "RoundTable",
+]
 
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 Attitude = Annotated[
@@ -130,6 +138,15 @@ class InitiationTable(Table):
     """Pressure below which a pulse does not count for the energy that is reported against the critical one."""
 
 
+class ExpectedTable(Table):
+    """Masses that the drawing gives: those of the contours and materials must be within 1 % of them."""
+
+    casing: Annotated[float | None, Quantity("kg", "34.5 kg", above=0.0)] = None
+    """Mass of the casing."""
+    charge: Annotated[float | None, Quantity("kg", "6.86 kg", above=0.0)] = None
+    """Mass of the charge."""
+
+
 class RoundTable(Table):
     """One cased charge in space."""
 
@@ -147,6 +164,11 @@ class RoundTable(Table):
         Annotated[str, Tag("<name>")] | Annotated[CasingTable, Tag("<table>")], Discriminator(name_or_table)
     ]
     """A built-in name, a file, or a table."""
+    expected: ExpectedTable | None = Field(
+        default=None, json_schema_extra={"inline": '{ casing = "34.5 kg", charge = "6.86 kg" }'}
+    )
+    """Masses from the drawing of the round, against which contours and materials are checked (1 %): this finds
+    diameters given for radii, and wrong units. Give them wherever the drawing has them."""
     position: Position = (0.0, 0.0, 0.0)
     """Centre of the base plane."""
     attitude: Attitude = None

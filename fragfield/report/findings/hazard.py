@@ -30,8 +30,8 @@ def break_up_findings(run: RunFiles) -> list[Finding]:
         found.append(
             Finding(
                 "warning",
-                f"Fragments hold {number(100 * abs(mass), 3)} % {'less' if mass < 0 else 'other'} mass than the casing "
-                "(the graded sampler drops the heaviest, which fly farthest).",
+                f"Fragments hold {number(100 * abs(mass), 3)} % {'less' if mass < 0 else 'more'} mass than the casing"
+                + (" (the graded sampler drops the heaviest, which fly farthest)." if mass < 0 else "."),
             )
         )
     for name, what in (("momentum_error", "momentum"), ("energy_error", "kinetic energy")):
@@ -88,7 +88,7 @@ def flight_findings(run: RunFiles) -> list[Finding]:
             Finding(
                 "warning",
                 f"{number(int(beyond))} of {number(int(flown))} fragments were faster than the end of the drag table "
-                f"“{part.get('drag', '')}” ; its last coefficient was used there.",
+                f"“{part.get('drag', '')}”; its last coefficient was used there.",
             )
         )
     flown, landed = value_of(part, "fragments"), value_of(part, "landed")

@@ -187,6 +187,7 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
     rows = [
         row("Realisations flown", part.get("realisations")),
         row("Fragments flown", part.get("fragments"), "", "first realisation, as below"),
+        *_recovered_rows(part.get("recovered") or {}),
         row("Landed", part.get("landed")),
         row("Ricocheted off the ground", part.get("ricocheted") or None),
         row("Ricochets", part.get("ricochets") or None, "", "of all of them"),
@@ -198,6 +199,18 @@ def flight_rows(run: RunFiles) -> Iterator[Rows]:
     ]
     rows += [row(f"Fragments through “{item.get('name', '')}”", item.get("hits")) for item in run.witnesses]
     yield Rows("Flight", tuple(one for one in rows if one.value != UNKNOWN))
+
+
+def _recovered_rows(recovered: Mapping[str, Any]) -> Iterator[Row]:
+    """Mass of an arena table that was flown, against the casing of the round."""
+    if not recovered:
+        return
+    yield row("Fragments of the arena table", recovered["mass"], "kg", "of one round, as the test has them")
+    if recovered["fraction"] is not None:
+        yield row("Casing of the round", recovered["casing_mass"], "kg")
+        yield row("Recovered of the casing", 100.0 * recovered["fraction"], "%")
+    if recovered["factor"] != 1.0:
+        yield row("Factor on the numbers of the arena table", recovered["factor"], "1")
 
 
 def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:

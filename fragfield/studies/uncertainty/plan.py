@@ -164,6 +164,8 @@ def _bare(case: Case, table: UncertaintyTable) -> dict[str, Any]:
     document["break_up"] = {**document["break_up"], "realisations": table.realisations}
     document["hazard"] = {**document["hazard"], "max_realisations": table.realisations}
     document["flight"] = {**document["flight"], "trajectories": 0}
+    # The case as it stands was checked against its drawing; a sample may have other densities.
+    document["round"] = [{key: entry[key] for key in entry if key != "expected"} for entry in document["round"]]
     output = {**document["burst"].get("output", {}), "interval": document["burst"]["time_limit"]}
     document["burst"] = {**document["burst"], "convergence": "off", "output": output}
     return document

@@ -1,0 +1,240 @@
+"""The way in: settings of one stage, ranks of a launcher, quantities of pint, files by the one writer, exit codes."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import sys
+from io import BytesIO
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pint
+import pytest
+
+import fragfield
+from fragfield.case.load import case_from_document
+from fragfield.errors import exit_code_of, message_of
+from fragfield.interface.running import request_of
+from fragfield.pipeline import parallel
+from fragfield.pipeline.recorded_warnings import recorded_warnings
+from fragfield.report.blocks import Finding
+from fragfield.report.findings.burst import ledger_findings
+from fragfield.report.findings.hazard import break_up_findings, flight_findings
+from fragfield.report.reading.run_files import RunFiles
+from tests.fragfield.short_run import ROOT, SHORT
+
+UNITS = pint.UnitRegistry()
+
+
+def test_a_mapping_of_settings_and_a_list_mean_the_same_for_one_stage(tmp_path):
+    """A flight of given fragments needs no burst, however its settings are written."""
+    path = tmp_path / "mine.toml"
+    path.write_text('title = "no burst"\n')
+    for given in (["hazard.energy=50 J"], {"hazard.energy": "50 J"}):
+        request = request_of(path, set=given, out=tmp_path / "run", burst=False)
+        assert request.case(burst=False).hazard.energy == 50.0
+    with pytest.raises(fragfield.InputError, match="burst: missing"):
+        request_of(path, set={"hazard.energy": "50 J"}, out=tmp_path / "run")
+
+
+LAUNCHERS = [
+    ({}, 0, 1),
+    ({"OMPI_COMM_WORLD_RANK": "2", "OMPI_COMM_WORLD_SIZE": "4"}, 2, 4),
+    ({"PMI_RANK": "1", "PMI_SIZE": "2"}, 1, 2),
+    ({"PMIX_RANK": "1", "OMPI_COMM_WORLD_SIZE": "3"}, 1, 3),
+    ({"PMIX_RANK": "1", "SLURM_STEP_NUM_TASKS": "8"}, 1, 8),
+    ({"SLURM_STEP_NUM_TASKS": "8"}, 0, 1),  # a shell of srun without ranks of MPI
+]
+
+
+@pytest.mark.parametrize(("variables", "rank", "size"), LAUNCHERS)
+def test_ranks_and_size_of_a_launcher(variables, rank, size, monkeypatch):
+    for name in (*parallel._RANK_VARIABLES, *parallel._SIZE_VARIABLES, parallel._STEP_SIZE):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert (parallel.launched_rank(), parallel.launched_size()) == (rank, size)
+
+
+def test_mpi_is_asked_where_a_launcher_says_the_rank_alone(monkeypatch):
+    for name in (*parallel._RANK_VARIABLES, *parallel._SIZE_VARIABLES, parallel._STEP_SIZE):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("PMIX_RANK", "1")
+    world = SimpleNamespace(Get_size=lambda: 2, Get_rank=lambda: 1)
+    monkeypatch.setitem(sys.modules, "mpi4py.MPI", SimpleNamespace(COMM_WORLD=world))
+    assert parallel.launched_size() == 2
+    team = parallel.Team.join()
+    assert (team.rank, team.size, team.first) == (1, 2, False)
+
+
+def test_a_quantity_of_pint_stands_for_its_text():
+    tables = {
+        "burst": {"cell_size": 12 * UNITS.mm, "end_time": 20 * UNITS.us, "geometry": "3d"},
+        "round": [
+            {"name": "t", "profile": "tube", "explosive": "tnt", "casing": "steel_paper",
+             "position": np.array([0.0, 0.0, 100.0]) * UNITS.cm}
+        ],
+        "hazard": {"density": 1 / (55.7 * UNITS.m**2), "energy": UNITS.Quantity(58.0, "ft * lbf")},
+        "break_up": {"fracture_energy": 14.7e4 * UNITS.J / UNITS.m**2, "prefactor": UNITS.Quantity(4.0)},
+    }  # fmt: skip
+    values = fragfield.Case(tables).values
+    assert values.burst.cell_size == pytest.approx(0.012)
+    assert values.round[0].position == pytest.approx((0.0, 0.0, 1.0))
+    assert values.hazard.density == pytest.approx(1 / 55.7)
+    assert values.hazard.energy == pytest.approx(78.64, abs=0.01)
+    assert (values.break_up.fracture_energy, values.break_up.prefactor) == pytest.approx((14.7e4, 4.0))
+
+
+def test_a_quantity_of_another_dimension_is_refused_with_its_key():
+    tables = {"burst": {"cell_size": 12 * UNITS.s}}
+    with pytest.raises(fragfield.InputError, match=r"burst\.cell_size: found \"12 second\", which is a time"):
+        fragfield.Case(tables)
+
+
+@pytest.mark.parametrize(("count", "refused"), [(1000, False), (1001, True)])
+def test_a_stack_has_one_limit(count, refused):
+    document = {
+        "burst": {"cell_size": "20 mm", "contact": {"surfaces": False}},
+        "round": [{"name": "t", "profile": "tube", "explosive": "tnt", "casing": "steel_paper"}],
+        "stack": {"arrangement": "row", "count": count, "gap": "10 mm"},
+    }
+    if refused:
+        with pytest.raises(fragfield.InputError, match=r"stack\.count: found 1001; allowed: 1 to 1000"):
+            case_from_document(document, source="case.toml", folder=ROOT)
+        return
+    assert len(case_from_document(document, source="case.toml", folder=ROOT).round) == count
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device", "/x/y"), 2),
+        (OSError(errno.EMFILE, "Too many open files"), 2),
+        (PermissionError(errno.EACCES, "Permission denied", "/x/y"), 2),
+        (FileNotFoundError(errno.ENOENT, "No such file or directory", "/x/y"), 2),
+        (ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused"), 2),
+        (FileNotFoundError(errno.ENOENT, "No such file or directory"), 4),  # of no file: not the user's
+        (FileNotFoundError(errno.ENOENT, "No such file", str(Path(fragfield.__file__).parent / "data" / "x.toml")), 4),
+        (OSError(errno.EBADF, "Bad file descriptor"), 4),
+        (OSError(errno.EINVAL, "Invalid argument"), 4),
+        (OSError("without errno"), 4),
+    ],
+)
+def test_the_programs_own_errors_of_files_are_faults_of_the_program(error, code):
+    assert exit_code_of(error) == code
+    assert ("fault of the program" in message_of(error)) == (code == 4)
+
+
+def _run(part: str, tolerance: float = 0.05, **values) -> RunFiles:
+    document = {"burst": {"cell_size": "6 mm", "energy_tolerance": tolerance}}
+    case = fragfield.case.Case.model_validate(document)
+    return RunFiles(Path("x"), case=case, summary={part: values})
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "error", "weight", "words"),
+    [
+        (0.05, 0.049, "warning", "1 % is the aim"),
+        (0.05, 0.051, "stop", "above 5 % the burst is not computed correctly"),
+        (0.02, 0.019, "warning", "1 % is the aim"),
+        (0.02, 0.021, "stop", "above 2 % (`burst.energy_tolerance`) the burst is not computed correctly"),
+        (1.0, 0.051, "stop", "above 5 % the burst is not computed correctly"),  # a raised tolerance mends nothing
+    ],
+)
+def test_a_ledger_is_stopped_at_its_tolerance_and_never_above_5_percent(tolerance, error, weight, words):
+    (found,) = ledger_findings(_run("burst", tolerance, energy_error=error))
+    assert (found.weight, words in found.text) == (weight, True)
+    contact = {"contact_error": error, "contact_error_at_end": error, "contact": {"gain": 1.0}}
+    (found,) = ledger_findings(_run("burst", tolerance, **contact))
+    assert (found.weight, words in found.text) == (weight, True)
+
+
+def test_words_of_findings():
+    (less,) = break_up_findings(_run("break_up", mass_error=-0.08))
+    assert less.text.endswith(
+        "8 % less mass than the casing (the graded sampler drops the heaviest, which fly farthest)."
+    )
+    (more,) = break_up_findings(_run("break_up", mass_error=0.08))
+    assert more == Finding("warning", "Fragments hold 8 % more mass than the casing.")
+    beyond = flight_findings(_run("flight", above_drag_table=3, fragments=10, landed=10, drag="sphere"))
+    assert any("the end of the drag table “sphere”; its last coefficient" in one.text for one in beyond)
+
+
+def test_pictures_maps_and_films_are_written_by_the_one_writer(tmp_path, monkeypatch):
+    """A link planted under the name of an output is refused, and what it points to stays."""
+    from fragfield.report import map_page
+    from fragfield.view import film
+
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    target = tmp_path / "map.html"
+    target.symlink_to(precious)
+    monkeypatch.setattr(map_page, "map_data", lambda _: {"shapes": []})
+    run = RunFiles(tmp_path, summary={"title": "t"})
+    with pytest.raises(fragfield.InputError, match="is a symbolic link"):
+        map_page.write_map(run, target, identity="", written="now")
+    pytest.importorskip("imageio")
+    pytest.importorskip("av")
+    monkeypatch.setattr(film, "require_offscreen", lambda: None)
+    frames = [np.full((960, 1280, 3), 30 * k, dtype=np.uint8) for k in range(4)]
+    link = tmp_path / "film.mp4"
+    link.symlink_to(precious)
+    with pytest.raises(fragfield.InputError, match="is a symbolic link"):
+        film._written(iter(frames), 4, run, link, "film.mp4")
+    assert precious.read_text() == "mine"
+    written = film._written(iter(frames), 4, run, tmp_path / "other.mp4", "film.mp4")
+    import imageio.v3 as iio
+
+    assert iio.imread(BytesIO(written.read_bytes()), plugin="pyav", extension=".mp4").shape == (4, 960, 1280, 3)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["film.mp4", "map.html", "other.mp4", "precious"]
+
+
+def test_every_run_has_findings(tmp_path):
+    """The documented key stands in the summary of a burst that warned of nothing."""
+    (tmp_path / "mine.toml").write_text(SHORT)
+    run = fragfield.run(tmp_path / "mine.toml", out=tmp_path / "run", only="burst", progress=False)
+    assert isinstance(run.summary["findings"], list)
+
+
+@pytest.mark.parametrize(
+    ("before", "stage", "warned", "written"),
+    [
+        (None, "fly", False, []),  # nothing was warned of: the key is there, empty
+        (None, "report", False, None),  # a report adds no key to a run of an older version
+        ([{"stage": "burst"}], "fly", False, None),  # as it was
+        ([{"stage": "burst"}, {"stage": "fly"}], "fly", False, [{"stage": "burst"}]),
+        (None, "fly", True, ["fly"]),
+    ],
+)
+def test_findings_of_a_stage(before, stage, warned, written):
+    notes = []
+    summary = {} if before is None else {"findings": before}
+    job = SimpleNamespace(
+        team=SimpleNamespace(first=True), source=SimpleNamespace(summary=lambda: summary), note=notes.append
+    )
+    with recorded_warnings(job, stage):
+        if warned:
+            logging.getLogger("fragfield").warning("doubtful", extra={"code": "mine"})
+    if warned:
+        assert [one["stage"] for one in notes[0]["findings"]] == written
+    else:
+        assert notes == ([] if written is None else [{"findings": written}])
+
+
+@pytest.mark.parametrize(("ratio", "warned"), [(1.58, True), (1.59, False), (2.1, False), (2.11, True)])
+def test_the_range_of_venting_is_one(ratio, warned):
+    from fragfield.case.checks.bounds import KEYS, outside_soft
+    from fragfield.studies.uncertainty.defaults import default_inputs
+
+    case = case_from_document(
+        {
+            "burst": {"cell_size": "8 mm", "leakage": {"radius_ratio": ratio}},
+            "round": [{"name": "t", "profile": "tube", "explosive": "tnt", "casing": "steel_paper"}],
+        },
+        source="case.toml", folder=ROOT,
+    )  # fmt: skip
+    assert bool(list(outside_soft(case))) == warned
+    sampled = next(one for one in default_inputs(case) if "burst.leakage.radius_ratio" in one.keys)
+    assert KEYS["burst.leakage.radius_ratio"].usual == (sampled.low, sampled.high)
