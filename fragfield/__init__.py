@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fragfield.interface.case import Case
     from fragfield.interface.checking import CheckResult, check
     from fragfield.interface.hazard import HazardDistance
+    from fragfield.interface.limit import Limit, run_limit
     from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
     from fragfield.interface.running import run
     from fragfield.interface.studies import Comparison, Sweep, Uncertainty, compare_runs, run_sweep, run_uncertainty
@@ -42,6 +43,7 @@ __all__ = [
     "Comparison",
     "HazardDistance",
     "InputError",
+    "Limit",
     "NotDeterminedError",
     "NumericalStop",
     "Progress",
@@ -54,6 +56,7 @@ __all__ = [
     "compare_runs",
     "open",
     "run",
+    "run_limit",
     "run_sweep",
     "run_uncertainty",
 ]
@@ -65,6 +68,7 @@ __getattr__, __dir__ = lazy_names(
         "fragfield.interface.case": "Case",
         "fragfield.interface.checking": "CheckResult check",
         "fragfield.interface.hazard": "HazardDistance",
+        "fragfield.interface.limit": "Limit run_limit",
         "fragfield.interface.results": "Run open",
         "fragfield.interface.running": "run",
         "fragfield.interface.studies": "Comparison Sweep Uncertainty compare_runs run_sweep run_uncertainty",

@@ -11,6 +11,7 @@ from fragfield.case.tables.document import DocumentTable
 from fragfield.case.tables.exposed import ExposedTable
 from fragfield.case.tables.flight import FlightTable, HazardTable, WitnessTable
 from fragfield.case.tables.ground import ObstacleTable
+from fragfield.case.tables.official import OfficialTable
 from fragfield.case.tables.plane import PlaneTable
 from fragfield.case.tables.round import RoundTable
 from fragfield.case.tables.site import SiteTable
@@ -46,6 +47,8 @@ class Case(Table):
     hazard: HazardTable = HazardTable()
     site: SiteTable | None = None
     """Where on Earth; with it, distances are also written as contours.geojson and contours.kml."""
+    official: OfficialTable | None = None
+    """Distances of the round as its authority publishes them, shown beside the computed one."""
     document: DocumentTable = DocumentTable()
     """Number, revision and names on the report."""
     uncertainty: UncertaintyTable | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
@@ -16,6 +16,9 @@ from fragfield.checking.cost import expected_cost
 from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings
+from fragfield.hazard.contents import contents_of
+from fragfield.hazard.prescribed import official_part
+from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
@@ -41,8 +44,9 @@ def check_report(case: Case) -> dict[str, Any]:
     Returns
     -------
     dict
-        `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected` and
-        `warnings`; numbers in SI.
+        `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected`,
+        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses, None for a section)
+        and `rules` (those by mass, each with its distance or the reason why it does not apply); numbers in SI.
 
     Raises
     ------
@@ -100,7 +104,15 @@ def check_report(case: Case) -> dict[str, Any]:
             *_warnings(case, settings, described, expected),
             *(_mean_mass_warnings(case, rounds, described) if stations is None else [CAUTION]),
         ],
+        **_prescribed(case, described if stations is None else None),
     }
+
+
+def _prescribed(case: Case, described: Sequence[dict[str, Any]] | None) -> dict[str, Any]:
+    """Official distances, and net explosive quantity and rules by mass; a section of a round has no masses for them."""
+    contents = contents_of(case, {"burst": {"rounds": described}}) if described is not None else None
+    rules = [] if contents is None else [asdict(rule) for rule in rules_for(contents, case.official)]
+    return {"official": official_part(case), "contents": contents and asdict(contents), "rules": rules}
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[CellMesh, MeshQuality]:

@@ -9,8 +9,11 @@ from rich.table import Table
 
 from fragfield.case import to_toml
 from fragfield.case.conversion.attitude import attitude_words
+from fragfield.hazard.certainty import metres
+from fragfield.hazard.contents import quantity_words
+from fragfield.hazard.prescribed import USES, official_note
 from fragfield.terminal.progress import duration
-from fragfield.terminal.show import number_text, plain_console, stripped
+from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -90,8 +93,26 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
             f"per round: {each['cells']:.0f} cells, {each['memory_bytes'] / 1e9:.2g} GB, "
             f"{duration(each['core_seconds'])} on one core"
         )
+    _print_prescribed(console, found)
     for warning in found["warnings"]:
         console.print(f"warning: {warning}")
+
+
+def _print_prescribed(console: Console, found: Mapping[str, Any]) -> None:
+    """Official distances of the round, net explosive quantity, and the rules by mass that are prescribed."""
+    if official := found.get("official"):
+        for key, label in OFFICIAL_LABELS.items():
+            if official[key] is not None:
+                console.print(f"{label}: {metres(official[key])}, {official['source']}", markup=False)
+        if note := official_note(official):
+            console.print(note, markup=False)
+    if not (contents := found.get("contents")):
+        return
+    console.print(quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"]), markup=False)
+    for use, title in USES.items():
+        inside = [f"{rule['name']}: {metres(rule['distance'])}" for rule in found["rules"]
+                  if rule["use"] == use and rule["distance"] is not None]  # fmt: skip
+        console.print(f"rules in range, {title}: {'; '.join(inside) or 'none'}", markup=False)
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:

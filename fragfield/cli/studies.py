@@ -12,7 +12,7 @@ from fragfield.cli.application import app
 from fragfield.cli.guard import give, guarded
 from fragfield.cli.options import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings
 
-__all__ = ["sweep", "uncertainty"]
+__all__ = ["limit", "sweep", "uncertainty"]
 
 
 @app.command()
@@ -53,6 +53,54 @@ def sweep(
             scheduler=scheduler, progress=not quiet,
         ).found  # fmt: skip
         give(found, json=json, quiet=quiet, show=print_sweep)
+    raise typer.Exit(found["exit_code"])
+
+
+@app.command()
+def limit(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")],
+    values: Annotated[
+        str,
+        typer.Argument(
+            metavar="KEY=LOW..HIGH", help="Values of a key by which the number of rounds rises: stack.count=1..20."
+        ),
+    ],
+    distance: Annotated[
+        str | None,
+        typer.Option("--distance", metavar="LENGTH", help='Distance that is not to be exceeded, such as "300 m".'),
+    ] = None,
+    every: Annotated[bool, typer.Option("--all", help="Compute every number of rounds, not by bisection.")] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the runs; default runs/NAME_limit.")
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs at the same time; default all cores.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, continue the others.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Find the largest number of rounds for which a case still meets its criteria.
+
+    Every exposed site must meet its criterion, and with --distance the computed and the official distance must not
+    exceed it. The smallest and the largest number are computed first, then the interval is halved; each run has a
+    folder of its own.
+
+    Exit code 3 where a run failed or has no distance, which counts as not met; 2 if a key or a value is not allowed:
+    then nothing runs.
+    """
+    with guarded(json=json, quiet=quiet):
+        from fragfield.studies.limit import print_limit
+
+        found = fragfield.run_limit(
+            case, values, distance=distance, every=every, out=out, threads=threads, jobs=jobs, resume=resume,
+            overwrite=overwrite, progress=not quiet,
+        ).found  # fmt: skip
+        give(found, json=json, quiet=quiet, show=print_limit)
     raise typer.Exit(found["exit_code"])
 
 

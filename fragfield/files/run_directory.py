@@ -108,8 +108,8 @@ STAGES: dict[str, Stage] = {
                 "contours.kml",
                 "uncertainty.json",
             ),
-            ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "convergence"),
-            ("flight", "witness", "hazard", "site", "obstacle", "exposed"),
+            ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "official", "minimum", "convergence"),
+            ("flight", "witness", "hazard", "site", "obstacle", "exposed", "official"),
         ),
         Stage(
             "report",

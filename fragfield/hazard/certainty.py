@@ -24,10 +24,10 @@ __all__ = [
 
 NOT_DETERMINED = "not determined"
 WHICH_NUMBER = (
-    "Which number for what: to keep people away, apply the upper bound of the hazard distance. The distance itself, "
-    "without its bound, is for comparing variants of a case. The range of single events and the largest throw are not "
-    "hazard distances: they show how far single fragments may land, for warnings, for the search for fragments and "
-    "for insurance, and they increase with the number of events considered."
+    "Which number for what: to keep people away, apply the upper bound of the hazard distance, and no less than what "
+    "is prescribed. The distance itself, without its bound, is for comparing variants of a case. The range of single "
+    "events and the largest throw are not hazard distances: they show how far single fragments may land, for "
+    "warnings, for the search for fragments and for insurance, and they increase with the number of events considered."
 )
 
 

@@ -1,27 +1,30 @@
 """Distances by published rules, compared with the computed ones: source, formula, inputs and range of each.
 
-Those here know masses alone, those of `fragfield.hazard.tp12` the single round's break-up. Blast distances come from
-the net explosive mass alone and are marked so. A rule that could not be read at a public source is left out and listed
-in `LEFT_OUT`.
+Those here know masses and arrangement alone, those of `fragfield.hazard.tp12` the single round's break-up. A rule that
+does not hold for the arrangement has no distance but the reason. Blast distances come from the net explosive quantity,
+as its equivalent in TNT, and are marked so. A rule that could not be read at a public source is left out and listed in
+`LEFT_OUT`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from fragfield.hazard.rule import Rule
+from fragfield.hazard.contents import contents_of, quantity_words
+from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING, Rule
 from fragfield.hazard.tp12 import tp12_part, tp12_rules
-from fragfield_base.explosive_names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from fragfield.case import Case
+    from fragfield.case.tables.official import OfficialTable
+    from fragfield.hazard.contents import Contents
     from fragfield.pipeline.single_round import SingleRound
 
-__all__ = ["LEFT_OUT", "Contents", "contents_of", "incident_pressure", "pressure_distance", "rules_for", "rules_of", "tnt_equivalent"]  # fmt: skip  # noqa: E501
+__all__ = ["LEFT_OUT", "incident_pressure", "pressure_distance", "rules_for", "rules_of"]
 
 POUND, FOOT = 0.45359237, 0.3048
 # A to E of exp(A + B ln Z + C ln^2 Z + ...) in kPa, Z in m/kg^(1/3), and the range of Z (Swisdak 1994, Table 1).
@@ -30,53 +33,25 @@ _KINGERY = (
     (2.9, 23.8, (7.5938, -3.0523, 0.40977, 0.0261, -0.01267)),
     (23.8, 198.5, (6.0536, -1.4066, 0.0, 0.0, 0.0)),
 )
-# Equivalent mass of TNT for peak pressure, at second hand: IATG 01.80, clause 7.2, and for Composition A-3, H-6, HBX-1
-# and Pentolite ConWep (1992), as printed by others. Where both have an explosive they agree.
-_TNT = {
-    "TNT": 1.0, "Composition A-3": 1.09, "Composition B": 1.11, "Composition C-3": 1.08, "Composition C-4": 1.37,
-    "Cyclotol": 1.14, "H-6": 1.38, "HBX-1": 1.17, "HMX": 1.02, "Octol": 1.06, "Pentolite": 1.42, "PETN": 1.27,
-    "RDX": 1.14, "Tetryl": 1.07, "Tritonal": 1.07,
-}  # fmt: skip
-_LARGEST = max(_TNT, key=lambda name: _TNT[name])
 _PRESSURES = (5e3, 21e3)  # among the levels by which IATG 02.20 (2021), Table 8, grades damage
+_MOST_BY_QUANTITY = 450.0  # lb, of the hazardous fragment distance by net explosive weight
+_MOST_K40 = 1e5  # lb
+_WASTE = ((100.0, 204.0), (1000.0, 380.0), (10_000.0, 530.0), (30_000.0, 690.0))  # lb, m
+_DANGER = "IATG 01.80 and IMAS TN 10.20/01 (UN SaferGuard), read at second hand; disposal in the open"
 
 LEFT_OUT = (
-    "DDESB TP-16, hazardous fragment distance and throw of the M107: the tables were not found at a public source.",
+    (
+        "DDESB TP-16, hazardous fragment distance and throw of single items: the tables were not found at a public "
+        "source. The table [official] takes such a distance."
+    ),
     (
         "DESR 6055.09, distances to public traffic routes and between lines (K 24, K 18): the standard's own text "
         "was not at hand; only K 40 was read, in a paper that quotes it."
     ),
     "DESR 6055.09, distances by item for primary fragments (Joint Hazard Classification System): not public.",
+    "IATG 01.80, danger area of bare explosive (130 M^(1/3) m): every round here has a casing.",
 )
 """Rules that are not shown, and why."""
-
-
-@dataclass(frozen=True)
-class Contents:
-    """What stands there: all rounds with their images.
-
-    Attributes
-    ----------
-    explosive : float
-        Net explosive mass (kg).
-    tnt : float
-        Its equivalent in TNT for peak pressure (kg).
-    all_up : float
-        Mass of the rounds whole, without packaging (kg).
-    largest_round : float
-        Mass of the heaviest round (kg).
-    rounds : int
-        How many.
-    equivalents : tuple of str
-        Words on the equivalents taken.
-    """
-
-    explosive: float
-    tnt: float
-    all_up: float
-    largest_round: float
-    rounds: int
-    equivalents: tuple[str, ...] = ()
 
 
 def incident_pressure(scaled: float) -> float:
@@ -108,115 +83,133 @@ def hazardous_fragment_distance(explosive: float) -> float | None:
     291.3 + 79.2 ln W ft below 100 lb, -1133.9 + 389 ln W above, at least 236 ft; W in lb up to 450 lb.
     """
     pounds = explosive / POUND
-    if not 0.0 < pounds <= 450.0:
+    if not 0.0 < pounds <= _MOST_BY_QUANTITY:
         return None
     feet = 291.3 + 79.2 * math.log(pounds) if pounds < 100.0 else -1133.9 + 389.0 * math.log(pounds)
     return FOOT * min(max(feet, 236.0), 1250.0)
 
 
-def rules_for(contents: Contents) -> Iterator[Rule]:
-    """Every rule that can be applied to these contents."""
-    mass, all_up = contents.explosive, contents.all_up
-    explosive = f"net explosive mass {mass:.3g} kg"
+def rules_for(contents: Contents, official: OfficialTable | None = None) -> Iterator[Rule]:
+    """Every rule, with its distance for these contents or the reason why it does not apply to them.
+
+    Parameters
+    ----------
+    contents : Contents
+        What stands there.
+    official : OfficialTable, optional
+        The round's own published distance: where it is there for so many rounds, rules for items whose distance is not
+        known do not apply.
+    """
+    yield from _siting_fragments(contents, _known_item(contents, official))
+    yield from _disposal(contents)
+    yield from _blast(contents)
+
+
+def _siting_fragments(contents: Contents, known: str) -> Iterator[Rule]:
+    """Fragment distances for storage and handling; `known` says why the item's own distance replaces them."""
+    mass = contents.explosive
+    reason = known or _too_much(mass, _MOST_BY_QUANTITY)
     yield Rule(
-        "Hazardous fragment distance by net explosive weight", "fragments", hazardous_fragment_distance(mass),
+        "Hazardous fragment distance by net explosive weight", "fragments", SITING,
+        None if reason else hazardous_fragment_distance(mass),
         "DoD 6055.09 (hazard division 1.1, open), as in 14 CFR 420, Table E-1; coefficients read at second hand",
-        "291.3 + 79.2 ln W ft below 100 lb, −1133.9 + 389 ln W above; at least 236 ft", explosive,
-        "up to 450 lb (204 kg); not for primary fragments of a known item",
+        "291.3 + 79.2 ln W ft below 100 lb, −1133.9 + 389 ln W above; at least 236 ft", _quantity(mass),
+        "up to 450 lb (204 kg); not for an item whose own distance is published", reason,
     )  # fmt: skip
     yield Rule(
-        "Fragment distance of a cased item whose own is not known", "fragments", 1250.0 * FOOT,
-        "US Army subcourse MM0150, after TM 9-1300-206 (hazard class 1.1)", "1250 ft", "none",
-        "projectiles, bombs and the like whose minimum distance is not known",
+        "Fragment distance of a cased item whose own is not known", "fragments", SITING,
+        None if known else 1250.0 * FOOT,
+        "US Army subcourse MM0150, p. 6, after TM 9-1300-206 (hazard class 1.1)", "1250 ft", "none",
+        "projectiles, bombs and the like whose minimum distance is not known", known,
     )  # fmt: skip
-    danger = "IATG 01.80 and IMAS TN 10.20/01 (UN SaferGuard), read at second hand; disposal in the open"
-    words = f"all-up mass {all_up:.3g} kg of {contents.rounds} round{'s' if contents.rounds > 1 else ''}, unpackaged"
+
+
+def _disposal(contents: Contents) -> Iterator[Rule]:
+    """Distances for disposal in the open."""
+    mass, all_up, number = contents.explosive, contents.all_up, contents.rounds
+    works = contents.protective_works
+    behind = f"protective works in the case: {_listed(works)}" if works else ""
+    words = f"all-up mass {all_up:.3g} kg of {number} round{'s' if number > 1 else ''}, unpackaged"
     for name, factor in (("public access possible", 634.0), ("public access denied", 444.0)):
         yield Rule(
-            f"Explosion danger area, {name}", "fragments", factor * all_up ** (1.0 / 6.0), danger,
-            f"{factor:.0f} M^(1/6) m", words, "single and multiple items; no protective works",
+            f"Explosion danger area, {name}", "fragments", DISPOSAL,
+            None if behind else factor * all_up ** (1.0 / 6.0), _DANGER,
+            f"{factor:.0f} M^(1/6) m", words, "single and multiple items; no protective works", behind,
         )  # fmt: skip
+    no_row = behind or _no_row(contents)
     yield Rule(
-        "Explosion danger area, items in a row", "fragments", 370.0 * contents.largest_round**0.2, danger,
+        "Explosion danger area, items in a row", "fragments", DISPOSAL,
+        None if no_row else 370.0 * contents.largest_round**0.2, _DANGER,
         "370 M^(1/5) m", f"all-up mass {contents.largest_round:.3g} kg of the heaviest round",
-        "a linear array, more than one charge diameter apart, detonated at once",
+        "two or more items in a straight row, more than one charge diameter apart, detonated at once; no protective "
+        "works", no_row,
     )  # fmt: skip
+    reason = _too_much(mass, _WASTE[-1][0])
     yield Rule(
-        "Open detonation of waste explosives, to the property of others", "fragments", _waste(mass),
-        "40 CFR 265.382", "204 m to 100 lb, 380 m to 1,000 lb, 530 m to 10,000 lb, 690 m to 30,000 lb", explosive,
-        "up to 30,000 lb (13.6 t)",
+        "Open detonation of waste explosives, to the property of others", "fragments", DISPOSAL,
+        None if reason else next(metres for pounds, metres in _WASTE if mass <= pounds * POUND), "40 CFR 265.382",
+        "204 m to 100 lb, 380 m to 1,000 lb, 530 m to 10,000 lb, 690 m to 30,000 lb", _quantity(mass),
+        "up to 30,000 lb (13.6 t)", reason,
     )  # fmt: skip
+
+
+def _blast(contents: Contents) -> Iterator[Rule]:
+    """Blast distances, by the equivalent of the net explosive quantity in TNT."""
+    words = quantity_words(contents.explosive, contents.tnt, contents.equivalents)
+    reason = _too_much(contents.tnt, _MOST_K40, "TNT equivalent")
     yield Rule(
-        "Inhabited building distance, K 40", "blast",
-        40.0 * FOOT / POUND ** (1.0 / 3.0) * mass ** (1.0 / 3.0) if mass < 1e5 * POUND else None,
+        "Inhabited building distance, K 40", "blast", SITING,
+        None if reason else 40.0 * FOOT / POUND ** (1.0 / 3.0) * contents.tnt ** (1.0 / 3.0),
         "DoD 6055.9, as quoted by Swisdak, A Consequence Minimization Approach to Explosive Siting",
-        "40 W^(1/3) ft with W in lb: 15.87 Q^(1/3) m", explosive, "blast alone, 8.1 kPa; to 100,000 lb (45 t)",
+        "40 W^(1/3) ft with W in lb of TNT: 15.87 Q^(1/3) m", words, "blast alone, 8.1 kPa; to 100,000 lb (45 t)",
+        reason,
     )  # fmt: skip
-    tnt = "; ".join((f"TNT equivalent {contents.tnt:.3g} kg", *contents.equivalents))
     for pressure in _PRESSURES:
+        reach = pressure_distance(contents.tnt, pressure)
         yield Rule(
-            f"Peak incident overpressure {pressure / 1e3:g} kPa (a level of IATG 02.20, Table 8)", "blast",
-            pressure_distance(contents.tnt, pressure),
-            "Kingery and Bulmash 1984, as fitted by Swisdak 1994 (DTIC ADA526744), Table 1",
-            "hemisphere of TNT on the ground", tnt, "0.2 to 198.5 m/kg^(1/3); casing and height not considered",
+            f"Peak incident overpressure {pressure / 1e3:g} kPa (a level of IATG 02.20, Table 8)", "blast", COMPARISON,
+            reach, "Kingery and Bulmash 1984, as fitted by Swisdak 1994 (DTIC ADA526744), Table 1",
+            "hemisphere of TNT on the ground", words, "0.2 to 198.5 m/kg^(1/3); casing and height not considered",
+            "" if reach is not None else "the pressure lies outside the fitted range",
         )  # fmt: skip
-    yield Rule(
-        "Danger area of bare explosive", "blast", 130.0 * mass ** (1.0 / 3.0), danger, "130 M^(1/3) m", explosive,
-        "bare explosive",
-    )  # fmt: skip
 
 
-def _waste(mass: float) -> float | None:
-    for pounds, metres in ((100.0, 204.0), (1000.0, 380.0), (10_000.0, 530.0), (30_000.0, 690.0)):
-        if mass <= pounds * POUND:
-            return metres
-    return None
+def _known_item(contents: Contents, official: OfficialTable | None) -> str:
+    """Why rules for unknown items do not apply: the round's own distance is there for as many; empty where they do."""
+    if official is None or official.hazardous_fragment_distance is None:
+        return ""
+    if contents.rounds > official.rounds or not contents.alike:
+        return ""
+    return "the round's own distance is published, see the official one"
 
 
-def tnt_equivalent(explosive: str) -> tuple[float, str]:
-    """Equivalent of an explosive in TNT for peak pressure, and words on it (empty for TNT itself).
-
-    An explosive that is not in the table has the largest equivalent that is: its blast distances are then rather too
-    long.
-    """
-    factor = value_for(explosive, _TNT)
-    if factor is None:
-        return _TNT[_LARGEST], (
-            f"{_TNT[_LARGEST]:g} for {explosive}, whose equivalent is not known: the largest known one, of {_LARGEST}"
+def _no_row(contents: Contents) -> str:
+    """Why the rounds are no row of separate items detonated at once; empty where they are."""
+    if contents.rounds < 2:
+        return "a single round"
+    if not contents.in_a_row:
+        return "the rounds do not stand in a straight row"
+    if contents.charge_diameter is None or contents.clearance is None:
+        return "a round is from a mesh file, whose charge diameter is not known"
+    if not contents.clearance > contents.charge_diameter:
+        return (
+            f"clear distance {1e3 * contents.clearance:.4g} mm, not more than one charge diameter, "
+            f"{1e3 * contents.charge_diameter:.4g} mm"
         )
-    return factor, f"{factor:g} for {explosive}" if factor != 1.0 else ""
+    return "" if contents.at_once else "the rounds are not all ignited at the same time"
 
 
-def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
-    """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
+def _too_much(mass: float, pounds: float, what: str = "net explosive quantity") -> str:
+    """Why a mass (kg) is above a rule's largest; empty where it is not."""
+    return "" if mass <= pounds * POUND else f"{what} {mass:.4g} kg, above {pounds * POUND:.4g} kg ({pounds:,.0f} lb)"
 
-    Rounds from mesh files take their masses from the burst's part of summary.json.
-    """
-    from fragfield.case.conversion.stages import burst_round
-    from fragfield.hazard.arrangement import with_images
 
-    if not case.round:
-        return None
-    images = len(with_images(case)) // len(case.round)
-    burst = {str(one.get("name")): one for one in (summary.get("burst") or {}).get("rounds") or []}
-    explosive = tnt = all_up = heaviest = 0.0
-    words = []
-    for number, entry in enumerate(case.round, start=1):
-        one = burst_round(entry, f"round[{number}]")
-        if one.profile is not None:
-            charge = one.profile.charge_volume * one.explosive.density
-            whole = charge + one.profile.casing_volume * one.casing.density + one.profile.fuze_mass
-        elif entry.name in burst:
-            charge = float(burst[entry.name]["charge_mass"])
-            whole = charge + float(burst[entry.name]["casing_mass"])
-        else:
-            return None
-        factor, said = tnt_equivalent(one.explosive.name)
-        if said:
-            words.append(said)
-        explosive, all_up = explosive + images * charge, all_up + images * whole
-        tnt, heaviest = tnt + images * charge * factor, max(heaviest, whole)
-    return Contents(explosive, tnt, all_up, heaviest, images * len(case.round), tuple(dict.fromkeys(words)))
+def _quantity(mass: float) -> str:
+    return f"net explosive quantity {mass:.3g} kg"
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} more"
 
 
 def rules_of(case: Case, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
@@ -225,7 +218,7 @@ def rules_of(case: Case, summary: Mapping[str, Any], single: SingleRound) -> dic
     if contents is None:
         return None
     part = tp12_part(case, single)
-    rules = [*tp12_rules(case, part), *rules_for(contents)]
+    rules = [*tp12_rules(case, part), *rules_for(contents, case.official)]
     return {
         "contents": asdict(contents),
         "tp12": part,

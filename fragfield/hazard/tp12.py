@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.hazard.arrangement import with_images
-from fragfield.hazard.rule import Rule
+from fragfield.hazard.rule import COMPARISON, Rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -68,12 +68,14 @@ def tp12_rules(case: Case, part: Mapping[str, Any]) -> Iterator[Rule]:
     yield Rule(
         name=BEAM,
         hazard="fragments",
+        use=COMPARISON,
         distance=beam and beam["distance"],
         source=f"{_SOURCE}, procedure of p. 13-14 with counted fragments",
         formula=f"q = Q / R2 of the worst polar zone of 10 degrees; {criteria}; k = {FORGED_STEEL_SHELL:.0f} kg/m3, "
         "drag and air of the case",
         inputs=f"{_zone_words(beam)}; {source}, {part['realisations']} break-ups" if beam else source,
         range="one round; straight flight, whatever its attitude",
+        reason="" if beam else source,
         basis=_BASIS,
     )
     if len(with_images(case)) < 2:
@@ -81,12 +83,14 @@ def tp12_rules(case: Case, part: Mapping[str, Any]) -> Iterator[Rule]:
     yield Rule(
         name=STACK,
         hazard="fragments",
+        use=COMPARISON,
         distance=stack.get("distance"),
         source=f"{_SOURCE}, p. 11 and 13-14",
         formula="q = N_E Q0 / R2 exp(-(2 m / m0)^(1/2)) perpendicular to the axes; "
         f"{criteria}; k = {HEAVY_PIECES_OF_STACKS:.0f} kg/m3, C_D = {SUPERSONIC_DRAG}",
         inputs=f"{_stack_words(stack)}; {source}" if "single" in stack else stack.get("reason", source),
         range="stacks of equal rounds that detonate at once; colliding casings not considered",
+        reason="" if stack.get("distance") is not None else stack.get("reason", source),
         basis=_BASIS,
     )
 

@@ -25,7 +25,7 @@ class CheckResult:
         The case.
     found : dict
         As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`; numbers in SI.
+        `warnings`, `official`, `contents`, `rules`; numbers in SI.
     """
 
     case: Case

@@ -130,6 +130,16 @@ class Run:
         return self.summary.get("exposed") or []
 
     @property
+    def official(self) -> dict[str, Any] | None:
+        """The case's official distances (m), as in summary.json; None where it has none."""
+        return self.summary.get("official")
+
+    @property
+    def minimum(self) -> dict[str, Any]:
+        """The distances not to go below, for "siting" and "disposal", as in summary.json; empty before the flight."""
+        return self.summary.get("minimum") or {}
+
+    @property
     def findings(self) -> list[str]:
         """What a reader must know before using the numbers, the gravest first, as the report has it."""
         from fragfield.report.findings.findings import findings

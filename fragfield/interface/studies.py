@@ -12,11 +12,13 @@ from fragfield.hazard.certainty import metres
 from fragfield.interface.case import Case
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
-from fragfield.interface.tables import Table
+from fragfield.interface.study_files import setting_of, study_folder, table_of_rows, written_case
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Mapping, Sequence
+
+    from fragfield.interface.tables import Table
 
 __all__ = ["Comparison", "Sweep", "Uncertainty", "compare_runs", "run_sweep", "run_uncertainty"]
 
@@ -50,7 +52,7 @@ class Sweep:
     @property
     def table(self) -> Table:
         """A row a run: its name, the values of the keys, its state, and its results in SI (NaN where there is none)."""
-        return _table("sweep", [_row(one) for one in self.found["runs"]])
+        return table_of_rows("sweep", [_row(one) for one in self.found["runs"]])
 
     def __repr__(self) -> str:
         return f"<fragfield.Sweep {str(self.path)!r}: {len(self.found['runs'])} runs, {len(self.failures)} failed>"
@@ -108,10 +110,10 @@ def run_sweep(
     """
     from fragfield.studies import sweep
 
-    folder, file = _folder(case, out, "sweep")
+    folder, file = study_folder(case, out, "sweep")
     options = sweep.SweepOptions(folder, stage, threads, resume, overwrite, not progress, jobs, scheduler)
-    settings = values if not hasattr(values, "items") else [_setting(key, each) for key, each in values.items()]
-    found = sweep.run_sweep(sweep.plan_sweep(_written(case, file), list(settings)), options)
+    settings = values if not hasattr(values, "items") else [setting_of(key, each) for key, each in values.items()]
+    found = sweep.run_sweep(sweep.plan_sweep(written_case(case, file), list(settings)), options)
     return Sweep(folder, found)
 
 
@@ -140,7 +142,7 @@ class Comparison:
             raise InputError(
                 f"comparison: found no table {name!r}{nearest(name, self.tables)}; allowed: {', '.join(self.tables)}"
             )
-        return _table(name, rows[name])
+        return table_of_rows(name, rows[name])
 
     def write(self, folder: str | os.PathLike[str]) -> Path:
         """Write comparison.json, the tables as CSV files and comparison.png into a folder."""
@@ -235,7 +237,7 @@ class Uncertainty:
 
         Without rows where the samples are too few for shares.
         """
-        return _table("effects", (self.found["distance"] or {}).get("indices") or [])
+        return table_of_rows("effects", (self.found["distance"] or {}).get("indices") or [])
 
     def __repr__(self) -> str:
         return f"<fragfield.Uncertainty {str(self.path)!r}: {self.found['design']['samples']} samples>"
@@ -299,62 +301,15 @@ def run_uncertainty(
     from fragfield.interface.running import request_of
     from fragfield.studies.uncertainty import StudyOptions, run_study
 
-    folder, file = _folder(case, out, "uncertainty")
+    folder, file = study_folder(case, out, "uncertainty")
     options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, not progress)
     if hasattr(set, "items") and not isinstance(case, Case):
         case = Case.from_toml(case, set=set, cell_size=cell_size)
         set, cell_size = (), None  # noqa: A001
-    request = request_of(_written(case, file), cell_size=cell_size, set=set, progress=progress)
+    request = request_of(written_case(case, file), cell_size=cell_size, set=set, progress=progress)
     return Uncertainty(folder, run_study(request, options))
-
-
-def _folder(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None, what: str) -> tuple[Path, Path]:
-    """The folder of the results, and where a case made in Python is written."""
-    if out is None:
-        path = case.path if isinstance(case, Case) else Path(case)
-        if path is None:
-            raise InputError(f'out: missing; a case made in Python needs a folder, such as out="runs/first_{what}"')
-        out = Path("runs") / f"{path.resolve().stem}_{what}"
-    folder = Path(out)
-    return folder, folder.with_name(f"{folder.name}.toml")
-
-
-def _written(case: Case | str | os.PathLike[str], file: Path) -> Path:
-    """The file of a case; one made in Python is written."""
-    if not isinstance(case, Case):
-        return Path(case)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    case.write(file)
-    return file
-
-
-def _setting(key: str, values: Sequence[Any]) -> str:
-    """Values of a key as the command line takes them."""
-    from fragfield.case.write import toml_value
-
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise InputError(f"{key}: found {values!r}; needed: a list of its values, such as [{values!r}]")
-    return f"{key}={','.join(toml_value(value) for value in values)}"
 
 
 def _row(run: Mapping[str, Any]) -> dict[str, Any]:
     results = {key: value for key, value in (run["results"] or {}).items() if not isinstance(value, (dict, list))}
     return {"name": run["name"], **run["values"], "state": run["state"], **results}
-
-
-def _table(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Rows of texts and numbers as columns; numbers that are not there are NaN."""
-    import numpy as np
-
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    columns = {}
-    for key in keys:
-        values = [row.get(key) for row in rows]
-        known = [value for value in values if value is not None]
-        numbers = bool(known) and all(isinstance(value, (int, float)) for value in known)
-        columns[key] = np.array(
-            [math.nan if value is None else value for value in values]
-            if numbers
-            else ["" if value is None else str(value) for value in values]
-        )
-    return Table(name, columns)

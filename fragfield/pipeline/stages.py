@@ -92,6 +92,7 @@ def fly(job: Job, stage: Stage) -> None:
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
+    from fragfield.hazard.prescribed import minimum_part, official_part
     from fragfield.hazard.rules import rules_of
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
@@ -126,6 +127,8 @@ def fly(job: Job, stage: Stage) -> None:
     obstacles = flown.first.by_face(criteria.energy)
     own = job.fragments is None and bool(job.case.round)
     rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
+    official = official_part(job.case)
+    minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
     convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
     job.team.broadcast()
     job.note(
@@ -136,6 +139,8 @@ def fly(job: Job, stage: Stage) -> None:
             "hazard": headline,
             "exposed": flown.exposed,
             "rules": rules,
+            "official": official,
+            "minimum": minimum,
             "convergence": convergence,
         }
     )

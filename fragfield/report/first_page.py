@@ -20,6 +20,7 @@ from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.distances import density_table
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.plane_section import CAUTION
+from fragfield.report.tables.prescribed import prescribed_blocks
 from fragfield.report.tables.uncertainty import signed_card
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def summary_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     ]
     if "flight" not in run.missing:
         blocks += [
+            *prescribed_blocks(run),
             *verdict_table(run),
             Paragraph(statements.summary_terms(run)),
             Paragraph(WHICH_NUMBER),

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
+from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.pipeline.convergence import convergence_words
 from fragfield.terminal.progress import duration
@@ -17,7 +18,7 @@ from fragfield.terminal.progress import duration
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["number_text", "plain_console", "print_info", "print_summary", "stripped", "summary_text"]
+__all__ = ["OFFICIAL_LABELS", "number_text", "plain_console", "print_info", "print_summary", "stripped", "summary_text"]
 
 # Part, quantity, factor from SI, unit, for reading.
 _SUMMARY_ROWS = (
@@ -36,6 +37,11 @@ _SUMMARY_ROWS = (
     ("flight", "landed", 1.0, ""),
 )
 
+OFFICIAL_LABELS = {
+    "hazardous_fragment_distance": "official, hazardous fragments",
+    "maximum_fragment_distance": "official, farthest fragment",
+}
+"""Official distances as the terminal names them."""
 _WIDTH = 120  # letters of a line in a text
 _LABELS = {
     "speed_99": "speed of 99 % of the mass",
@@ -100,6 +106,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     console.print(table)
     _print_hazard(console, summary.get("hazard") or {})
     _print_tp12(console, (summary.get("rules") or {}).get("tp12") or {})
+    _print_prescribed(console, summary)
     for line in convergence_words(summary.get("convergence") or {}):
         console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
@@ -168,6 +175,18 @@ def _print_tp12(console: Console, part: Mapping[str, Any]) -> None:
     if stack and stack["distance"] is not None:
         words = f"{stack['effective_number']:.3g} effective rounds, perpendicular to their axes"
         console.print(f"{'TP-12: rule for stacks':37}{metres(stack['distance']):>16}  {words}", markup=False)
+
+
+def _print_prescribed(console: Console, summary: Mapping[str, Any]) -> None:
+    """Official distances of the round, net explosive quantity, and the distance not to go below."""
+    official = summary.get("official") or {}
+    for key, label in OFFICIAL_LABELS.items():
+        if official.get(key) is not None:
+            console.print(f"{label:37}{metres(official[key]):>16}  {official['source']}", markup=False)
+    if contents := (summary.get("rules") or {}).get("contents"):
+        console.print(quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"]), markup=False)
+    for words in (summary.get("minimum") or {}).get("words") or ():
+        console.print(words, markup=False)
 
 
 def print_info(found: Mapping[str, Any]) -> None:

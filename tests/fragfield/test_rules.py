@@ -1,34 +1,48 @@
-"""Rules beside ours, against the worked examples and printed values of their sources."""
+"""Rules beside ours, against worked examples and printed values of their sources, and on both sides of each range."""
 
 from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
+from fragfield.case.tables.official import OfficialTable
+from fragfield.hazard.contents import Contents, contents_of, quantity_words
+from fragfield.hazard.rule import SITING, Rule
 from fragfield.hazard.rules import (
     FOOT,
     POUND,
-    Contents,
-    contents_of,
     hazardous_fragment_distance,
     incident_pressure,
     pressure_distance,
     rules_for,
-    tnt_equivalent,
 )
+from fragfield.hazard.tnt import tnt_equivalent, tnt_equivalents
 from tests.fragfield.short_run import ROOT
+
+DANGER_AREAS = ("Explosion danger area, public access possible", "Explosion danger area, public access denied")
+ROW = "Explosion danger area, items in a row"
+
+
+def found_rule(contents: Contents, name: str, official: OfficialTable | None = None) -> Rule:
+    return next(rule for rule in rules_for(contents, official) if rule.name.startswith(name))
 
 
 def distance(contents: Contents, name: str) -> float | None:
-    return next(rule.distance for rule in rules_for(contents) if rule.name.startswith(name))
+    return found_rule(contents, name).distance
 
 
 def of(mass: float, all_up: float | None = None) -> Contents:
     whole = mass if all_up is None else all_up
-    return Contents(mass, mass, whole, whole, 1)
+    return Contents(mass, mass, whole, whole, 1, charge_diameter=0.1)
+
+
+def in_a_row(clearance: float, **changes: object) -> Contents:
+    row = replace(of(14.4, 86.0), largest_round=43.0, rounds=2, in_a_row=True, clearance=clearance)
+    return replace(row, **changes)
 
 
 @pytest.mark.parametrize(("mass", "kilopascals"), [(1000.0, 43.0), (10_000.0, 202.0), (100_000.0, 1150.0)])
@@ -59,11 +73,10 @@ def test_k40_is_the_pressure_its_source_gives():
 
 
 def test_danger_areas_agree_with_the_calculator_of_un_saferguard():
-    # printed for 1,200 kg and 20,000 t, rounded up by a metre: 2,068, 1,448 and 1,382 m; 10,446 and 7,316 m
+    # printed for 1,200 kg and 20,000 t, rounded up by a metre: 2,068 and 1,448 m; 10,446 and 7,316 m
     found = of(1200.0)
     assert distance(found, "Explosion danger area, public access possible") == pytest.approx(2068.0, abs=1.6)
     assert distance(found, "Explosion danger area, public access denied") == pytest.approx(1448.0, abs=1.6)
-    assert distance(found, "Danger area of bare explosive") == pytest.approx(1382.0, abs=1.6)
     assert distance(of(2e7), "Explosion danger area, public access possible") == pytest.approx(10_446.0, abs=1.6)
 
 
@@ -78,7 +91,136 @@ def test_fragment_distance_is_continuous_and_bounded():
         hazardous_fragment_distance(100.0 * POUND), abs=0.6
     )
     assert hazardous_fragment_distance(451.0 * POUND) is None
-    assert distance(of(300.0), "Hazardous fragment distance by net") is None
+
+
+def test_fragment_distance_by_quantity_ends_at_450_pounds():
+    inside, outside = (found_rule(of(pounds * POUND), "Hazardous fragment distance") for pounds in (450.0, 450.01))
+    assert inside.distance == pytest.approx(1242.6 * FOOT, abs=0.15)
+    assert not inside.reason
+    assert outside.distance is None
+    assert outside.reason == "net explosive quantity 204.1 kg, above 204.1 kg (450 lb)"
+
+
+@pytest.mark.parametrize(("rounds", "known"), [(1, True), (2, True), (3, False)])
+@pytest.mark.parametrize("name", ["Hazardous fragment distance by net", "Fragment distance of a cased item"])
+def test_rules_for_unknown_items_end_where_the_official_distance_covers_the_rounds(rounds, known, name):
+    official = OfficialTable(hazardous_fragment_distance="112 m", rounds=2, source="S")
+    found = found_rule(replace(of(7.2), rounds=rounds), name, official)
+    assert (found.distance is None) == known
+    assert ("own distance is published" in found.reason) == known
+    # a maximum distance alone is none to hazardous fragments
+    farthest = OfficialTable(maximum_fragment_distance="700 m", rounds=9, source="S")
+    assert found_rule(replace(of(7.2), rounds=rounds), name, farthest).distance is not None
+
+
+@pytest.mark.parametrize("name", [*DANGER_AREAS, ROW])
+def test_danger_areas_end_at_protective_works(name):
+    open_ground = in_a_row(0.2)
+    assert found_rule(open_ground, name).distance is not None
+    behind = replace(open_ground, protective_works=("wall “barricade”",))
+    assert found_rule(behind, name).distance is None
+    assert found_rule(behind, name).reason == "protective works in the case: wall “barricade”"
+
+
+@pytest.mark.parametrize(
+    ("contents", "reason"),
+    [
+        (in_a_row(0.1001), ""),
+        (in_a_row(0.1), "clear distance 100 mm, not more than one charge diameter, 100 mm"),
+        (in_a_row(0.0), "clear distance 0 mm"),
+        (in_a_row(0.1001, rounds=1), "a single round"),
+        (in_a_row(0.1001, in_a_row=False), "do not stand in a straight row"),
+        (in_a_row(0.1001, at_once=False), "not all ignited at the same time"),
+        (in_a_row(0.1001, charge_diameter=None), "mesh file"),
+    ],
+)
+def test_the_rule_for_items_in_a_row_holds_for_such_a_row_alone(contents, reason):
+    found = found_rule(contents, ROW)
+    assert reason in found.reason
+    assert (found.distance is None) == bool(reason)
+    if not reason:
+        assert found.distance == pytest.approx(370.0 * 43.0**0.2)
+
+
+ROUNDS = """title = "row"
+[burst]
+cell_size = "14 mm"
+"""
+
+
+def row_of(folder, *places: tuple[str, str], more: str = "", delay: str = "0 us") -> Contents:
+    from fragfield.case import load_case
+
+    text = ROUNDS + "".join(
+        f'[[round]]\nname = "r{number}"\nprofile = "tube"\nexplosive = "tnt"\ncasing = "steel_paper"\n'
+        f'position = ["{x}", "{y}", "1 m"]\n'
+        f'ignition = [{{ station = "nose", delay = "{delay if number else "0 us"}" }}]\n'
+        for number, (x, y) in enumerate(places)
+    )
+    (folder / "row.toml").write_text(text + more, encoding="utf-8")
+    return contents_of(load_case(folder / "row.toml"), {})
+
+
+def test_rows_are_recognised_from_the_case(tmp_path):
+    bore, outside = 0.110, 0.155  # of the ready tube (m)
+    alone = row_of(tmp_path, ("0 m", "0 m"))
+    assert (alone.in_a_row, alone.clearance) == (False, None)
+    assert alone.charge_diameter == pytest.approx(bore, rel=1e-6)
+    near, far = (row_of(tmp_path, ("0 m", "0 m"), (f"{outside + bore + more} m", "0 m")) for more in (-1e-5, 1e-5))
+    for found, holds in ((near, False), (far, True)):
+        assert found.in_a_row
+        assert (found_rule(found, ROW).distance is not None) == holds
+        assert found.clearance == pytest.approx(bore, abs=2e-5)
+    three = [("0 m", "0 m"), ("0.3 m", "0.3 m"), ("0.6 m", "0.6 m")]
+    assert row_of(tmp_path, *three).in_a_row
+    assert not row_of(tmp_path, *three[:2], ("0.6 m", "0.604 m")).in_a_row
+    assert row_of(tmp_path, *three).at_once
+    assert not row_of(tmp_path, *three, delay="1 us").at_once
+    # the image behind a plane of symmetry makes a row of two, and of two rounds side by side a square
+    mirror = '[[plane]]\nname = "m"\nkind = "symmetry"\npoint = ["0 m", "0 m", "0 m"]\nnormal = [1, 0, 0]\n'
+    imaged = row_of(tmp_path, ("0.2 m", "0 m"), more=mirror)
+    assert (imaged.rounds, imaged.in_a_row) == (2, True)
+    assert imaged.clearance == pytest.approx(0.4 - outside, abs=1e-6)
+    assert not row_of(tmp_path, ("0.2 m", "0 m"), ("0.2 m", "0.4 m"), more=mirror).in_a_row
+
+
+def test_protective_works_are_obstacles_and_walls_not_planes_of_symmetry_or_ground(tmp_path):
+    wall = '[[plane]]\nname = "barricade"\nkind = "wall"\npoint = ["1 m", "0 m", "0 m"]\nnormal = [-1, 0, 0]\n'
+    ground = '[[plane]]\nname = "earth"\nkind = "ground"\n'
+    assert row_of(tmp_path, ("0 m", "0 m"), more=ground).protective_works == ()
+    assert row_of(tmp_path, ("0 m", "0 m"), more=wall).protective_works == ("wall “barricade”",)
+
+
+def test_k40_ends_at_100_000_pounds_of_tnt():
+    inside, outside = (found_rule(of(pounds * POUND), "Inhabited building") for pounds in (1e5, 1.0001e5))
+    assert inside.distance == pytest.approx(40.0 * 1e5 ** (1.0 / 3.0) * FOOT)
+    assert outside.distance is None
+    assert "100,000 lb" in outside.reason
+
+
+def test_blast_distances_are_those_of_the_equivalent_in_tnt():
+    plain, strong = of(10.0), replace(of(10.0), tnt=14.2)
+    for name in ("Inhabited building", "Peak incident overpressure 5 kPa", "Peak incident overpressure 21 kPa"):
+        ratio = found_rule(strong, name).distance / found_rule(plain, name).distance
+        assert ratio == pytest.approx(1.42 ** (1.0 / 3.0), rel=1e-6), name
+    for rule in rules_for(strong):
+        if rule.hazard == "blast":
+            assert "net explosive quantity 10 kg, TNT equivalent for peak pressure 14.2 kg" in rule.inputs
+
+
+def test_pressure_distances_end_with_the_fit():
+    low, high = incident_pressure(198.5), incident_pressure(0.2)
+    assert pressure_distance(1.0, low * 1.0001) == pytest.approx(198.5, rel=1e-3)
+    assert pressure_distance(1.0, low * 0.9999) is None
+    assert pressure_distance(1.0, high * 0.9999) == pytest.approx(0.2, rel=1e-3)
+    assert pressure_distance(1.0, high * 1.0001) is None
+
+
+def test_a_rule_has_either_a_distance_or_a_reason():
+    with pytest.raises(ValueError, match="either a distance or a reason"):
+        Rule("n", "fragments", SITING, None, "s", "f", "i", "r")
+    with pytest.raises(ValueError, match="either a distance or a reason"):
+        Rule("n", "fragments", SITING, 1.0, "s", "f", "i", "r", "why")
 
 
 def test_waste_distances_are_those_of_40_cfr_265_382():
@@ -115,6 +257,16 @@ def test_an_unknown_explosive_is_taken_as_the_strongest_known_with_a_word():
     assert factor > max(known)
     assert "Tetrytol 70/30, whose equivalent is not known" in words
     assert tnt_equivalent("tnt") == (1.0, "")
+
+
+def test_every_equivalent_names_its_source_which_the_words_repeat():
+    for name, (factor, source) in tnt_equivalents().items():
+        assert 1.0 <= factor <= 1.42
+        assert "IATG 01.80" in source or "ConWep" in source
+        if factor != 1.0:
+            assert source in tnt_equivalent(name)[1]
+    words = quantity_words(7.2, 7.99, (tnt_equivalent("comp_b")[1],))
+    assert words.startswith("net explosive quantity 7.2 kg, TNT equivalent for peak pressure 7.99 kg; 1.11 for comp_b")
 
 
 def test_every_built_in_explosive_has_an_equivalent():

@@ -54,7 +54,9 @@ def calls(monkeypatch):
             return code, "cell 7 is lost"
         for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5"):
             (out / name).touch()
-        others = {name: [] for name in ("witness", "obstacle", "exposed", "rules", "convergence")}
+        others = {
+            name: [] for name in ("witness", "obstacle", "exposed", "rules", "official", "minimum", "convergence")
+        }
         RunDirectory(out).write_summary({**SUMMARY, **others})
         return 0, ""
 

@@ -107,6 +107,7 @@ def test_without_a_single_round_the_rules_say_why(tmp_path):
     for rule in (beam, stack):
         assert rule["distance"] is None
         assert "the rounds differ" in rule["inputs"]
+        assert "the rounds differ" in rule["reason"]
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.placing import profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.tables.flight import CylinderTable
+from fragfield.case.tables.official import check_official
 from fragfield.case.tables.round import ExplosiveTable
 from fragfield.case.units.quantities import show
 
@@ -65,6 +66,8 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
     faults += _break_up(case.break_up)
+    if case.official is not None:
+        faults += check_official(case.official)
     return faults
 
 

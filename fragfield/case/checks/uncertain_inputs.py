@@ -34,7 +34,7 @@ _NEEDED = {
 _OPTIONAL = {"normal": ("low", "high"), "lognormal": ("low", "high"), "discrete": ("weights",)}
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")
-_OWN = ("uncertainty", "seed", "title", "document")
+_OWN = ("uncertainty", "seed", "title", "document", "official")
 
 
 @dataclass(frozen=True)

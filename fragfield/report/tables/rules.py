@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import whole_metres
+from fragfield.hazard.prescribed import USES
 from fragfield.report.blocks import Paragraph, Points, Table
 
 if TYPE_CHECKING:
@@ -30,31 +31,31 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
             "This computation, upper bound (95 %)",
             "fragments",
             whole_metres(own) if known else "–",
+            "–",
             "computed from the burst",
         )
     ]
-    lines += [(rule["name"], rule["hazard"], whole_metres(rule["distance"]), _based(rule)) for rule in rules]
+    lines += [
+        (
+            rule["name"],
+            rule["hazard"],
+            whole_metres(rule["distance"]),
+            USES.get(rule.get("use", ""), "comparison"),
+            _based(rule),
+        )
+        for rule in rules
+    ]
     note = (
         "Rules from mass alone account neither for this round nor for this site. Those of TP-12 take the fragments of "
-        "one round alone, without its attitude, height and site. “–”: outside the rule's range. Sources, formulas, "
-        "inputs and ranges follow."
+        "one round alone, without its attitude, height and site. “–”: the rule does not apply to this arrangement, "
+        "for the reason in the last column. Sources, formulas, inputs and ranges follow."
     )
     yield Table(
         "Distances by rules, compared with the computed one",
-        ("Rule", "Against", "Distance (m)", "Based on"),
+        ("Rule", "Against", "Distance (m)", "For", "Based on"),
         tuple(lines),
         note,
     )
-    blast = max(
-        (r["distance"] for r in rules if r["hazard"] == "blast" and r["name"].startswith("Inhabited")), default=None
-    )
-    if known and blast is not None:
-        larger = "fragments" if own >= blast else "blast"
-        yield Paragraph(
-            f"The larger of both: fragments {whole_metres(own)} m by this computation, blast {whole_metres(blast)} m "
-            f"by K 40 from the net explosive mass: {larger} govern{'' if larger == 'fragments' else 's'}. The blast "
-            "was not computed from the burst."
-        )
     yield Points(
         tuple(
             f"{rule['name']}: {rule['formula']}; {rule['inputs']}; range: {rule['range']}. Source: {rule['source']}."
@@ -66,4 +67,7 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
 
 
 def _based(rule: Mapping[str, str]) -> str:
+    """What a rule rests on, or why it does not apply."""
+    if rule.get("reason"):
+        return f"does not apply: {rule['reason']}"
     return f"{rule['basis']}; not from the burst" if rule["hazard"] == "blast" else rule["basis"]

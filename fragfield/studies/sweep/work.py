@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fragfield.studies.sweep.plan import PlannedRun, SweepPlan
     from fragfield.studies.sweep.sharing import AnyWorker
 
-__all__ = ["SweepOptions", "run_sweep"]
+__all__ = ["SweepOptions", "check_directories", "make_runs", "planned_row", "run_sweep"]
 
 _STAGES = ("run", "burst")
 _PATIENCE = 60.0  # s for which a run on a cluster waits for one that a lost worker has not yet ended
@@ -95,16 +95,14 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
     InputError
         A directory holds another case's run and `overwrite` is not asked for, or cannot be written.
     """
-    if launched_size() > 1:
-        raise InputError("sweep starts its own parallel runs; it does not run under mpirun")
-    _check_directories(plan, options)
-    rows = [_row(planned, options) for planned in plan.runs]
+    check_directories(plan, options)
+    rows = [planned_row(planned, options) for planned in plan.runs]
     found = {
         "directory": str(options.folder), "case_file": str(plan.case_file), "stage": options.stage,
         "keys": list(plan.keys), "exit_code": EXIT_DONE, "runs": rows,
     }  # fmt: skip
     try:
-        _work(plan, rows, options, lambda: write_tables(found, options.folder))
+        make_runs(plan, rows, options, lambda: write_tables(found, options.folder))
     finally:
         if any(row["exit_code"] not in (EXIT_DONE, None) for row in rows):
             found["exit_code"] = EXIT_NUMERICAL
@@ -112,8 +110,10 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
     return found
 
 
-def _work(plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, save: Callable[[], None]) -> None:
-    """Share the runs out among workers as they become free, and save the tables from time to time."""
+def make_runs(
+    plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, save: Callable[[], None] = lambda: None
+) -> None:
+    """Share the runs out among workers as they become free, fill their rows, and save the tables from time to time."""
     saved = time.monotonic()
 
     def make(number: int, worker: AnyWorker) -> tuple[str, int, str]:
@@ -138,8 +138,16 @@ def _workers(options: SweepOptions, most: int) -> Sequence[AnyWorker]:
     return [Worker(options.threads or 1) for _ in range(min(options.side_by_side, most))]
 
 
-def _check_directories(plan: SweepPlan, options: SweepOptions) -> None:
-    """Refuse before the first run what would be refused at the last one."""
+def check_directories(plan: SweepPlan, options: SweepOptions) -> None:
+    """Refuse before the first run what would be refused at the last one.
+
+    Raises
+    ------
+    InputError
+        This is a rank of several, or a directory holds another case's run and `overwrite` is not asked for.
+    """
+    if launched_size() > 1:
+        raise InputError("a study starts its own parallel runs; it does not run under mpirun")
     folder = RunDirectory(options.folder)
     folder.make()
     if folder.exists:
@@ -158,7 +166,7 @@ def _directory(planned: PlannedRun, options: SweepOptions) -> RunDirectory:
     return RunDirectory(options.folder / planned.name)
 
 
-def _row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
+def planned_row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
     """What the table says of a run before it begins."""
     return {
         "name": planned.name, "directory": str(_directory(planned, options).path), "values": planned.values,

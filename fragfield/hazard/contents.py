@@ -1,0 +1,192 @@
+"""Net explosive quantity, masses and arrangement of a case's rounds, as rules of distance ask for them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.hazard.tnt import tnt_equivalent
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from burst_fenicsx.geometry import Profile
+    from burst_fenicsx.geometry.clearance import Body
+    from fragfield.case import Case
+    from fragfield.case.tables.round import RoundTable
+
+__all__ = ["Contents", "contents_of", "quantity_words", "rounds_alike"]
+
+_ON_A_LINE = 1e-3  # m beside a straight line
+_AT_ONCE = 1e-9  # s between initiations
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What stands there: all rounds with their images.
+
+    Attributes
+    ----------
+    explosive : float
+        Net explosive quantity (kg).
+    tnt : float
+        Its equivalent in TNT for peak pressure (kg).
+    all_up : float
+        Mass of the rounds whole, without packaging (kg).
+    largest_round : float
+        Mass of the heaviest round (kg).
+    rounds : int
+        How many.
+    equivalents : tuple of str
+        Words on the equivalents taken.
+    in_a_row : bool
+        Whether the positions of two or more rounds lie on one straight line, within 1 mm.
+    clearance : float or None
+        Smallest clear distance (m) of the rounds of a row from each other; None where they are in no row.
+    charge_diameter : float or None
+        Largest diameter of a charge (m); None of a round from a mesh file.
+    at_once : bool
+        Whether every round is ignited at the same time.
+    protective_works : tuple of str
+        Names of obstacles and walls of the case.
+    alike : bool
+        Whether all rounds have the same contour, casing and explosive.
+    """
+
+    explosive: float
+    tnt: float
+    all_up: float
+    largest_round: float
+    rounds: int
+    equivalents: tuple[str, ...] = ()
+    in_a_row: bool = False
+    clearance: float | None = None
+    charge_diameter: float | None = None
+    at_once: bool = True
+    protective_works: tuple[str, ...] = ()
+    alike: bool = True
+
+
+def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> str:
+    """The net explosive quantity (kg) and its equivalent in TNT (kg), in words."""
+    return "; ".join(
+        (f"net explosive quantity {explosive:.3g} kg, TNT equivalent for peak pressure {tnt:.3g} kg", *equivalents)
+    )
+
+
+def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
+    """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
+
+    Rounds from mesh files take their masses from the burst's part of summary.json; without it there is None.
+    """
+    from fragfield.case.conversion.stages import burst_round
+    from fragfield.hazard.arrangement import with_images
+
+    if not case.round:
+        return None
+    positions = with_images(case)
+    images = len(positions) // len(case.round)
+    burst = {str(one.get("name")): one for one in (summary.get("burst") or {}).get("rounds") or []}
+    explosive = tnt = all_up = heaviest = 0.0
+    words, profiles = [], []
+    for number, entry in enumerate(case.round, start=1):
+        one = burst_round(entry, f"round[{number}]")
+        if one.profile is not None:
+            charge = one.profile.charge_volume * one.explosive.density
+            whole = charge + one.profile.casing_volume * one.casing.density + one.profile.fuze_mass
+            profiles.append(one.profile)
+        elif "charge_mass" in burst.get(entry.name, {}):
+            charge = float(burst[entry.name]["charge_mass"])
+            whole = charge + float(burst[entry.name]["casing_mass"])
+        else:
+            return None
+        factor, said = tnt_equivalent(one.explosive.name)
+        if said:
+            words.append(said)
+        explosive, all_up = explosive + images * charge, all_up + images * whole
+        tnt, heaviest = tnt + images * charge * factor, max(heaviest, whole)
+    known = len(profiles) == len(case.round)
+    in_a_row = _on_a_line(positions)
+    return Contents(
+        explosive,
+        tnt,
+        all_up,
+        heaviest,
+        len(positions),
+        tuple(dict.fromkeys(words)),
+        in_a_row,
+        _clearance(case, profiles) if known and in_a_row else None,
+        max(_charge_diameter(profile) for profile in profiles) if known else None,
+        _ignited_at_once(case.round),
+        (
+            *(f"{one.kind} “{one.name}”" for one in case.obstacle),
+            *(f"wall “{plane.name}”" for plane in case.plane if plane.kind == "wall"),
+        ),
+        rounds_alike(case),
+    )
+
+
+def rounds_alike(case: Case) -> bool:
+    """Whether all rounds of a resolved case have the same contour or mesh file, casing and explosive."""
+    kinds = {
+        json.dumps(entry.model_dump(mode="json", include={"profile", "mesh", "explosive", "casing"}), sort_keys=True)
+        for entry in case.round
+    }
+    return len(kinds) < 2
+
+
+def _on_a_line(positions: NDArray[np.float64]) -> bool:
+    """Whether two or more positions lie on one straight line."""
+    if len(positions) < 2:
+        return False
+    from_first = positions - positions[0]
+    farthest = from_first[np.argmax(np.linalg.norm(from_first, axis=1))]
+    length = float(np.linalg.norm(farthest))
+    if length == 0.0:
+        return False
+    along = (from_first @ farthest / length)[:, None] * farthest / length
+    return bool(np.linalg.norm(from_first - along, axis=1).max() <= _ON_A_LINE)
+
+
+def _clearance(case: Case, profiles: Sequence[Profile]) -> float | None:
+    """Smallest clear distance (m) between the rounds of a row and their images."""
+    from burst_fenicsx.geometry.clearance import min_clearance, placed_body
+
+    placed = [
+        (profile, np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64))
+        for profile, entry in zip(profiles, case.round, strict=True)
+    ]
+    for plane in case.plane:
+        if plane.kind == "symmetry":
+            normal, point = np.array(plane.normal), np.array(plane.point)
+            placed += [
+                (
+                    profile,
+                    position - 2.0 * float((position - point) @ normal) * normal,
+                    axis - 2.0 * float(axis @ normal) * normal,
+                )
+                for profile, position, axis in placed
+            ]
+    bodies: list[Body] = [placed_body(profile, position.tolist(), axis.tolist()) for profile, position, axis in placed]
+    nearest = min_clearance(bodies)
+    return None if nearest is None else max(nearest[2], 0.0)
+
+
+def _charge_diameter(profile: Profile) -> float:
+    """Largest diameter of a charge (m), at 2,001 stations and the corners of the cavity."""
+    stations = np.linspace(profile.charge_front, profile.charge_end, 2001)
+    corners = [at for at in profile.cavity.stations if profile.charge_front <= at <= profile.charge_end]
+    return 2.0 * float(np.max(profile.section(np.concatenate([stations, corners])).charge_radius))
+
+
+def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
+    """Whether every round has ignition points, and the first of each is ignited at the same time."""
+    if not all(entry.ignition for entry in rounds):
+        return False
+    first = [min(point.delay for point in entry.ignition or ()) for entry in rounds]
+    return max(first) - min(first) <= _AT_ONCE

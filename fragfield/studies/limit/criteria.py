@@ -1,0 +1,101 @@
+"""What a run must meet to count as allowed: exposed sites, and a distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import PydanticCustomError
+
+from fragfield.case.units.quantities import Quantity
+from fragfield.errors import InputError
+from fragfield.hazard.certainty import metres
+from fragfield.hazard.prescribed import computed_distance
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fragfield.case import Case
+
+__all__ = ["LimitCriteria", "judged"]
+
+_OFFICIAL = "hazardous_fragment_distance"
+_DISTANCE = Quantity("m", "300 m", above=0.0)
+
+
+@dataclass(frozen=True)
+class LimitCriteria:
+    """What every allowed number of rounds meets.
+
+    Attributes
+    ----------
+    distance : float or None
+        The computed hazard distance (its upper bound) and the official one are at most this (m); None: not asked for.
+    exposed : bool
+        The criterion of every exposed site is met.
+    """
+
+    distance: float | None
+    exposed: bool
+
+    @classmethod
+    def of(cls, case: Case, distance: str | None) -> LimitCriteria:
+        """The criteria of a case, and a distance with its unit.
+
+        Raises
+        ------
+        InputError
+            The distance is none, or there is nothing to meet.
+        """
+        metres_given = None
+        if distance is not None:
+            try:
+                metres_given = float(_DISTANCE.parse(distance))
+            except PydanticCustomError as error:
+                raise InputError(f"--distance: {error}") from None
+        if metres_given is None and not case.exposed:
+            raise InputError(
+                "nothing to meet: the case has no exposed sites and no distance is asked for; needed: at least one "
+                'table [[exposed]], or --distance "300 m"'
+            )
+        return cls(metres_given, bool(case.exposed))
+
+    @property
+    def words(self) -> str:
+        """What is asked for, in words."""
+        parts = ["the criterion of every exposed site is met"] if self.exposed else []
+        if self.distance is not None:
+            parts.append(f"the distance to apply is at most {metres(self.distance)}")
+        return " and ".join(parts)
+
+
+def judged(summary: Mapping[str, Any], criteria: LimitCriteria) -> dict[str, Any]:
+    """A run's quantities and whether it meets the criteria.
+
+    Returns
+    -------
+    dict
+        `explosive` (kg; None where it is not known), `distance` (m: the upper bound, or the expected distance of
+        a single realisation; None where it is not determined), `standard_error` (m), `minimum` (m, prescribed for
+        storage and handling, the computed one among it), `not_met` (names of exposed sites) and `reasons`, empty where
+        all is met.
+    """
+    hazard = summary.get("hazard") or {}
+    distance = computed_distance(hazard).distance
+    official = (summary.get("official") or {}).get(_OFFICIAL)
+    sites = [entry for entry in summary.get("exposed") or [] if entry["verdict"] != "met"] if criteria.exposed else []
+    reasons = [f"{entry['name']}: {entry['verdict']}" for entry in sites]
+    if distance is None:
+        reasons.append("the hazard distance is not determined")
+    if criteria.distance is not None:
+        for name, value in (("computed", distance), ("official", official)):
+            if value is not None and value > criteria.distance:
+                reasons.append(f"{name} distance {metres(value)}")
+    return {
+        "explosive": ((summary.get("rules") or {}).get("contents") or {}).get("explosive"),
+        "distance": distance,
+        "standard_error": hazard.get("standard_error"),
+        "minimum": ((summary.get("minimum") or {}).get("siting") or {}).get("distance"),
+        "not_met": [entry["name"] for entry in sites],
+        "reasons": reasons,
+    }

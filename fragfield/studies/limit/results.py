@@ -1,0 +1,80 @@
+"""Results of a limit: limit.json, limit.csv, and a table on the terminal."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import InputError
+from fragfield.hazard.certainty import whole_metres
+from fragfield_base.csv_text import harmless
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+__all__ = ["limit_words", "print_limit", "write_limit"]
+
+_WIDE = 200  # characters of a line where no terminal sets a bound
+_COLUMNS = {
+    "rounds": "rounds",
+    "explosive": "net_explosive_quantity_kg",
+    "distance": "distance_m",
+    "standard_error": "standard_error_m",
+    "minimum": "prescribed_m",
+    "met": "met",
+    "state": "state",
+    "exit_code": "exit_code",
+}
+
+
+def write_limit(found: Mapping[str, Any], folder: Path) -> None:
+    """Write limit.json and limit.csv, one row a run computed; raises InputError where they cannot be written."""
+    write_text(folder / "limit.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["run", found["key"], *_COLUMNS.values(), "reasons"])
+    for row in found["runs"]:
+        value = str(row["values"][found["key"]])
+        cells = [harmless(row["name"]), harmless(value), *(row[key] for key in _COLUMNS)]
+        table.writerow([*cells, harmless("; ".join(row["reasons"]))])
+    write_text(folder / "limit.csv", text.getvalue(), InputError)
+
+
+def limit_words(found: Mapping[str, Any]) -> str:
+    """The limit in one sentence."""
+    limit = found["limit"]
+    if limit is None:
+        return f"limit: none, so that {found['criteria']}"
+    quantity = "" if limit["explosive"] is None else f", net explosive quantity {limit['explosive']:.3g} kg"
+    rounds = f"{limit['rounds']} round{'' if limit['rounds'] == 1 else 's'}"
+    return f"limit: {rounds} ({found['key']} = {limit['value']}{quantity}), so that {found['criteria']}"
+
+
+def print_limit(found: Mapping[str, Any]) -> None:
+    """Print one line a run computed, the limit, and what is to be known of it."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False, markup=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = _WIDE
+    table = Table(box=None, pad_edge=False)
+    for head in (found["key"], "rounds", "net explosive kg", "distance m", "prescribed m", "", "criteria", ""):
+        table.add_column(Text(head), justify="right" if head not in ("", "criteria") else "left", no_wrap=True)
+    for row in found["runs"]:
+        explosive = "-" if row["explosive"] is None else f"{row['explosive']:.4g}"
+        distances = (whole_metres(row[key], "-") for key in ("distance", "minimum"))
+        cells = [str(row["values"][found["key"]]), str(row["rounds"]), explosive, *distances, row["state"]]
+        cells += ["met" if row["met"] else "not met", "; ".join(row["reasons"])]
+        table.add_row(*map(Text, cells))
+    console.print(table)
+    console.print("distance: the computed one to apply; prescribed: not to go below, for storage and handling")
+    console.print(limit_words(found))
+    for words in found["words"]:
+        console.print(words)
+    console.print(f"written to {found['directory']}")

@@ -1,0 +1,305 @@
+"""The largest number of rounds: plan, criteria, bisection, what is said where the distance does not rise."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import fragfield
+import fragfield.studies.sweep.work as work
+from fragfield.case import load_case, read_resolved
+from fragfield.errors import InputError
+from fragfield.files.run_directory import RunDirectory
+from fragfield.studies.limit import LimitCriteria, plan_limit
+from fragfield.studies.limit.criteria import judged
+from fragfield.studies.limit.plan import listed_values, round_count
+from fragfield.studies.limit.search import limit_of
+from tests.fragfield.short_run import invoke
+
+ROW = """title = "row"
+[burst]
+cell_size = "14 mm"
+geometry = "3d"
+end_time = "12 us"
+energy_tolerance = 1.0
+output = { interval = "4 us" }
+[[round]]
+name = "tube"
+profile = "tube"
+explosive = "tnt"
+casing = "steel_paper"
+position = ["0 m", "0 m", "1 m"]
+[stack]
+arrangement = "row"
+count = 2
+gap = "20 mm"
+[break_up]
+realisations = 4
+[hazard]
+max_realisations = 4
+"""
+SITE = '[[exposed]]\nname = "gate"\nkind = "person"\nposition = ["100 m", "0 m"]\n'
+
+
+@pytest.fixture
+def case_file(tmp_path) -> Path:
+    path = tmp_path / "row.toml"
+    path.write_text(ROW, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Runs that give a distance by their number of rounds, in place of a computation; their numbers are listed."""
+    law = {
+        "distance": lambda rounds: 50.0 * rounds ** (1.0 / 3.0),
+        "met": lambda rounds: True,
+        "code": lambda rounds: 0,
+    }
+    made: list[int] = []
+
+    def call(_worker, request):
+        out = Path(request["out"])
+        out.mkdir(exist_ok=True)
+        case = read_resolved(Path(request["case_file"]))
+        rounds = round_count(case)
+        made.append(rounds)
+        directory = RunDirectory(out)
+        directory.write_case(case)
+        if code := law["code"](rounds):
+            return code, "cell 7 is lost"
+        for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5"):
+            (out / name).touch()
+        distance = law["distance"](rounds)
+        hazard = {"determined": distance is not None, "reason": "airborne", "distance": distance, "upper": distance,
+                  "standard_error": 1.0}  # fmt: skip
+        sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in case.exposed]
+        rules = {"contents": {"explosive": 5.0 * rounds}}
+        minimum = {"siting": {"distance": 40.0, "by": "a rule"}}
+        parts = {name: [] for name in ("burst", "break_up", "flight", "witness", "obstacle", "convergence", "official")}
+        directory.write_summary({**parts, "hazard": hazard, "exposed": sites, "rules": rules, "minimum": minimum})
+        return 0, ""
+
+    monkeypatch.setattr(work.Worker, "call", call)
+    return made, law
+
+
+def test_a_range_gives_every_whole_number_and_a_list_what_it_says(case_file):
+    plan = plan_limit(case_file, "stack.count=1..4")
+    assert [(run.values["stack.count"], round_count(run.case)) for run in plan.runs] == [(n, n) for n in (1, 2, 3, 4)]
+    text = ROW.replace('"row"\ncount = 2', '"pallet"\ncounts = [1, 1, 1]')
+    case_file.write_text(text, encoding="utf-8")
+    plan = plan_limit(case_file, "stack.counts=[1,1,1],[2,1,1],[2,3,1]")
+    assert [round_count(run.case) for run in plan.runs] == [1, 2, 6]
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("stack.count", "needed: KEY=LOW..HIGH or KEY=VALUE,VALUE"),
+        ("stack.count=3..3", "needed: a range that rises"),
+        ("stack.count=5..2", "needed: a range that rises"),
+        ("stack.count=1..2.5", "needed: whole numbers"),
+        ("stack.count=1..201", "201 values; allowed: at most 200"),
+        ("stack.count=3", "a single value; needed: two or more"),
+        ("stack.count=3,2", "needed: values whose number of rounds rises"),
+        ("stack.gap=20 mm,30 mm", "needed: values whose number of rounds rises"),
+        ("stack.cuont=1..3", "stack.cuont"),
+    ],
+)
+def test_faults_of_the_values_are_refused_before_anything_runs(case_file, computed, setting, message):
+    done = invoke("limit", case_file, setting, "--distance", "90 m", "--out", case_file.parent / "runs")
+    assert done.exit_code == 2
+    assert message in done.stderr.replace("\n", " ")
+    assert computed[0] == []
+
+
+def test_two_hundred_values_are_allowed_and_no_more():
+    assert listed_values('stack.count = "2..201"') == f"stack.count={','.join(map(str, range(2, 202)))}"
+    with pytest.raises(InputError, match="201 values; allowed: at most 200"):
+        listed_values("stack.count=2..202")
+
+
+@pytest.mark.parametrize(
+    ("distance", "message"),
+    [(None, "nothing to meet"), ("300", "--distance: found"), ("0 m", "--distance: found"), ("3 kg", "--distance: f")],
+)
+def test_there_must_be_something_to_meet(case_file, computed, distance, message):
+    given = [] if distance is None else ["--distance", distance]
+    done = invoke("limit", case_file, "stack.count=1..4", *given, "--out", case_file.parent / "runs")
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert computed[0] == []
+
+
+@pytest.mark.parametrize(
+    ("limit", "expected"),
+    [(90.0, 5), (50.0 * 5 ** (1 / 3), 5), (50.0 * 5 ** (1 / 3) - 1e-6, 4), (130.0, 17), (50.0, 1)],
+)
+def test_bisection_finds_the_largest_number_in_few_runs(case_file, computed, limit, expected):
+    made, law = computed
+    found = fragfield.run_limit(
+        case_file, {"stack.count": range(1, 21)}, distance=f"{limit!r} m", out=case_file.parent / "runs", progress=False
+    )
+    assert found.rounds == expected
+    assert law["distance"](expected) <= limit < law["distance"](expected + 1)
+    assert found.explosive == 5.0 * expected
+    assert len(made) == len(set(made)) <= 2 + math.ceil(math.log2(19))
+    assert (min(made), max(made)) == (1, 20)
+    assert found.found["first_not_met"]["rounds"] == expected + 1
+    assert found.table["rounds"].tolist() == sorted(made)
+    assert str(found).startswith(f"limit: {expected} round")
+
+
+def test_all_met_and_none_met_are_said(case_file, computed):
+    folder = case_file.parent / "runs"
+    everything = fragfield.run_limit(case_file, "stack.count=1..4", distance="1 km", out=folder, progress=False)
+    assert everything.rounds == 4
+    assert computed[0] == [1, 4] or computed[0] == [4, 1]
+    assert "The largest number asked for, 4, meets the criteria; more may do so too." in everything.remarks
+    assert any(
+        "taken to meet the criteria since a larger number does: 2, 3 rounds" in one for one in everything.remarks
+    )
+    nothing = fragfield.run_limit(
+        case_file, "stack.count=1..4", distance="10 m", out=folder, resume=True, progress=False
+    )
+    assert (nothing.rounds, nothing.explosive) == (0, 0.0)
+    assert "Not even the smallest number, 1, meets the criteria." in nothing.remarks
+    assert len(computed[0]) == 2  # both kept
+
+
+def test_exposed_sites_bound_the_number_too(case_file, computed):
+    case_file.write_text(ROW + SITE, encoding="utf-8")
+    computed[1]["met"] = lambda rounds: rounds <= 3
+    done = invoke("limit", case_file, "stack.count=1..8", "--out", case_file.parent / "runs", "--quiet", "--json")
+    assert done.exit_code == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["limit"]["rounds"] == 3
+    assert found["criteria"] == "the criterion of every exposed site is met"
+    row = next(one for one in found["runs"] if one["rounds"] == 4)
+    assert row["not_met"] == ["gate"]
+    assert row["reasons"] == ["gate: not met"]
+
+
+def test_resumed_search_computes_nothing_twice_and_writes_its_table(case_file, computed):
+    made, _ = computed
+    folder = case_file.parent / "runs"
+    arguments = ("limit", case_file, "stack.count=1..20", "--distance", "90 m", "--out", folder)
+    assert invoke(*arguments).exit_code == 0
+    first = list(made)
+    again = invoke(*arguments, "--resume")
+    assert again.exit_code == 0, again.stderr
+    assert made == first
+    assert (
+        "limit: 5 rounds (stack.count = 5, net explosive quantity 25 kg), so that the distance to apply is at most"
+        in (again.stdout)
+    )
+    with (folder / "limit.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["rounds"]) for row in rows] == sorted(first)
+    assert {row["met"] for row in rows} == {"True", "False"}
+    assert json.loads((folder / "limit.json").read_text(encoding="utf-8"))["limit"]["rounds"] == 5
+
+
+def test_another_case_in_the_folder_is_refused_before_anything_runs(case_file, computed):
+    folder = case_file.parent / "runs"
+    arguments = ("stack.count=1..3", "--distance", "90 m", "--out", folder)
+    assert invoke("limit", case_file, *arguments).exit_code == 0
+    number = len(computed[0])
+    case_file.write_text(ROW.replace("20 mm", "30 mm"), encoding="utf-8")
+    done = invoke("limit", case_file, *arguments, "--resume")
+    assert done.exit_code == 2
+    assert "holds the run of another case" in done.stderr
+    assert len(computed[0]) == number
+
+
+@pytest.mark.parametrize("kind", ["fails", "not determined"])
+def test_a_run_that_fails_or_has_no_distance_counts_as_not_met(case_file, computed, kind):
+    _, law = computed
+    if kind == "fails":
+        law["code"] = lambda rounds: 3 if rounds >= 4 else 0
+    else:
+        law["distance"] = lambda rounds: None if rounds >= 4 else 60.0
+    done = invoke(
+        "limit", case_file, "stack.count=1..8", "--distance", "1 km", "--out", case_file.parent / "runs", "-q", "--json"
+    )
+    assert done.exit_code == 3
+    found = json.loads(done.stdout)
+    assert found["limit"]["rounds"] == 3
+    reason = "the run failed: cell 7 is lost" if kind == "fails" else "the hazard distance is not determined"
+    assert found["runs"][-1]["reasons"] == [reason]
+
+
+def test_a_distance_that_falls_is_said_and_every_number_shows_what_bisection_misses(case_file, computed):
+    computed[1]["distance"] = lambda rounds: 100.0 if rounds == 3 else 50.0 + rounds
+    folder = case_file.parent / "runs"
+    halved = fragfield.run_limit(case_file, "stack.count=1..8", distance="90 m", out=folder, progress=False)
+    assert halved.rounds == 8
+    assert any("taken to meet" in one and "2, 3, 4" in one for one in halved.remarks)
+    every = fragfield.run_limit(
+        case_file, "stack.count=1..8", distance="90 m", every=True, out=folder, resume=True, progress=False
+    )
+    assert every.rounds == 2
+    assert sorted(computed[0]) == list(range(1, 9))
+    assert (
+        "Not monotonic: 4 rounds have a distance of 54 m, 3 have 100 m (beyond the statistical error)." in every.remarks
+    )
+    assert any("Not monotonic: 4 rounds meet the criteria, 3 do not" in one for one in every.remarks)
+    assert not any("taken to meet" in one for one in every.remarks)
+
+
+def row(rounds: int, distance: float, *, met: bool = True, error: float = 1.0) -> dict:
+    return {"rounds": rounds, "distance": distance, "standard_error": error, "met": met, "minimum": None,
+            "explosive": 1.0, "values": {"k": rounds}, "directory": "d", "exit_code": 0}  # fmt: skip
+
+
+@pytest.mark.parametrize(("drop", "words"), [(0.0, None), (2.8, "within"), (2.9, "beyond")])
+def test_a_fall_is_judged_by_two_standard_errors_of_the_difference(drop, words):
+    found = limit_of([row(1, 80.0), row(2, 80.0 - drop)], "k", asked=[1, 2])["words"]  # 2 sqrt(2) = 2.83
+    said = [one for one in found if one.startswith("Not monotonic")]
+    assert len(said) == (words is not None)
+    if words:
+        assert f"({words} the statistical error)" in said[0]
+
+
+def test_gaps_and_larger_prescribed_distances_are_said():
+    rows = [row(1, 50.0), row(4, 80.0), row(8, 120.0, met=False)]
+    rows[1]["minimum"] = 381.0
+    words = limit_of(rows, "k", asked=[1, 4, 8])["words"]
+    assert "Nothing between 4 and 8 rounds was asked for." in words
+    assert any("prescribe 381 m at the limit, more than the computed 80 m: do not apply less" in one for one in words)
+    assert "Nothing between 4 and 8 rounds was computed." in limit_of(rows, "k", asked=[1, 4, 6, 8])["words"]
+
+
+@pytest.mark.parametrize(("official", "met"), [(90.0, True), (90.1, False)])
+def test_the_official_distance_must_not_exceed_the_given_one_either(official, met):
+    summary = {"hazard": {"determined": True, "upper": 50.0, "standard_error": 1.0},
+               "official": {"hazardous_fragment_distance": official}}  # fmt: skip
+    found = judged(summary, LimitCriteria(90.0, exposed=False))
+    assert found["reasons"] == ([] if met else ["official distance 91 m"])
+
+
+def test_a_mapping_of_values_has_one_key(case_file):
+    with pytest.raises(InputError, match="found 2 keys; allowed: one"):
+        fragfield.run_limit(case_file, {"stack.count": range(1, 3), "seed": [1, 2]}, distance="90 m")
+    assert LimitCriteria.of(load_case(case_file), "0.3 km").distance == pytest.approx(300.0)
+
+
+@pytest.mark.slow
+def test_limit_of_a_computed_row(case_file):
+    done = invoke(
+        "limit", case_file, "stack.count=1..3", "--distance", "60 m", "--all", "--out", case_file.parent / "runs"
+    )
+    assert done.exit_code == 0, done.stderr
+    found = json.loads((case_file.parent / "runs" / "limit.json").read_text(encoding="utf-8"))
+    charge = found["runs"][0]["explosive"]
+    assert [one["explosive"] for one in found["runs"]] == pytest.approx([charge, 2.0 * charge, 3.0 * charge])
+    for one in found["runs"]:
+        summary = RunDirectory(Path(one["directory"])).summary()
+        assert one["distance"] == summary["hazard"]["upper"]
+        assert one["met"] == (summary["hazard"]["upper"] <= 60.0)
+    assert found["limit"] is not None
