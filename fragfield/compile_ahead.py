@@ -36,7 +36,7 @@ _POLL = 0.2  # s between two looks whether another command has done with compili
 
 def list_of(stage: str, geometry: str) -> Path:
     """File that lists what a stage needs; `geometry` is that of the burst, "3d" or "axisymmetric"."""
-    return FOLDER / (f"{stage}_{geometry}.json" if stage in ("burst", "break-up") else f"{stage}.json")
+    return FOLDER / f"{stage}_{geometry}.json"
 
 
 def compile_ahead(lists: Sequence[Path], cores: int, show: Callable[[int, int], object]) -> int:
