@@ -59,6 +59,7 @@ def write_run(folder, places, velocity, planes=False, raised=1.0, **burst):
     (folder / "case.toml").write_text(to_toml(load_case(CASE)), encoding="utf-8")
     values = {
         "energy_error_at_outputs": 0.004,
+        "contact_error_at_end": 0.001,
         "lost_cells": 0,
         "cell_size": 0.01,
         "products": "landau_cj",

@@ -22,8 +22,9 @@ from validation.soundness import all_passed, sound
 BOUNDS = {"energy_error": 0.01, "coarsest_cell_size": 5e-3}
 
 
-def _summary(error=0.004, lost=0, size=5e-3):
-    return {"burst": {"energy_error_at_outputs": error, "lost_cells": lost, "cell_size": size}}
+def _summary(error=0.004, contact=0.001, lost=0, size=5e-3):
+    errors = {"energy_error_at_outputs": error, "contact_error_at_end": contact}
+    return {"burst": {**errors, "lost_cells": lost, "cell_size": size}}
 
 
 def _row(passed, error=0.01):
@@ -35,6 +36,7 @@ def test_a_sound_burst_may_be_compared():
     assert all_passed(rows)
     assert [row.quantity for row in rows] == [
         "tube: energy error at the outputs",
+        "tube: energy that contact made, at the end",
         "tube: lost cells",
         "tube: cell size",
     ]
@@ -42,7 +44,12 @@ def test_a_sound_burst_may_be_compared():
 
 @pytest.mark.parametrize(
     ("changes", "quantity"),
-    [({"error": 0.011}, "energy error at the outputs"), ({"lost": 1}, "lost cells"), ({"size": 5.1e-3}, "cell size")],
+    [
+        ({"error": 0.011}, "energy error at the outputs"),
+        ({"contact": 0.011}, "energy that contact made, at the end"),
+        ({"lost": 1}, "lost cells"),
+        ({"size": 5.1e-3}, "cell size"),
+    ],
 )
 def test_an_unsound_burst_says_why(changes, quantity):
     rows = sound("case", _summary(**changes), BOUNDS)

@@ -174,7 +174,8 @@ def made(monkeypatch, tmp_path):
 
     def summary(folder):
         error = 0.02 if folder.name == "m107_pair_quarter_2 mm" else 0.004
-        return {"burst": {"energy_error_at_outputs": error, "lost_cells": 0, "cell_size": 6e-3, "cells": 1,
+        return {"burst": {"energy_error_at_outputs": error, "contact_error_at_end": 0.001, "lost_cells": 0,
+                          "cell_size": 6e-3, "cells": 1,
                           "wall_seconds": 1.0}}  # fmt: skip
 
     monkeypatch.setattr(study, "summary_of", summary)

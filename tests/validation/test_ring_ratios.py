@@ -227,7 +227,12 @@ def test_a_mirrored_pair_has_the_same_ratios(pair, single):
 
 
 def summary(error=0.004, lost=0, cell_size=3e-3, products="landau_cj", end_time=150e-6):
-    values = {"energy_error_at_outputs": error, "lost_cells": lost, "cell_size": cell_size}
+    values = {
+        "energy_error_at_outputs": error,
+        "contact_error_at_end": 0.001,
+        "lost_cells": lost,
+        "cell_size": cell_size,
+    }
     return {"burst": {**values, "products": products, "end_time": end_time}}
 
 

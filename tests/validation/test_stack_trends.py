@@ -145,8 +145,8 @@ def test_a_fault_leaves_the_rows_before_it_and_a_burst_that_is_not_sound_makes_a
 
     def summary(folder):
         found = error if folder.name == "open" else 0.004
-        return {"burst": {"energy_error_at_outputs": found, "lost_cells": 0, "cell_size": 6e-3,
-                          "max_initial_speed": 1000.0}}  # fmt: skip
+        errors = {"energy_error_at_outputs": found, "contact_error_at_end": 0.001}
+        return {"burst": {**errors, "lost_cells": 0, "cell_size": 6e-3, "max_initial_speed": 1000.0}}
 
     monkeypatch.setattr(Runs, "run", run)
     monkeypatch.setattr("validation.stack_trends.study.summary_of", summary)

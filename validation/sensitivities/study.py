@@ -101,6 +101,7 @@ class _Bench:
         """Rows of what the bursts must fulfil, each with the worst of those that were used."""
         worst = {
             "energy_error_at_outputs": max(burst["energy_error_at_outputs"] for burst in self.sound),
+            "contact_error_at_end": max(burst["contact_error_at_end"] for burst in self.sound),
             "lost_cells": sum(burst["lost_cells"] for burst in self.sound),
             "cell_size": max(burst["cell_size"] for burst in self.sound),
         }
