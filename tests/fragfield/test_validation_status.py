@@ -129,7 +129,7 @@ def test_every_study_of_the_ladder_has_subjects():
 def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
     """Both are held against what holds for any casing: strength, wall speed, counts of single rounds."""
     tube, pair = near(ready("tube")), near(ready("m107_pair"))
-    assert {"solid", "steel_tubes", "axisymmetric", "m107_1944"} == tube.keys()
+    assert {"solid", "steel_tubes", "axisymmetric", "m107_1944", "polar_zones", "attitudes"} == tube.keys()
     everything = {row["case"] for row in read_record().misses()}
     assert pair.keys() == everything - {"copper_cylinder", "plane_section"}
     assert len(pair["m107_pair"]) == sum(row["case"] == "m107_pair" for row in read_record().misses())

