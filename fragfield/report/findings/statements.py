@@ -65,7 +65,7 @@ def _limits(run: RunFiles) -> Iterator[str]:
             "azimuth 0."
         )
     if run.case is not None:
-        yield from _of_flight(run.case)
+        yield from _of_flight(run.case, several=_many_rounds(run))
 
 
 def _of_burst(run: RunFiles) -> Iterator[str]:
@@ -90,8 +90,13 @@ def _of_burst(run: RunFiles) -> Iterator[str]:
     )
 
 
-def _of_flight(case: Case) -> Iterator[str]:
-    if case.flight.collisions == "none":
+def _of_flight(case: Case, *, several: bool) -> Iterator[str]:
+    if not several:
+        yield (
+            "Fragments of one round do not collide with each other in flight: their deviation from the casing's "
+            "directions is the scatter of directions."
+        )
+    elif case.flight.collisions == "none":
         yield "Collisions of fragments with each other in flight are not computed."
     else:
         yield (

@@ -49,7 +49,7 @@ def test_two_rounds_conserve_momentum_and_energy_and_focus_between_them(tmp_path
     assert found["geometry"] == "plane"
     assert found["momentum_error"] < 1e-12
     assert found["energy_error_at_end"] < 0.005
-    assert found["energy_error"] < 0.02  # most of it is made by contact when all walls meet the front
+    assert found["energy_error"] < 0.01
     assert 0.0 < found["contact_error"] < 0.02
     assert found["lost_cells"] == 0
     assert found["passed_through"]["largest_together"] < 0.005 * found["casing_mass"]
