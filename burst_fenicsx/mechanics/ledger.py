@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 
 __all__ = ["MIN_WORK", "Entry", "Ledger"]
 
-MIN_WORK = 1e-2
-"""Fraction of the chemical energy: while less work has been done, the ledger's errors are taken relative to this.
+MIN_WORK = 1e-3
+"""Fraction of the chemical energy: while less work has been done, the error of the balance is taken relative to it."""
+_OF_CONTACT = 10.0
+"""The same for contact's error, over `MIN_WORK`.
 
-Where a front has just reached the first wall, the work is a thousandth of the chemical energy, and errors that no
-result depends on are a tenth of it.
+Where a front has just reached the first wall, the work is a thousandth of the chemical energy, and what contact makes
+there, on which no result depends, is a tenth of it.
 """
 
 
@@ -63,7 +65,7 @@ class Ledger:
     external forces + what contact has made. Contact's entry is what its springs hold and friction has turned to heat;
     energy that contact makes or loses, `contact_gain`, is measured by its forces and the motion of the nodes (see
     `ContactForces.gain`) and is an error of its own beside that of the balance, so that neither can hide the other.
-    Both are taken relative to the work, or to `min_work` while next to nothing has been done.
+    Both are taken relative to the work, or to `min_work` (contact's: ten times that) while next to nothing is done.
     All sums are exact, so that the entries are the same to the last bit on any number of ranks.
 
     Attributes
@@ -154,7 +156,7 @@ class Ledger:
             products_viscous=float(heat),
             products_energy_left=float(left),
             energy_error=float(abs(stored - gain - supplied) / scale),
-            contact_error=abs(gain) / scale,
+            contact_error=abs(gain) / max(abs(supplied), _OF_CONTACT * self.min_work),
             momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,

@@ -45,7 +45,7 @@ __all__ = ["SectionSimulation"]
 
 _log = logging.getLogger(__name__)
 _SLACK = 0.02  # of the cell size: the outline of the cells bulges a little over the circle
-_MIN_WORK = 5e-2  # of the chemical energy: below, errors of the ledger are taken relative to it
+_MIN_WORK = 1e-2  # of the chemical energy: below, the ledger's error is taken relative to it
 
 
 class SectionSimulation(Simulation):
@@ -152,7 +152,7 @@ class SectionSimulation(Simulation):
         self.solver.subcycling.steady_contact = self.contact.near
 
     def _make_ledger(self) -> Ledger:
-        """The ledger; all walls meet the front at once, and what contact makes then is much of the work done so far."""
+        """The ledger; all charges burn in the first microsecond, before which next to no work is done."""
         ledger = super()._make_ledger()
         ledger.min_work = _MIN_WORK * float(ledger.chemical_energies.sum())
         return ledger
