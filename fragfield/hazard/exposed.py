@@ -187,7 +187,7 @@ class ExposedSums:
         return entry
 
     def _values(
-        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance | None
+        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance
     ) -> dict[str, Any]:
         if site.is_building:
             return self._building(pieces[0], site)
@@ -322,7 +322,7 @@ def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
     """Smallest distance of the site's edge beyond the hazard distance in its direction (m), or beyond its bound."""
     expected = found.expected
-    if expected is None or found.undetermined:
+    if found.undetermined:
         return None
     reach = expected.upper_by_direction if np.isfinite(expected.upper_by_direction).all() else expected.by_direction
     turn = np.degrees(np.arctan2(away[:, 1], away[:, 0])) % 360.0

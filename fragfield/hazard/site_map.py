@@ -122,7 +122,7 @@ def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
-    if expected is not None and not found.undetermined:
+    if not found.undetermined:
         rows += [("hazard", expected.by_direction), ("hazard_upper", expected.upper_by_direction)]
     for kind, reach in rows:
         if np.isfinite(reach).all() and reach.max(initial=0.0) > 0.0:

@@ -215,8 +215,8 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         ),
         *draw(
             "hit_probability", "Probability of a hit on a person",
-            "Probability that a hazardous fragment hits a person standing at that distance, at a random azimuth: "
-            "mean of the realisations and band of single events.",
+            "Probability that a hazardous fragment hits a person standing at that distance, over all azimuths or in "
+            "the worst direction, with 5 to 95 % of the bootstrap.",
             hazard_figures.hit_probability,
         ),
         *draw(

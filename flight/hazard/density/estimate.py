@@ -90,6 +90,12 @@ class Estimate:
         begin, end = np.searchsorted(self.radial.places, [min(known) - INSIDE, max(known) + BEYOND])
         return slice(min(int(begin), self.last - 2), min(int(end), self.last))
 
+    def alone(self, sums: Array) -> float:
+        """The distance (m) of one realisation, whose sums (2, c, r) are of the groups or reach less far."""
+        here = self.everywhere
+        found = self._through(self._density(self._smoothed(self.weights @ sums, here), here), here)
+        return float(np.exp(found.max()))
+
     def result(self, *, every_direction: bool) -> ExpectedDistance:
         """Distances, bound and curves."""
         number = np.einsum("dc,kcr->kdr", self.weights, self.total) / self.count  # (2, d, r)

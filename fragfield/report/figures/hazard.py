@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from flight.hazard.bands import Curve
     from flight.hazard.density.distance import ExpectedDistance
     from fragfield.report.reading.run_files import RunFiles
 
@@ -45,7 +44,7 @@ def landing_map(run: RunFiles, narrow: bool) -> Figure | None:
     for radius in _ring_radii(reach):
         _ring(axis, radius, "#5d6670", ":", f"{radius:g} m", angle=45.0)
     over_all = ensemble(run)
-    if over_all is not None and over_all.expected is not None and not over_all.undetermined:
+    if over_all is not None and not over_all.undetermined:
         reach = max(reach, 1.04 * _outline(axis, over_all.expected))
     axis.plot(0, 0, marker="+", color=INK, markersize=8, markeredgewidth=1.2)
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x (m)", ylabel="y (m)")
@@ -98,7 +97,7 @@ def _ring(axis: Axes, radius: float, color: str, dashes: str, label: str, angle:
 def density_curve(run: RunFiles, narrow: bool) -> Figure | None:
     """Expected hazardous fragments per acceptable area against distance, with the bootstrap's band."""
     found = ensemble(run)
-    if found is None or found.expected is None or not found.expected.density.any():
+    if found is None or not found.expected.density.any():
         return None
     acceptable, expected = hazard_density(run), found.expected
     figure, (axis,) = new_figure(narrow=narrow, height=3.6, narrow_height=4.4)
@@ -122,46 +121,39 @@ def density_curve(run: RunFiles, narrow: bool) -> Figure | None:
             if place:
                 axis.axvline(place, color=GREY, linewidth=1.0, linestyle=dashes, label=f"{words}, {metres(place)}")
     axis.set(yscale="log", xlabel="Distance (m)", ylabel=f"Hazardous fragments\nper {1 / acceptable:.1f} m²")
-    axis.set_xlim(0, found.counts.edges[-1])
+    axis.set_xlim(0, expected.radius[-1])
     axis.set_ylim(bottom=1e-4)
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=1 if narrow else 2)
     return figure
 
 
 def hit_probability(run: RunFiles, narrow: bool) -> Figure | None:
-    """Probability that a person is hit by a hazardous fragment against distance, with the band of single events."""
+    """Probability that a person is hit by a hazardous fragment against distance, from the expected density."""
     found = ensemble(run)
-    if found is None or not found.pooled.hazardous.any():
+    if found is None or not found.expected.density.any():
         return None
+    from flight.hazard.criteria import hit_probability as probability
+
     figure, (axis,) = new_figure(narrow=narrow, height=3.2, narrow_height=3.8)
-    _banded(axis, found.distance, found.by_distance["probability"], "anywhere around", 0, 1.0, found.realisations)
+    expected, area, style = found.expected, found.criteria.person_area, LINES[0]
+    mean = probability(expected.density[1], area)
+    axis.plot(expected.radius, np.where(mean > 0, mean, np.nan), label="expected", **style)
+    if expected.density_low.size:
+        low, high = (probability(rows[1], area) for rows in (expected.density_low, expected.density_high))
+        axis.fill_between(
+            expected.radius, np.maximum(low, _NOTHING), np.maximum(high, _NOTHING), color=style["color"], alpha=_SHADE,
+            linewidth=0, hatch=_HATCHES[0], label="5 to 95 % of the mean", zorder=1,
+        )  # fmt: skip
     axis.set(yscale="log", xlabel="Distance (m)", ylabel="Probability of a hit\non a person", ylim=(1e-6, 1.5))
-    axis.set_xlim(0, found.counts.edges[-1])
+    axis.set_xlim(0, expected.radius[-1])
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=1 if narrow else 2)
     return figure
-
-
-def _banded(
-    axis: Axes, place: NDArray[np.float64], curve: Curve, label: str, number: int, factor: float, realisations: int
-) -> None:
-    """A curve on a logarithmic axis: the mean as a line, 5 to 95 % as an area with a hatch of its own."""
-    style = LINES[number]
-    axis.plot(place, np.where(curve.pooled > 0, factor * curve.pooled, np.nan), label=f"{label}: mean", **style)
-    if realisations < 2:
-        return
-    # Where 5 % of the realisations have none, the band goes on below the axis; where 95 % have none, it ends.
-    seen = curve.high > 0
-    low, high = (np.where(seen, np.maximum(factor * edge, _NOTHING), np.nan) for edge in (curve.low, curve.high))
-    axis.fill_between(
-        place, low, high, color=style["color"], alpha=_SHADE, linewidth=0, hatch=_HATCHES[number],
-        label=f"5 to 95 % of {realisations}", zorder=1,
-    )  # fmt: skip
 
 
 def distance_by_azimuth(run: RunFiles, narrow: bool) -> Figure | None:
     """Hazard distance by direction with its bound, and the farthest fragment of each sector in single events."""
     found = ensemble(run)
-    if found is None or found.expected is None:
+    if found is None:
         return None
     figure, (axis,) = new_figure(narrow=narrow, height=3.2, narrow_height=3.8)
     expected = found.expected

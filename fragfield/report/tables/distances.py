@@ -14,7 +14,7 @@ from fragfield.report.reading.landings import ensemble, hazard_density
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.density.distance import ExpectedDistance
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["density_table", "distance_table", "sector_table"]
@@ -53,7 +53,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         (
             "Single events: median, 5 to 95 %",
             f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
-            "not a hazard distance: where the fragment density of one event falls below the limit",
+            f"not a hazard distance: the same estimate on each of {number(single['realisations'])} events alone",
         ),
         ("Largest throw", whole_metres(hazard["largest_throw"]), "not a hazard distance: farthest single fragment"),
     ]  # fmt: skip
@@ -73,37 +73,37 @@ def _tilt_words(run: RunFiles) -> str:
 
 
 def density_table(run: RunFiles) -> Iterator[Table]:
-    """Density of hazardous fragments and probability of a hit at a few distances, for the summary."""
+    """Expected density of hazardous fragments and probability of a hit at a few distances."""
     found = ensemble(run)
-    if found is None or not found.pooled.hazardous.any():
+    if found is None or not found.expected.density.any():
         return
-    curves, area = found.by_distance, 1.0 / hazard_density(run)
-    lines = []
-    for cell in _few_cells(found):
-        line = [f"{found.counts.edges[cell]:,.0f}{SPACE}–{SPACE}{found.counts.edges[cell + 1]:,.0f}"]
-        for name in ("ground", "normal"):
-            curve = curves[f"{name}_density"]
-            line.append(_share(area * curve.pooled[cell]))
-            if name == "ground":
-                several = found.realisations > 1
-                line.append(_share_span(area * curve.low[cell], area * curve.high[cell]) if several else "–")
-        lines.append((*line, _share(float(curves["probability"].pooled[cell]))))
-    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Hit on a person")
+    from flight.hazard.criteria import hit_probability
+
+    expected, area = found.expected, 1.0 / hazard_density(run)
+    bounded, lines = bool(expected.density_low.size), []
+    for at in _few_places(expected):
+        line = [f"{expected.radius[at]:,.0f}"]
+        for kind in range(2):
+            line.append(_share(area * expected.density[kind, at]))
+            ends = [area * rows[kind, at] for rows in (expected.density_low, expected.density_high) if bounded]
+            line.append(_share_span(*ends) if bounded else "–")
+        probability = float(hit_probability(expected.density[1, at], found.criteria.person_area))
+        lines.append((*line, _share(probability)))
+    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "5 to 95 %", "Hit on a person")
+    where = "over all azimuths" if expected.direction is None else "in the worst direction"
     note = (
-        f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
-        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; "
-        "5 to 95 % are those of single events. Last column: probability of a hit on a person at a random azimuth."
+        f"Hazardous fragments per {area:.1f} m², expected density {where} of {number(expected.realisations)} "
+        f"realisation{'s' if expected.realisations > 1 else ''}; 1 is the acceptable density; 5 to 95 %: certainty of "
+        "the mean, not the scatter of single events. Last column: probability of a hit on a person there."
     )
     yield Table("Density by distance", head, tuple(lines), note)
 
 
-def _few_cells(found: EnsembleHazard, most: int = 8) -> list[int]:
-    """About `most` distance cells, evenly spread to half as far again as the hazardous fragment distance reaches."""
-    assert found.expected is not None  # of every run that this version has flown
-    farthest = 1.5 * (found.expected.upper or found.expected.distance)
-    last = int(np.flatnonzero(found.by_distance["ground_density"].pooled > 0).max(initial=0))
-    last = min(last, max(1, int(np.searchsorted(found.distance, farthest))))
-    return sorted({round(cell) for cell in np.linspace(0, last, min(most, last + 1))})
+def _few_places(expected: ExpectedDistance, most: int = 8) -> list[int]:
+    """About `most` places of the density curve, evenly spread to half as far again as the hazard distance."""
+    farthest = 1.5 * (expected.upper or expected.distance) or float(expected.radius[-1])
+    wanted = np.linspace(farthest / most, min(farthest, float(expected.radius[-1])), most)
+    return sorted(set(np.abs(expected.radius - wanted[:, None]).argmin(axis=1).tolist()))
 
 
 def _share(value: float) -> str:
@@ -118,7 +118,7 @@ def _share_span(low: float, high: float) -> str:
 def sector_table(run: RunFiles) -> Iterator[Table]:
     """Hazard distance by direction, and what single events do by sector."""
     found = ensemble(run)
-    if found is None or found.expected is None:
+    if found is None:
         return
     throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
     expected, known = found.expected, not found.undetermined

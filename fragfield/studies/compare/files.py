@@ -100,7 +100,9 @@ def _picture(found: Mapping[str, Any]) -> bytes:
                 _draw_ratio(axis, surface, key, label)
         if found["by_distance"]:
             for (key, title), axis in zip(
-                (("ground_density", "all azimuths"), ("worst_ground_density", "densest sector")), axes[-2:], strict=True
+                (("ground_density", "by area of ground"), ("normal_density", "normal to paths")),
+                axes[-2:],
+                strict=True,
             ):
                 _draw_density(axis, found, key, title)
         _put_title(figure, found)
@@ -134,5 +136,5 @@ def _draw_density(axis: Axes, found: Mapping[str, Any], key: str, title: str) ->
         density = _column(rows, key, name)
         axis.plot(distance, np.where(density > 0.0, density, math.nan), label=label, **style)
     axis.set_yscale("log")
-    axis.set(title=f"hazardous fragments, {title}", xlabel="distance (m)", ylabel="per m² of ground")
+    axis.set(title=f"hazardous fragments, {title}", xlabel="distance (m)", ylabel="per m²")
     axis.legend()
