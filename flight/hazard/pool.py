@@ -130,5 +130,5 @@ class PooledFlights:
         if self._short is not None:
             found = replace(found, without_ricochet=expected_distance(self._short, self.criteria.density))
         alone = Estimate(self.groups, self.criteria.density, draws=0, seed=0)
-        events = np.array([alone.alone(one) for one in self._events])
+        events = np.array([alone.alone(one, found.distance) for one in self._events])
         return EnsembleHazard(Tally.join(self._tallies), self.criteria, tolerance, found, events, self.balance.reason)
