@@ -16,18 +16,18 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from flight.arguments import require_number
 from flight.errors import InputError
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.site import Site
 
-__all__ = ["Contour", "Site", "contours_of", "write_geojson", "write_kml"]
+__all__ = ["Contour", "contours_of", "outline", "write_geojson", "write_kml"]
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
@@ -37,79 +37,6 @@ _STROKES = {
 }  # fmt: skip
 _STATISTICS = {"upper": "upper bound (95 %): the distance to apply", "expected": "of the expected density"}
 _LARGEST = "largest of all realisations"
-
-
-@dataclass(frozen=True)
-class Site:
-    """Where the origin of distances lies on Earth (WGS 84).
-
-    Attributes
-    ----------
-    latitude, longitude : float
-        Of the origin (degrees, north and east positive).
-    bearing : float
-        Of +x, clockwise from north (degrees).
-
-    Raises
-    ------
-    InputError
-        A value is not finite, or the latitude is beyond 89 degrees.
-    """
-
-    latitude: float
-    longitude: float
-    bearing: float
-
-    def __post_init__(self) -> None:
-        """Refuse places that have no map."""
-        for name in ("latitude", "longitude", "bearing"):
-            require_number("site", name, getattr(self, name), "degrees")
-            if not math.isfinite(getattr(self, name)):
-                raise InputError(f"site: {name} is {getattr(self, name)}, needed: a finite number of degrees")
-        if abs(self.latitude) > 89.0:
-            raise InputError(f"site: latitude is {self.latitude} degrees, allowed: -89 to 89")
-
-    def coordinates(self, azimuth: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
-        """Longitudes and latitudes (k, 2) in degrees at azimuths (degrees from +x counter-clockwise) and distances (m).
-
-        Raises
-        ------
-        InputError
-            geographiclib is not installed.
-        """
-        geodesic = _geodesic("contours on a map")
-        mask = geodesic.LATITUDE | geodesic.LONGITUDE | geodesic.LONG_UNROLL
-        east = (self.longitude + 180.0) % 360.0 - 180.0
-        pairs = np.broadcast_arrays(np.asarray(azimuth, dtype=np.float64), np.asarray(distance, dtype=np.float64))
-        ends = (
-            geodesic.WGS84.Direct(self.latitude, east, self.bearing - float(turn), float(length), mask)
-            for turn, length in zip(*(values.ravel() for values in pairs), strict=True)
-        )
-        return np.array([(end["lon2"], end["lat2"]) for end in ends], dtype=np.float64).reshape(-1, 2)
-
-    def offsets(self, longitude: ArrayLike, latitude: ArrayLike) -> NDArray[np.float64]:
-        """Where places (degrees) lie: x and y (k, 2) in m from the origin, at their geodesic distance and azimuth.
-
-        Raises
-        ------
-        InputError
-            geographiclib is not installed.
-        """
-        geodesic = _geodesic("positions on a map")
-        pairs = zip(np.atleast_1d(longitude).tolist(), np.atleast_1d(latitude).tolist(), strict=True)
-        found = [geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
-        turn = np.radians([self.bearing - way["azi1"] for way in found])
-        distance = np.array([way["s12"] for way in found])
-        return np.column_stack([distance * np.cos(turn), distance * np.sin(turn)])
-
-
-def _geodesic(what: str) -> Any:  # noqa: ANN401 - a class of a library without types
-    """GeographicLib's geodesics; raises InputError where it is not installed."""
-    try:
-        from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
-    except ImportError:
-        raise InputError(f"{what} need geographiclib: pip install geographiclib") from None
-    return Geodesic
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from fragfield.case import to_toml
 from fragfield.case.conversion.attitude import attitude_words
+from fragfield.case.conversion.site import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note
@@ -206,7 +207,8 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
         )
     for entry in found["exposed"]:
         console.print(
-            f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at {entry['azimuth_deg']:.0f} degrees"
+            f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
+            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3)
             + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else ""),
             markup=False,
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.conversion.site import direction_words
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -71,7 +73,9 @@ def basis_words(hazard: Mapping[str, Any]) -> str:
         return words + smoothed
     if hazard.get("basis") == "all_azimuths":
         return "over all azimuths"
-    words = f"worst direction, azimuth {hazard['direction_deg']:g}°" if hazard.get("determined") else "worst direction"
+    words = "worst direction"
+    if hazard.get("determined"):
+        words += f", {direction_words(hazard['direction_deg'], hazard.get('bearing_deg'))}"
     return f"{words}, smoothed over ±{hazard['kernel_deg']:.3g}°"
 
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
+from fragfield.case.conversion.site import bearing_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -162,6 +163,7 @@ class ExposedSums:
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
+        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
         values = self._values(case, site, pieces, found, found.expected)
         if self._short is not None:
             short = self._short._values(case, site, pieces, found, found.without_ricochet or found.expected)
@@ -174,7 +176,8 @@ class ExposedSums:
             "place": list(site.centre),
             "outline": site.outline.tolist(),
             "distance": float(distance[nearest]),
-            "azimuth_deg": math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0,
+            "azimuth_deg": azimuth,
+            "bearing_deg": bearing_of(case, azimuth),
             "energy": site.prisms[0].energy,
             **(values if determined else dict.fromkeys(values)),
             "largest_energy": float(self._energy[pieces.start : pieces.stop].max()),

@@ -25,7 +25,7 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
     found = site_shapes(run)
     if found is None:
         return None
-    from fragfield.case.conversion.exposed_sites import site_of
+    from fragfield.case.conversion.site import site_of
 
     case, shapes = found
     site = site_of(case)

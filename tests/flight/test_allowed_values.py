@@ -11,7 +11,7 @@ import flight
 from flight import hazard
 from flight.arena import ArenaTable
 from flight.hazard import Criteria
-from flight.hazard.contours import Site
+from flight.hazard.site import Site
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.ring_counts import count_by_azimuth
 from flight.hazard.density.tally import sectors_of, tally

@@ -9,7 +9,7 @@ import flight
 from flight import hazard
 from flight.arena import ArenaTable, is_arena_file
 from flight.hazard import Criteria
-from flight.hazard.contours import Site
+from flight.hazard.site import Site
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.fields import fields_of

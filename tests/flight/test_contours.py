@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.hazard.contours import Contour, contours_of, outline, write_geojson, write_kml
+from flight.hazard.site import Site, compass_point
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
