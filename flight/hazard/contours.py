@@ -1,4 +1,4 @@
-"""Distance contours on a map, as GeoJSON and KML: hazard distance and largest throw in every direction.
+"""Contours on a map, as GeoJSON and KML: where the expected density meets the criterion, and the largest throw.
 
 A contour follows each azimuth sector's distance as an arc of a geodesic circle about the origin on WGS 84 (geodesics
 by GeographicLib, Karney 2013), with points every degree or closer: the chord then falls short of the arc by less than
@@ -32,10 +32,10 @@ __all__ = ["Contour", "contours_of", "outline", "write_geojson", "write_kml"]
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
 _STROKES = {
-    "hazard_distance": "#b3361e", "max_throw": "#16365c", "exposed": "#0b6e4f", "obstacle": "#6b4e16",
+    "expected_density": "#b3361e", "recommended": "#7a1f10", "max_throw": "#16365c", "exposed": "#0b6e4f", "obstacle": "#6b4e16",
     "round": "#1d2733", "terrain": "#9a8a6f",
 }  # fmt: skip
-_STATISTICS = {"upper": "upper bound (95 %): the distance to apply", "expected": "of the expected density"}
+_STATISTICS = {"upper": "expected density, upper bound (95 %) by direction", "expected": "expected density by direction"}
 _LARGEST = "largest of all realisations"
 
 
@@ -53,9 +53,9 @@ class Contour:
 
 
 def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
-    """Contours of an ensemble: the hazard distance by direction, as its upper bound and itself, and the largest throw.
+    """Contours of an ensemble: where the expected density meets the criterion, with its bound, and the largest throw.
 
-    Over all azimuths the hazard distance is a circle. What is zero everywhere, or not determined, has no contour.
+    Over all azimuths the former are circles. What is zero everywhere, or not determined, has no contour.
     """
     made: list[Contour] = []
     expected = found.expected
@@ -63,10 +63,10 @@ def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
         converged = expected.uncertainty <= found.tolerance
         for statistic, distance in (("upper", expected.upper_by_direction), ("expected", expected.by_direction)):
             if np.isfinite(distance).all():
-                name = f"hazard distance, {_STATISTICS[statistic]}"
-                made += _contour(site, distance, name, "hazard_distance", statistic, expected.realisations, converged)
+                name = _STATISTICS[statistic]
+                made += _contour(site, distance, name, "expected_density", statistic, expected.realisations, converged)
     throw = found.by_sector["max_throw"].pooled
-    name = f"farthest fragment by sector, {_LARGEST} (not a hazard distance)"
+    name = f"farthest fragment by sector, {_LARGEST}"
     return made + _contour(site, throw, name, "max_throw", "pooled", found.realisations, converged=None)
 
 

@@ -1,4 +1,4 @@
-"""Statements on the hazard distance of a run: whether it is determined, and how accurately."""
+"""Statements on the distances of a run: whether they are determined, and how accurately."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NOT_DETERMINED",
-    "WHICH_NUMBER",
     "basis_words",
     "certainty",
     "is_determined",
@@ -25,43 +24,37 @@ __all__ = [
 ]
 
 NOT_DETERMINED = "not determined"
-WHICH_NUMBER = (
-    "Which number for what: to keep people away, apply the upper bound of the hazard distance, and no less than what "
-    "is prescribed. The distance itself, without its bound, is for comparing variants of a case. The range of single "
-    "events and the largest throw are not hazard distances: they show how far single fragments may land, for "
-    "warnings, for the search for fragments and for insurance, and they increase with the number of events considered."
-)
 
 
 def is_determined(summary: Mapping[str, Any]) -> bool:
-    """Whether a summary holds a hazard distance, or none was to be computed."""
+    """Whether the distance of a summary is determined, or none was to be computed."""
     return bool((summary.get("hazard") or {}).get("determined", True))
 
 
 def certainty(hazard: Mapping[str, Any]) -> str:
     """Why the distance of summary.json's part "hazard" is not determined, or not known to the tolerance; else empty."""
     if not hazard.get("determined", True):
-        return f"the hazard distance is not determined: {hazard['reason']}"
+        return f"the distance is not determined: {hazard['reason']}"
     if hazard.get("converged", True):
         return ""
     number, more = hazard["realisations"], hazard.get("more_realisations", True)
     if hazard.get("standard_error") is None:
         how = "" if more else "; there is only one set of fragments from another source"
         return (
-            f"one realisation was flown{how}: the hazard distance has neither a standard error nor an upper bound; set "
-            "break_up.realisations to 20 or more"
+            f"one realisation was flown{how}: the expected distance has neither a standard error nor an upper bound; "
+            "set break_up.realisations to 20 or more"
         )
-    error = hazard["standard_error"] / hazard["distance"] if hazard["distance"] else math.inf
+    error = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else math.inf
     ask = (
         "set hazard.max_realisations higher"
         if more
         else "no more realisations can be made without the burst's snapshot"
     )
-    bias = hazard["max_bias"] / hazard["distance"] if hazard["distance"] else 0.0
+    bias = hazard["max_bias"] / hazard["expected"] if hazard["expected"] else 0.0
     what = f"{100.0 * error:.2g} % (standard error)"
     if bias > error:
         what = f"{100.0 * bias:.2g} % (bound of the bias of taking the worst direction)"
-    return f"{number} realisations fix the hazard distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
+    return f"{number} realisations fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
 
 
 def basis_words(hazard: Mapping[str, Any]) -> str:
@@ -105,15 +98,14 @@ def metres_and_error(value: float | None, error: float | None, between: str = " 
 
 
 def ricochet_words(hazard: Mapping[str, Any]) -> str:
-    """Off what fragments ricochet in the hazard distance, and the same distance without; empty in older summaries."""
+    """Off what fragments ricochet, and the recommended distance without; empty in older summaries."""
     short = hazard.get("without_ricochet")
     if not short:
         return ""
     kind = hazard.get("ricochet", "none")
     if kind == "none":
         return "without ricochet: every fragment stays where it first meets the ground"
-    shown = "upper" if short["upper"] is not None else "distance"
-    return f"with ricochet off {kind.replace('_', ' ')}; without ricochet {metres(short[shown])}"
+    return f"with ricochet off {kind.replace('_', ' ')}; without ricochet {metres(short['recommended'])}"
 
 
 def single_words(hazard: Mapping[str, Any]) -> str:

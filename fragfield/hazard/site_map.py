@@ -14,6 +14,7 @@ import numpy as np
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of
 from fragfield.hazard.arrangement import with_images
+from fragfield.hazard.certainty import metres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -30,9 +31,10 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "Shape", "shapes_of", "to_contours"]
 
 KINDS = {
-    "hazard_upper": "hazard distance, upper bound: the distance to apply",
-    "hazard": "hazard distance of the expected density",
-    "max_throw": "farthest fragment by sector (not a hazard distance)",
+    "recommended": "recommended distance",
+    "hazard_upper": "expected density, upper bound (95 %) by direction",
+    "hazard": "expected density by direction",
+    "max_throw": "farthest fragment by sector",
     "exposed": "exposed site",
     "obstacle": "barricade, wall or building",
     "round": "round",
@@ -71,7 +73,9 @@ class Shape:
     label: tuple[float, float] | None = None
 
 
-def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]]) -> list[Shape]:
+def shapes_of(
+    case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]], recommended: float | None
+) -> list[Shape]:
     """All shapes of a resolved case: terrain first, so that it is drawn below the rest.
 
     Parameters
@@ -82,8 +86,10 @@ def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, 
         Of its flights.
     exposed : sequence of dict
         The entries `exposed` of summary.json.
+    recommended : float or None
+        `hazard.recommended` of it.
     """
-    shapes = [*_distances(case, found), *_obstacles(case), *map(_exposed, exposed)]
+    shapes = [*_distances(case, found), *_recommended(case, recommended), *_obstacles(case), *map(_exposed, exposed)]
     images = with_images(case) if case.round else np.zeros((0, 3))
     shapes += [Shape("round", f"round {number}", position[None, :2]) for number, position in enumerate(images, 1)]
     ground = ground_of(case)
@@ -100,7 +106,7 @@ def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
 
 
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
-    """Shapes other than distances as lines on the Earth, for GeoJSON and KML."""
+    """Shapes other than distances by direction as lines on the Earth, for GeoJSON and KML."""
     from flight.hazard.contours import Contour
 
     made = []
@@ -130,6 +136,16 @@ def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
             turn = np.radians(turn)
             points = origin + distance[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
             yield Shape(kind, KINDS[kind], points, properties={"largest_m": round(float(reach.max()), 1)})
+
+
+def _recommended(case: Case, distance: float | None) -> Iterator[Shape]:
+    """The recommended distance, a circle about the origin of distances."""
+    if distance is None:
+        return
+    turn = np.radians(np.arange(360.0))
+    points = np.asarray(case.flight.origin) + distance * np.column_stack([np.cos(turn), np.sin(turn)])
+    name = f"{KINDS['recommended']}, {metres(distance)}"
+    yield Shape("recommended", name, points, properties={"distance_m": round(distance, 3)})
 
 
 def _obstacles(case: Case) -> Iterator[Shape]:

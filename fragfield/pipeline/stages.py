@@ -94,6 +94,7 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.prescribed import minimum_part, official_part
+    from fragfield.hazard.recommended import recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
@@ -110,7 +111,6 @@ def fly(job: Job, stage: Stage) -> None:
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
     write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
-    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
     surfaces = []
     for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
@@ -135,9 +135,11 @@ def fly(job: Job, stage: Stage) -> None:
     own = job.fragments is None and bool(job.case.round)
     rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     official = official_part(job.case)
-    minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
-    convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
+    convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
     job.team.broadcast()
+    headline = recommended_of(headline, convergence)
+    minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
+    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, headline["recommended"])
     job.note(
         {
             "flight": summary,
