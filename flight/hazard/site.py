@@ -14,14 +14,15 @@ from flight.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Site", "compass_point"]
+__all__ = ["POINTS", "Site", "compass_point"]
 
-_POINTS = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
+POINTS = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
+"""The points of the compass, clockwise from north."""
 
 
 def compass_point(bearing: float) -> str:
     """Nearest of the sixteen points of the compass to a bearing (degrees clockwise from north)."""
-    return _POINTS[math.floor(bearing / 22.5 + 0.5) % len(_POINTS)]
+    return POINTS[math.floor(bearing / 22.5 + 0.5) % len(POINTS)]
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
 from fragfield.case.conversion.site import bearing_of
+from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -168,7 +169,7 @@ class ExposedSums:
         if self._short is not None:
             short = self._short._values(case, site, pieces, found, found.without_ricochet or found.expected)
             values["without_ricochet"] = {name: short[name] for name in _SHORT}
-        quantity, limit = _criterion(case, site)
+        quantity, limit = criterion_of(case, site)
         determined = not found.undetermined
         entry: dict[str, Any] = {
             "name": site.table.name,
@@ -185,8 +186,9 @@ class ExposedSums:
             "realisations": self.realisations,
             "level": LEVEL,
         }
-        entry["verdict"] = _verdict(entry, quantity, limit) if determined else "not determined"
-        entry["margin"] = _margin(away, distance, found)
+        entry["verdict"] = verdict_of(entry) if determined else "not determined"
+        entry["no_margin"] = no_margin(case, site) or None
+        entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
         return entry
 
     def _values(
@@ -300,34 +302,14 @@ def _worst(values: list[dict[str, float | None]]) -> dict[str, float | None]:
     return {**worst, "upper": max(value["upper"] or 0.0 for value in values)}
 
 
-def _criterion(case: Case, site: ExposedSite) -> tuple[str, float]:
-    table = site.table
-    if table.max_probability is not None:
-        return "probability", table.max_probability
-    if table.max_hits is not None:
-        return "hits", table.max_hits
-    return "density", case.hazard.density if table.max_density is None else table.max_density
-
-
-def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
-    """Return "met" where the bound meets the criterion, "not met" where the estimate exceeds it, else "not shown"."""
-    names = {
-        "probability": ("probability",),
-        "hits": ("expected_hits",),
-        "density": ("density_normal", "density_ground"),
-    }
-    values = [entry[name] for name in names[quantity] if entry[name] is not None]
-    if max(value["upper"] for value in values) <= limit:
-        return "met"
-    return "not met" if max(value["expected"] for value in values) > limit else "not shown"
-
-
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
-    """Smallest distance of the site's edge beyond the hazard distance in its direction (m), or beyond its bound."""
+    """Smallest distance (m) of a site's edge beyond the line of the expected density's bound as it is drawn."""
+    from flight.hazard.contours import smooth_outline
+
     expected = found.expected
     if expected is None or found.undetermined:
         return None
     reach = expected.upper_by_direction if np.isfinite(expected.upper_by_direction).all() else expected.by_direction
-    turn = np.degrees(np.arctan2(away[:, 1], away[:, 0])) % 360.0
-    direction = np.round(turn / 360.0 * len(reach)).astype(int) % len(reach)
-    return float((distance - reach[direction]).min())
+    azimuth, line = smooth_outline(reach, expected.kernel)
+    turn = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+    return float((distance - np.interp(turn, azimuth, line, period=360.0)).min())

@@ -9,9 +9,11 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
+from fragfield.case.conversion.site import direction_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.pipeline.convergence import convergence_words
 from fragfield.terminal.progress import duration
 
@@ -112,11 +114,18 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for line in convergence_words(summary.get("convergence") or {}):
         console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
-        margin = "" if entry["margin"] is None else f", margin {margin_metres(entry['margin'])} m"
-        console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
+        console.print(f"exposed {entry['name']}: {_exposed_words(entry)}", markup=False)
     _print_profile(console, (summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
+
+
+def _exposed_words(entry: Mapping[str, Any]) -> str:
+    """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
+    part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3)
+    shown = "" if part is None else f"; {part:.2g} of the limit"
+    margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
+    return f"{entry['verdict']} ({criterion_words(entry)}{shown}), {metres(entry['distance'])}, {where}{margin}"
 
 
 def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.site import direction_words, site_of
 from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
@@ -122,14 +123,14 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
         return
     throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
     expected, known = found.expected, not found.undetermined
-    several = found.realisations > 1
+    several, site = found.realisations > 1, None if run.case is None else site_of(run.case)
     lines = []
     for i, azimuth in enumerate(found.azimuth):
         at = round(float(azimuth) / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
         upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
         lines.append(
             (
-                f"{azimuth:.0f}",
+                f"{azimuth:.0f}" if site is None else direction_words(azimuth, float(site.bearing_of(azimuth)), 3),
                 number(round(float(hazardous.pooled[i]), 1)),
                 whole_metres(upper) if known else "–",
                 whole_metres(distance) if known else "–",
@@ -138,7 +139,8 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
             )
         )
     head = (
-        "Azimuth (°)", "Hazardous, mean", "Hazard distance (m), upper bound", "Of the expected density",
+        "Azimuth (°)" if site is None else "Direction", "Hazardous, mean", "Hazard distance (m), upper bound",
+        "Of the expected density",
         "Farthest (m), median", "5 to 95 %",
     )  # fmt: skip
     same = " The hazard distance is that over all azimuths." if expected.direction is None else ""
