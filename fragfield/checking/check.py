@@ -14,6 +14,7 @@ from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.conversion.round_masses import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
+from fragfield.checking.map_size import map_warnings
 from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings
@@ -224,6 +225,8 @@ def _warnings(
 ) -> Iterator[str]:
     yield from outside_soft(case)
     yield from arrangement_warnings(case)
+    if case.flight.ground.map is not None:
+        yield from map_warnings(case, described)
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '

@@ -188,7 +188,7 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
         (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
         console.print(
             f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
-            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; fragments beyond it are not followed",
+            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; beyond it level at the height of its edge",
             markup=False,
         )
     law = found["ricochet"]
