@@ -32,10 +32,13 @@ __all__ = ["Contour", "Site", "contours_of", "write_geojson", "write_kml"]
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
 _STROKES = {
-    "expected_density": "#b3361e", "recommended": "#7a1f10", "max_throw": "#16365c", "exposed": "#0b6e4f", "obstacle": "#6b4e16",
-    "round": "#1d2733", "terrain": "#9a8a6f",
+    "expected_density": "#b3361e", "recommended": "#7a1f10", "max_throw": "#16365c", "exposed": "#0b6e4f",
+    "obstacle": "#6b4e16", "round": "#1d2733", "terrain": "#9a8a6f",
 }  # fmt: skip
-_STATISTICS = {"upper": "expected density, upper bound (95 %) by direction", "expected": "expected density by direction"}
+_STATISTICS = {
+    "upper": "expected density, upper bound (95 %) by direction",
+    "expected": "expected density by direction",
+}
 _LARGEST = "largest of all realisations"
 
 
@@ -206,7 +209,7 @@ def write_kml(
     ET.register_namespace("", _KML)
     root = ET.Element(f"{{{_KML}}}kml")
     document = _child(root, "Document")
-    _child(document, "name", "Fragment hazard distances")
+    _child(document, "name", "Fragment hazard")
     _data(document, {key: value for key, value in (provenance or {}).items() if key != "case"})
     place = _child(document, "Placemark")
     _child(place, "name", "origin of distances")

@@ -31,6 +31,8 @@ def write_contours(
     from flight.hazard.contours import contours_of, write_geojson, write_kml
     from fragfield.hazard.site_map import shapes_of, to_contours
 
-    contours = contours_of(found, site) + to_contours(shapes_of(case, found, exposed, recommended), site, case.flight.origin)
+    contours = contours_of(found, site) + to_contours(
+        shapes_of(case, found, exposed, recommended), site, case.flight.origin
+    )
     write_geojson(contours, site, target.file("contours.geojson"), provenance)
     write_kml(contours, site, target.file("contours.kml"), provenance)

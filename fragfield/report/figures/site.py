@@ -33,7 +33,7 @@ def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
         return None
     if not (exposed_entries(run) or case.obstacle or case.site is not None or case.flight.ground.map is not None):
         return None
-    shapes = shapes_of(case, run.ensemble, exposed_entries(run))
+    shapes = shapes_of(case, run.ensemble, exposed_entries(run), run.part("hazard").get("recommended"))
     return (case, shapes) if shapes else None
 
 
@@ -79,6 +79,8 @@ def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], 
         middle = len(points) // 2
         axis.annotate(shape.name[:-2], (x[middle], y[middle]), fontsize=6, color="#8a7b5c", ha="center", va="center",
                       annotation_clip=True, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4})  # fmt: skip
+    elif shape.kind == "recommended":
+        axis.plot(x, y, color=ACCENT, linewidth=2.2, zorder=3, label=_once(labels, shape.name))
     elif shape.kind in ("hazard_upper", "hazard"):
         upper = shape.kind == "hazard_upper"
         axis.plot(x, y, color=ACCENT, linewidth=1.5 if upper else 0.9, linestyle="-" if upper else (0, (4, 2)),

@@ -48,7 +48,7 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
     head = ("Exposed site", "Criterion", "Part of it", "Probability of a hit", "Margin (m)", "Distance (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
     note = (
         "Upper bounds (95 %) of expected values. Part: the bound divided by the site's limit; 1 is the "
-        "limit. Margin: from the nearest edge to the hazard distance in its direction (its upper bound), negative "
+        "limit. Margin: from the nearest edge to the expected distance (its upper bound) in its direction, negative "
         "where the site lies inside; shelter does not change it. “Not shown”: the expected value meets the "
         "criterion, its bound does not; more realisations may decide."
     )
