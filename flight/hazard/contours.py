@@ -172,7 +172,7 @@ def write_kml(
     ET.register_namespace("", _KML)
     root = ET.Element(f"{{{_KML}}}kml")
     document = _child(root, "Document")
-    _child(document, "name", "Fragment hazard distances")
+    _child(document, "name", "Fragment hazard")
     _data(document, {key: value for key, value in (provenance or {}).items() if key != "case"})
     place = _child(document, "Placemark")
     _child(place, "name", "origin of distances")

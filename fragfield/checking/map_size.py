@@ -13,7 +13,11 @@ from fragfield.case.conversion.surroundings import ground_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from numpy.typing import NDArray
+
     from fragfield.case import Case
+
+    Array = NDArray[np.float64]
 
 __all__ = ["farthest_throw", "map_warnings"]
 
@@ -43,8 +47,8 @@ def map_warnings(case: Case, described: Sequence[Mapping[str, Any]]) -> Iterator
     if reach[nearest] < throw:
         (x, y), turn = case.flight.origin, float(azimuth[nearest])
         yield (
-            f"flight.ground.map ends {reach[nearest]:.0f} m from the rounds ({direction_words(turn, bearing_of(case, turn), 3)})"
-            f" and fragments may fly up to about {throw:.0f} m: beyond its edge the ground is taken as level, at the "
+            f"flight.ground.map ends {reach[nearest]:.0f} m from the rounds "
+            f"({direction_words(turn, bearing_of(case, turn), 3)}), and fragments may fly up to about {throw:.0f} m: beyond its edge the ground is taken as level, at the "
             f"height of the edge. A map that holds all reaches from {x - needed:.0f} to {x + needed:.0f} m along x and "
             f"from {y - needed:.0f} to {y + needed:.0f} m along y"
         )
@@ -76,7 +80,7 @@ def farthest_throw(case: Case, described: Sequence[Mapping[str, Any]]) -> float 
     return float(_range(case, mass, speed).max())
 
 
-def _range(case: Case, mass: np.ndarray, speed: np.ndarray) -> np.ndarray:
+def _range(case: Case, mass: Array, speed: Array) -> Array:
     """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, by Heun's steps, back to launch height.
 
     Steps grow with the time flown, as the path straightens.
@@ -95,7 +99,7 @@ def _range(case: Case, mass: np.ndarray, speed: np.ndarray) -> np.ndarray:
     mach = np.linspace(0.0, 10.0, 2001)
     table = drag.at(mach)
 
-    def rate(now: np.ndarray) -> np.ndarray:
+    def rate(now: Array) -> Array:
         total = np.hypot(now[2], now[3])
         height = np.maximum(now[1], 0.0)
         slowing = loading * air.density(height) * np.interp(total / air.sound_speed(height), mach, table) * total

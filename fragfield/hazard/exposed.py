@@ -1,7 +1,7 @@
 """Exposed sites over all realisations: densities, hits and probabilities with bounds, and the verdict on each.
 
-Bounds are one-sided at 95 % and hold for the expected value, as that of the hazard distance: for what the randomness of
-the break-up leaves open, not for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
+Bounds are one-sided at 95 % and hold for the expected value, for what the randomness of the break-up leaves open, not
+for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
 the gamma law of Fay and Feuer (Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound
 and holds where nothing was hit at all; its variance is the larger of the hits' own and that between realisations. A
 share of realisations is bounded by Clopper and Pearson (1934). Where all azimuths are alike (one upright round of

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import HeightMap
-    from flight.hazard.contours import Contour, Site
+    from flight.hazard.contours import Contour
     from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.site import Site
     from fragfield.case import Case
 
     Array = NDArray[np.float64]

@@ -158,7 +158,7 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
         return f'no grid convergence: burst.convergence = "off"; {_SWEEP}, or set it to "standard"'
     if burst.get("geometry") != "axisymmetric" and asked != "final":
         return (
-            'no grid convergence: other cell sizes of a burst in three dimensions are computed for burst.convergence = '
+            "no grid convergence: other cell sizes of a burst in three dimensions are computed for burst.convergence = "
             f'"final" alone, and this run has "{asked}"'
         )
     return ""

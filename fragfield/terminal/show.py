@@ -12,6 +12,7 @@ from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.site import direction_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
 from fragfield.hazard.contents import quantity_words
+from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.pipeline.convergence import convergence_words
@@ -149,29 +150,24 @@ def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
 
 
 def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
-    """The hazard distance, what it rests on, and beside it what single events do."""
+    """The recommended distance, its parts, and beside it what single events do."""
     if not hazard:
         return
     if hazard.get("attitude"):
         console.print(f"attitude: {attitude_words(hazard['attitude'])}", markup=False)
     if not hazard["determined"]:
-        console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
+        console.print(f"recommended distance: not determined\n  {hazard['reason']}", markup=False)
         return
     number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
-    lines = [("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")]
-    if hazard["upper"] is not None:
-        error = f"± {hazard['standard_error']:.2g} m standard error, {number}"
-        lines = [
-            ("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard)),
-            ("distance of the expected density", metres(hazard["distance"]), error),
-        ]
-    short = hazard.get("without_ricochet")
-    if short:
-        shown = short["distance"] if short["upper"] is None else short["upper"]
-        lines.append(("  the same without ricochet", metres(shown), ricochet_words(hazard).partition(";")[0]))
+    console.print(f"recommended distance {metres(hazard['recommended'])}", markup=False)
+    console.print(f"  {parts_words(hazard)}", markup=False)
+    console.print(f"  {number}; {basis_words(hazard)}", markup=False)
+    lines = []
+    if short := hazard.get("without_ricochet"):
+        lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
     lines += [
-        ("not hazard distances: single events", single_words(hazard), "5 to 95 %"),
-        ("  largest throw", metres(hazard["largest_throw"]), "of a single fragment"),
+        ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
+        ("largest throw", metres(hazard["largest_throw"]), "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:
         console.print(f"{label:37}{value:>16}  {note}", markup=False)

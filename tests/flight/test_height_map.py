@@ -115,9 +115,7 @@ def test_saddle_of_one_cell() -> None:
 
 
 def test_beyond_the_edge_the_ground_is_level_at_its_height() -> None:
-    """As on a map that is larger by level ground: a slope along y ends in profiles that go on along x, and in level
-    ground along y; the corners go on both ways.
-    """
+    """As on a map that is larger by level ground: profiles of the edges go on straight, the corners both ways."""
     profile = np.array([[0.0, 4.0], [3.0, 1.0], [6.0, -2.0]])
     small = HeightMap(profile, 40.0, (-20.0, -40.0))
     large = HeightMap(np.pad(profile, 60, mode="edge"), 40.0, (-20.0 - 2400.0, -40.0 - 2400.0))
