@@ -14,11 +14,11 @@ from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.conversion.round_masses import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
-from fragfield.checking.map_size import map_warnings
 from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings
 from fragfield.hazard.contents import contents_of
+from fragfield.hazard.map_edge import map_warnings
 from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.attitudes import attitudes_of

@@ -19,6 +19,7 @@ __all__ = [
     "metres",
     "metres_and_error",
     "ricochet_words",
+    "rounded_metres",
     "single_words",
     "whole_metres",
 ]
@@ -80,6 +81,11 @@ def whole_metres(value: float | None, otherwise: str = "–") -> str:
     return otherwise if value is None or math.isnan(value) else f"{math.ceil(value - 1e-9):,d}"
 
 
+def rounded_metres(value: float | None, otherwise: str = "–") -> str:
+    """A distance that is none to keep (single events, throws, places) in whole metres without its unit, to the nearest."""
+    return otherwise if value is None or math.isnan(value) else f"{round(value):,d}"
+
+
 def metres(value: float | None) -> str:
     """A distance in whole metres, rounded up as by `whole_metres`; or that it is not determined."""
     return NOT_DETERMINED if value is None else f"{whole_metres(value)} m"
@@ -113,4 +119,4 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     found = hazard.get("single_event")
     if not found:
         return NOT_DETERMINED
-    return f"{whole_metres(found['low'])} to {metres(found['high'])}"
+    return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"

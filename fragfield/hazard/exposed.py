@@ -150,16 +150,18 @@ class ExposedSums:
         error = math.sqrt(spread) / n / scale if n > 1 else None
         return {"expected": total / n / scale, "upper": upper / n / scale, "standard_error": error}
 
-    def assess(self, case: Case, found: EnsembleHazard) -> list[dict[str, Any]]:
-        """Entries of summary.json, one a site (SI, degrees)."""
+    def assess(self, case: Case, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
+        """Entries of summary.json, one a site (SI, degrees); `determined`: whether all flights ended."""
         entries, first = [], 0
         for site in self.sites:
             pieces = range(first, first + len(site.prisms))
             first = pieces.stop
-            entries.append(self._entry(case, site, pieces, found))
+            entries.append(self._entry(case, site, pieces, found, determined=determined))
         return entries
 
-    def _entry(self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard) -> dict[str, Any]:
+    def _entry(
+        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, *, determined: bool
+    ) -> dict[str, Any]:
         assert self._energy is not None  # a flight has been added
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
@@ -170,7 +172,6 @@ class ExposedSums:
             short = self._short._values(case, site, pieces, found, found.without_ricochet or found.expected)
             values["without_ricochet"] = {name: short[name] for name in _SHORT}
         quantity, limit = criterion_of(case, site)
-        determined = not found.undetermined
         entry: dict[str, Any] = {
             "name": site.table.name,
             "kind": site.table.kind,

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.site import direction_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
+from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
@@ -88,6 +88,9 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
         if isinstance(found, dict) and found.get(key) is not None:
             label = _LABELS.get(key, key.replace("_", " "))
             table.add_row(part.replace("_", " "), label, number_text(found[key], factor), unit)
+    stopped = ((summary.get("flight") or {}).get("status") or {}).get("stopped") or {}
+    if stopped.get("fragments"):
+        table.add_row("flight", "stopped by obstacles", number_text(stopped["fragments"], 1.0), "")
     section = (summary.get("burst") or {}).get("section")
     if section:
         table.add_row("burst", section["words"], "masses per metre")
@@ -126,7 +129,7 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3)
     shown = "" if part is None else f"; {part:.2g} of the limit"
     margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
-    return f"{entry['verdict']} ({criterion_words(entry)}{shown}), {metres(entry['distance'])}, {where}{margin}"
+    return f"{entry['verdict']} ({criterion_words(entry)}{shown}), {rounded_metres(entry['distance'])} m, {where}{margin}"
 
 
 def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:
@@ -167,7 +170,7 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
         lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
     lines += [
         ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
-        ("largest throw", metres(hazard["largest_throw"]), "of a single fragment, no distance to keep"),
+        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:
         console.print(f"{label:37}{value:>16}  {note}", markup=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.case.conversion.site import direction_words, site_of
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
+from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
@@ -54,10 +54,10 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ),
         (
             "Single events: median, 5 to 95 %",
-            f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
+            f"{rounded_metres(single['median'])}, {_span(single['low'], single['high'])}",
             "no distance to keep: where the fragment density of one event falls below the limit",
         ),
-        ("Largest throw", whole_metres(hazard["largest_throw"]), "no distance to keep: farthest single fragment"),
+        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: farthest single fragment"),
     ]  # fmt: skip
     note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
     yield Table("Distances", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
@@ -135,7 +135,7 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
                 number(round(float(hazardous.pooled[i]), 1)),
                 whole_metres(upper) if known else "–",
                 whole_metres(distance) if known else "–",
-                whole_metres(throw.median[i]),
+                rounded_metres(throw.median[i]),
                 _span(throw.low[i], throw.high[i]) if several else "–",
             )
         )
@@ -152,4 +152,4 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
 
 
 def _span(low: float, high: float) -> str:
-    return f"{whole_metres(low)}{SPACE}–{SPACE}{whole_metres(high)}"
+    return f"{rounded_metres(low)}{SPACE}–{SPACE}{rounded_metres(high)}"

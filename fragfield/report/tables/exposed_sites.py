@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.site import direction_words
-from fragfield.hazard.certainty import margin_metres, whole_metres
+from fragfield.hazard.certainty import margin_metres, rounded_metres
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.quantities import SPACE, number
@@ -33,7 +33,7 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
     lines = [
         (
             entry["name"],
-            f"{whole_metres(entry['distance'])}{SPACE}m, "
+            f"{rounded_metres(entry['distance'])}{SPACE}m, "
             + direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3),
             entry["verdict"],
             criterion_words(entry),

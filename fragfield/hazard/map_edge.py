@@ -1,4 +1,4 @@
-"""How large a map of heights must be: the farthest throw to be expected of a case, before anything is computed."""
+"""The edge of a map of heights: how large the map must be, and what is not known beyond it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.hazard.density.distance import ExpectedDistance
     from fragfield.case import Case
 
     Array = NDArray[np.float64]
 
-__all__ = ["farthest_throw", "map_warnings"]
+__all__ = ["beyond_map_words", "farthest_throw", "map_warnings"]
 
 _FASTER = 1.25  # than Gurney's speed: the fastest pieces of a wall, and those of a focus
 _ONE_IN = 100.0  # events, in one of which a piece as heavy as the heaviest is expected
@@ -48,10 +49,39 @@ def map_warnings(case: Case, described: Sequence[Mapping[str, Any]]) -> Iterator
         (x, y), turn = case.flight.origin, float(azimuth[nearest])
         yield (
             f"flight.ground.map ends {reach[nearest]:.0f} m from the rounds "
-            f"({direction_words(turn, bearing_of(case, turn), 3)}), and fragments may fly up to about {throw:.0f} m: beyond its edge the ground is taken as level, at the "
-            f"height of the edge. A map that holds all reaches from {x - needed:.0f} to {x + needed:.0f} m along x and "
-            f"from {y - needed:.0f} to {y + needed:.0f} m along y"
+            f"({direction_words(turn, bearing_of(case, turn), 3)}), and fragments may fly up to about {throw:.0f} m: "
+            "beyond its edge the ground is taken as level, and a distance that reaches there is not determined. A map "
+            f"that holds all reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from {y - needed:.0f} to "
+            f"{y + needed:.0f} m along y"
         )
+
+
+def beyond_map_words(case: Case, expected: ExpectedDistance) -> str:
+    """Why a distance is not determined that reaches beyond the map, where the ground is not known; else empty.
+
+    Parameters
+    ----------
+    case : Case
+        Resolved.
+    expected : ExpectedDistance
+        Of its flights.
+    """
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return ""
+    reach = ground.reach(case.flight.origin, expected.azimuth)
+    if expected.direction is None:  # one distance for every direction
+        reach = ground.reach(case.flight.origin, np.arange(360.0)).min(keepdims=True)
+    distance = np.fmax(expected.by_direction, expected.upper_by_direction)
+    farthest = int(np.argmax(distance - reach))
+    if not distance[farthest] > reach[farthest]:
+        return ""
+    turn = float(expected.azimuth[farthest])
+    where = "" if expected.direction is None else f", {direction_words(turn, bearing_of(case, turn), 3)}"
+    return (
+        f"over level ground beyond the map of heights it would be {distance[farthest]:.0f} m{where}, and the map ends "
+        f"{reach[farthest]:.0f} m from the rounds; take a larger map"
+    )
 
 
 def farthest_throw(case: Case, described: Sequence[Mapping[str, Any]]) -> float | None:
