@@ -40,11 +40,10 @@ def certainty(hazard: Mapping[str, Any]) -> str:
         return ""
     number, more = hazard["realisations"], hazard.get("more_realisations", True)
     if hazard.get("standard_error") is None:
-        how = "" if more else "; there is only one set of fragments from another source"
-        return (
-            f"one realisation was flown{how}: the expected distance has neither a standard error nor an upper bound; "
-            "set break_up.realisations to 20 or more"
-        )
+        how = "one realisation was flown" if more else "there is one set of fragments from another source"
+        what = "the expected distance has neither a standard error nor an upper bound"
+        ask = "set break_up.realisations to 20 or more" if more else "a bound needs those of several events"
+        return f"{how}: {what}; {ask}"
     error = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else math.inf
     ask = (
         "set hazard.max_realisations higher"

@@ -63,7 +63,7 @@ def test_a_distance_on_the_map_is_that_of_a_larger_map(kind: str, half: float) -
         assert small.upper >= 0.995 * large.upper  # one draw in twenty of the bootstrap may see what lies beyond
     else:
         assert half < 200.0, "on the larger of the two maps the distance is determined"
-        assert large.upper > half, "it is not withheld for nothing"
+        assert large.upper > half or kind == "falls", "level ground in place of falling gives the larger distance"
 
 
 def test_over_level_ground_the_edge_changes_nothing() -> None:

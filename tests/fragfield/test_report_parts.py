@@ -205,7 +205,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "hazard",
             hazard(converged=False, standard_error=None, more_realisations=False),
             "warning",
-            "One realisation was flown; there is only one set of fragments from another source",
+            "There is one set of fragments from another source",
         ),
         (
             "hazard",

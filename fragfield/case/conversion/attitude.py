@@ -22,7 +22,7 @@ __all__ = ["attitude_faults", "attitude_of", "attitude_words", "axis_of", "is_mi
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
 _SAME = 1e-6  # degrees
-_INSTEAD = "or one run for each attitude: `fragfield sweep CASE round.0.attitude=upright,lying`"
+_INSTEAD = "or one run for each attitude: `fragfield sweep CASE round.*.attitude=upright,lying`"
 
 
 def axis_of(inclination: float, azimuth: float) -> Vector:
