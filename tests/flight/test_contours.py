@@ -75,7 +75,7 @@ def test_longitudes_do_not_jump_at_the_date_line() -> None:
 def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> None:
     contours = contours_of(found, SITE)
     names = [(one.properties["quantity"], one.properties["statistic"]) for one in contours]
-    assert names == [("hazard_distance", "upper"), ("hazard_distance", "expected"), ("max_throw", "pooled")]
+    assert names == [("expected_density", "upper"), ("expected_density", "expected"), ("max_throw", "pooled")]
     expected = found.expected
     assert expected is not None
     curves = (expected.upper_by_direction, expected.by_direction, found.by_sector["max_throw"].pooled)
@@ -89,7 +89,7 @@ def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> No
         assert one.properties["realisations"] == 12
     assert contours[0].properties["largest_distance_m"] == pytest.approx(expected.upper, abs=1e-3)
     assert contours[1].properties["largest_distance_m"] == pytest.approx(expected.distance, abs=1e-3)
-    assert "the distance to apply" in contours[0].properties["name"]
+    assert "expected density, upper bound" in contours[0].properties["name"]
     for one in contours:
         assert (one.ring[0] == one.ring[-1]).all()
         assert area(one.ring) > 0.0, "the right-hand rule: counter-clockwise"
