@@ -23,7 +23,8 @@ SUMMARY = {
     "break_up": {"fragments", "mass", "mass_error", "momentum_error", "energy_error", "rounds"},
     "flight": {"fragments", "landed", "wall_seconds", "max_range", "hazardous_fragment_distance", "by_sector"},
     "hazard": {
-        "recommended", "base", "parts", "not_included", "expected", "upper", "standard_error", "basis", "direction_deg", "realisations", "determined", "single_event",
+        "recommended", "base", "parts", "not_included", "expected",
+        "upper", "standard_error", "basis", "direction_deg", "realisations", "determined", "single_event",
     },
 }  # fmt: skip
 

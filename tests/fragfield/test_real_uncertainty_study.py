@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from fragfield.files.run_directory import RunDirectory
 from tests.fragfield.short_run import SHORT, command, environment
 
 pytestmark = [pytest.mark.slow, pytest.mark.dolfinx]

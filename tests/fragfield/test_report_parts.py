@@ -193,7 +193,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "hazard",
             hazard(converged=False, standard_error=3.0),
             "warning",
-            "40 realisations fix the expected distance to 3 % (standard error), not to 2 %; set hazard.max_realisations",
+            "40 realisations fix the expected distance to 3 % (standard error), not to 2 %; set hazard.max_",
         ),
         (
             "hazard",

@@ -62,8 +62,8 @@ def test_the_run_has_a_section_and_a_card(folder):
     assert '<section id="uncertainty">' in text
     assert re.search(rf"Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
     for words in (
-        "Parts of the recommended distance", "Share of each input in the variance of the distance", "heat of detonation",
-        "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
+        "Parts of the recommended distance", "Share of each input in the variance of the distance",
+        "heat of detonation",         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
         "figure-uncertainty_distribution", "figure-uncertainty_sites", "number of samples",
         "2 samples gave no distance", "sample 3: exit code 3: cell 7 is &lt;lost&gt;", "&lt;gate&gt;",
     ):  # fmt: skip
