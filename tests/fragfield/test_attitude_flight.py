@@ -124,10 +124,8 @@ def test_an_exposed_site_meets_its_worst_attitude(mixed, envelope):
     (man,) = envelope.exposed
     rows = {(row["inclination_deg"], row["roll_deg"]) for row in envelope.curve}
     assert (man["worst_inclination_deg"], man["worst_roll_deg"]) in rows
-    lying = fly_all(
-        replace(_job(mixed, few=True), attitude=Arrangement(_job(mixed).case).turned(60.0)), _fragments(mixed)
-    )
-    (there,) = lying.exposed
+    leaning = replace(_job(mixed, few=True), attitude=Arrangement(_job(mixed).case).turned(60.0))
+    (there,) = fly_all(leaning, _fragments(mixed)).exposed
     for name in ("density_normal", "density_ground"):
         assert man[name]["expected"] <= man[name]["upper"]
     assert max(man[name]["upper"] for name in ("density_normal", "density_ground")) >= max(
