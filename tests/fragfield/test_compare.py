@@ -19,6 +19,8 @@ from fragfield.studies.compare.estimates import Estimates, estimate
 from fragfield.studies.compare.witness import compare_hits, sectors_together
 from tests.fragfield.synthetic_run import write_run
 
+NOT_INCLUDED = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
+
 
 def _invoke(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
@@ -131,8 +133,7 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
     ]
     assert found["notes"] == [
         "both have the seed 1; standard errors of ratios assume independent realisations",
-        "the recommended distances do not include grid (no other cell size gave a distance), inputs (no study of "
-        "uncertain inputs)",
+        f"the recommended distances do not include {NOT_INCLUDED}",
     ]
 
 
