@@ -191,9 +191,7 @@ class _Found:
         sites = exposed_sites_of(job.case)
         self.exposed: ExposedSums = ExposedSums(sites)
         if turned:
-            self.exposed = TurnedSums(
-                sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths"
-            )
+            self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
 
     def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
