@@ -155,8 +155,8 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
         return 'no grid convergence: burst.convergence = "off"'
     if burst.get("geometry") != "axisymmetric" and asked != "final":
         return (
-            "no grid convergence: other cell sizes of a burst in three dimensions are computed for burst.convergence = "
-            f'"final" alone, and this run has "{asked}"'
+            'no grid convergence: a burst in three dimensions has it with burst.convergence = "final" alone, and this '
+            f'run has "{asked}"'
         )
     return ""
 
