@@ -159,3 +159,4 @@ def test_check_shows_bearings_where_there_is_a_site(tmp_path):
     assert (within["azimuth_deg"] + within["bearing_deg"]) % 360.0 == pytest.approx(30.0)
     assert direction_words(90.0, None) == "azimuth 90°"
     assert direction_words(90.0, 300.0) == "bearing 300° (WNW)"
+    assert direction_words(90.1, 359.6, whole=True) == "bearing 0° (N)"

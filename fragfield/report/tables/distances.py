@@ -131,7 +131,7 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
         upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
         lines.append(
             (
-                f"{azimuth:.0f}" if site is None else direction_words(azimuth, float(site.bearing_of(azimuth)), 3),
+                f"{azimuth:.0f}" if site is None else direction_words(azimuth, float(site.bearing_of(azimuth))),
                 number(round(float(hazardous.pooled[i]), 1)),
                 whole_metres(upper) if known else "–",
                 whole_metres(distance) if known else "–",
