@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
+from flight.hazard.contours import contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
@@ -18,6 +18,7 @@ from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from flight.hazard.flown import ensemble_hazard
 from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.hazard.retardation import Retardation
+from flight.hazard.site import Site, compass_point
 from flight.hazard.tp12 import PolarField, beam_distance, effective_number, stack_distance
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "Tally",
     "beam_distance",
     "by_azimuth",
+    "compass_point",
     "contours_of",
     "count_exposed",
     "density_on",

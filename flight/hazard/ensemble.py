@@ -104,7 +104,7 @@ class EnsembleHazard:
     def headline(self) -> dict[str, Any]:
         """The hazard distance for summary.json (SI; azimuth in degrees).
 
-        `distance` is that with ricochet, the larger; `without_ricochet` has the other. `single_event` is something
+        `expected` is that with ricochet, the larger; `without_ricochet` has the other. `single_event` is something
         else: median, 5 and 95 % of the distances of single realisations by the same estimate.
         """
         found = self.expected
@@ -112,11 +112,13 @@ class EnsembleHazard:
         median, low, high = self.single_event
         short = self.without_ricochet or found
         return {
-            "distance": found.distance if known else None,
+            "expected": found.distance if known else None,
             "upper": found.upper if known else None,
             "standard_error": found.standard_error if known else None,
             "without_ricochet": {
-                name: getattr(short, name) if known else None for name in ("distance", "upper", "standard_error")
+                "expected": short.distance if known else None,
+                "upper": short.upper if known else None,
+                "standard_error": short.standard_error if known else None,
             },
             "basis": found.basis,
             "direction_deg": found.direction if known else None,

@@ -120,7 +120,7 @@ class EnsembleFlight:
         self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
         placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
         own = replace(job, case=job.case.model_copy(update=placed))
-        self.found = _Found(own, source) if job.team.first else None
+        self.found = _Found(own, source, turned=attitude is not None) if job.team.first else None
         self.done = 0
         self.first: FlightResult | None = None
 
@@ -159,12 +159,13 @@ class EnsembleFlight:
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job, source: Realisations) -> None:
+    def __init__(self, job: Job, source: Realisations, *, turned: bool) -> None:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import PooledFlights
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
+        from fragfield.hazard.exposed_turned import TurnedSums
         from fragfield.pipeline.arena import arena_basis
 
         self.case = job.case
@@ -178,13 +179,20 @@ class _Found:
         ricochet = job.case.flight.ground.ricochet != "none"
         self.pool = PooledFlights(directions, hazard_criteria(job.case), ricochet=ricochet)
         self.tables: list[dict[str, NDArray[Any]]] = []
-        self.exposed = ExposedSums(exposed_sites_of(job.case))
+        sites = exposed_sites_of(job.case)
+        self.exposed: ExposedSums = ExposedSums(sites)
+        if turned:
+            self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
 
     def add(self, parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
+        from fragfield.hazard.exposed_turned import TurnedSums
+
         for part in parts:
             self.pool.add(part.counts)
-            if self.exposed.sites:
+            if isinstance(self.exposed, TurnedSums):
+                self.exposed.add_fields(part.counts.density, part.counts.without_ricochet)
+            elif self.exposed.sites:
                 self.exposed.add(part.exposed, part.exposed_short)
             if part.tables is not None:
                 self.tables.append(part.tables)
@@ -204,10 +212,13 @@ class _Found:
 
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""
+        from fragfield.hazard.map_edge import beyond_map_words
+
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
-        found = self.pool.hazard(self.case.hazard.tolerance)
-        exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
+        found, unended = self.pool.hazard(self.case.hazard.tolerance), self.pool.balance.reason
+        found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
+        exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(first, found, witnesses, self.pool.balance, source.more, exposed, self.pool.realisations)
 
 
@@ -226,6 +237,7 @@ class Flights:
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.density.near_ground import NearGround
+        from fragfield.case.conversion.attitude import is_mixed
         from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
@@ -234,7 +246,8 @@ class Flights:
             self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = NearGround(hazard_grid(job.case), self.criteria)
-        self.exposed = ExposedPlaces.of(job.case)
+        # Of mixed attitudes what sites meet is taken from the fields: their surfaces would be in one direction alone.
+        self.exposed = ExposedPlaces([]) if is_mixed(job.case) or job.attitude else ExposedPlaces.of(job.case)
         self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
         self.arguments["witnesses"] += self.exposed.surfaces
         self.job, self.done, self.total = job, 0, 0
