@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 __all__ = [
-    "CaseOrRun", "CellSize", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet", "Resume",
+    "CaseOrRun", "CellSize", "Drawing", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet", "Resume",
     "Scheduler", "Settings", "Threads", "Window",
 ]  # fmt: skip
 
@@ -33,6 +33,10 @@ Profile = Annotated[
 ]
 Resolved = Annotated[
     bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
+]
+Drawing = Annotated[
+    Path | None,
+    typer.Option("--drawing", metavar="FILE", help="Write a dimensioned drawing of each different round: .svg or .png."),
 ]
 FragmentsFile = Annotated[
     Path | None,

@@ -33,27 +33,24 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-    Drawing = Callable[[RunFiles, bool], Figure | None]
+    Drawing = Callable[[RunFiles], Figure | None]
 
 __all__ = ["FigureQueue", "draw_figure", "serve"]
 
 _SERVE = "from fragfield.report.figures.side_by_side import serve; serve()"
 _FEWEST = 8
 """Figures for which alone a helper is started: it takes 1.2 s of processor time to begin, a figure 0.2 s."""
-_FILES = ("svg", "png", "narrow")
-_PICTURES = ("wide", "narrow")
+_FILES = ("svg", "png")
 _FAULT = "fault"
 
 
 def draw_figure(run: RunFiles, function: Drawing) -> dict[str, bytes] | None:
-    """A figure as "svg" and "png", and as "narrow" SVG for a telephone; None where there is no data for it."""
+    """A figure as "svg" and "png"; None where there is no data for it."""
     with drawing_style():
-        wide = function(run, False)
-        if wide is None:
+        figure = function(run)
+        if figure is None:
             return None
-        narrow = function(run, True)
-        svg, png = to_bytes(wide, "svg", "png")
-        return {"svg": svg, "png": png, "narrow": to_bytes(narrow, "svg")[0] if narrow is not None else svg}
+        return dict(zip(_FILES, to_bytes(figure, *_FILES), strict=True))
 
 
 class FigureQueue:
@@ -139,7 +136,7 @@ class FigureQueue:
         Returns
         -------
         dict
-            "wide" and "narrow", PNG files as bytes, and "view", the name of the interactive page or None; or "missing"
+            "png", the file as bytes, and "view", the name of the interactive page or None; or "missing"
             alone, the reason why VTK draws nothing here.
 
         Raises
@@ -207,7 +204,7 @@ class FigureQueue:
         if self._pictures:
             name, folder = self._pictures.popleft()
             answer = _asked(process, ["picture", name, str(folder)])
-            self._seen[name] = {key: b64decode(answer[key]) if key in _PICTURES else answer[key] for key in answer}
+            self._seen[name] = {key: b64decode(answer[key]) if key == "png" else answer[key] for key in answer}
             return True
         try:
             name, function = self._waiting.popleft()
@@ -264,13 +261,12 @@ def _draw_picture(run: RunFiles, name: str, folder: Path) -> dict[str, Any]:
     """A picture and its view; errors as entries, since the other process is to raise them."""
     from fragfield.view import offscreen
     from fragfield.view.interactive import interactive_fault, view_of_burst, view_of_fragments
-    from fragfield.view.pictures import burst_figures, fragments_figures
+    from fragfield.view.pictures import burst_figure, fragments_figure
 
     offscreen.go_untried()
     of_burst = name == "picture_of_burst"
     try:
-        figures = (burst_figures if of_burst else fragments_figures)(run)
-        (wide,), (narrow,) = (to_bytes(figure, "png") for figure in figures)
+        (png,) = to_bytes((burst_figure if of_burst else fragments_figure)(run), "png")
         view = None
         if not interactive_fault():
             view = (view_of_burst if of_burst else view_of_fragments)(run, folder).name
@@ -282,4 +278,4 @@ def _draw_picture(run: RunFiles, name: str, folder: Path) -> dict[str, Any]:
         import traceback
 
         return {_FAULT: f"{error}\n{traceback.format_exc()}"}
-    return {"wide": wide, "narrow": narrow, "view": view}
+    return {"png": png, "view": view}

@@ -44,17 +44,17 @@ def north_of(case: Case) -> float | None:
     return 90.0 if case.flight.ground.map is not None else None
 
 
-def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def site_figure(run: RunFiles) -> Figure | None:
     """The map with scale bar and north."""
     found = site_shapes(run)
     if found is None:
         return None
     case, shapes = found
-    figure, (axis,) = new_figure(narrow=narrow, height=7.0, narrow_height=5.0)
+    figure, (axis,) = new_figure(width=5.2, height=5.2)
     verdicts = {entry["name"]: entry["verdict"] for entry in exposed_entries(run)}
     labels: set[str] = set()
     for shape in shapes:
-        _draw(axis, shape, verdicts, labels, narrow)
+        _draw(axis, shape, verdicts, labels)
     low, high = extent_of(shapes)
     margin = 0.08 * float((high - low).max())
     axis.set(
@@ -67,11 +67,11 @@ def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
     if north is not None:
         _north(axis, north)
     if labels:
-        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08 if not narrow else -0.14), ncols=1 if narrow else 2)
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
     return figure
 
 
-def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], narrow: bool) -> None:
+def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str]) -> None:
     points = np.concatenate([shape.points, shape.points[:1]]) if shape.closed else shape.points
     x, y = points.T
     if shape.kind == "terrain":
@@ -101,7 +101,7 @@ def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], 
             axis.plot(*centre, marker="o", color=color, markersize=5, zorder=5)
         where = shape.label or _label_place(points)
         axis.annotate(shape.name, where, xytext=(0, 4), textcoords="offset points", ha="center",
-                      fontsize=6.5 if narrow else 7.2, color=color, zorder=6, annotation_clip=True,
+                      fontsize=7.2, color=color, zorder=6, annotation_clip=True,
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8})  # fmt: skip
 
 
@@ -152,14 +152,14 @@ def _north(axis: Axes, azimuth: float) -> None:
     )
 
 
-def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def exposed_figure(run: RunFiles) -> Figure | None:
     """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
     entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
     if not entries:
         return None
     names = {"density": ("density_normal", "density_ground"), "probability": ("probability",), "hits": ("expected_hits",)}  # fmt: skip  # noqa: E501
     height = 1.1 + 0.34 * len(entries)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=1.2 + 0.36 * len(entries))
+    figure, (axis,) = new_figure(height=height)
     bounds = []
     for row, entry in enumerate(entries):
         quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
@@ -174,7 +174,7 @@ def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
         xscale="log", yticks=range(len(entries)), yticklabels=[entry["name"] for entry in entries],
-        xlabel="Part of the criterion" if narrow else "Part of the criterion: expected value (dot), upper bound (bar)",
+        xlabel="Part of the criterion",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip
     axis.invert_yaxis()
