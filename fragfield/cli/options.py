@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 __all__ = [
-    "CaseOrRun", "CellSize", "Drawing", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet", "Resume",
-    "Scheduler", "Settings", "Threads", "Window",
+    "CaseOrRun", "CellSize", "Drawing", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet",
+    "Resume", "Scheduler", "Settings", "Threads", "Window",
 ]  # fmt: skip
 
 CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
@@ -36,7 +36,9 @@ Resolved = Annotated[
 ]
 Drawing = Annotated[
     Path | None,
-    typer.Option("--drawing", metavar="FILE", help="Write a dimensioned drawing of each different round: .svg or .png."),
+    typer.Option(
+        "--drawing", metavar="FILE", help="Write a dimensioned drawing of each different round: .svg or .png."
+    ),
 ]
 FragmentsFile = Annotated[
     Path | None,

@@ -162,7 +162,9 @@ class Group:
     kind: str = "group"
 
 
-Block = Columns | Group | Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Beside | Signatures
+Block = (
+    Columns | Group | Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Beside | Signatures
+)
 
 
 @dataclass

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["decision_section"]
 
+
 def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     """The page on which a decision is taken and signed."""
     number_of = [*minimum_words(run)] if "flight" not in run.missing else []

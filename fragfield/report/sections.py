@@ -69,10 +69,11 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
 
 def _warnings(run: RunFiles, found: Sequence[Finding]) -> Section:
     """All findings, the limits of validity and the uses."""
+    terms = (statements.summary_terms(run),) if run.part("hazard") else ()
     blocks: list[Block] = [
         Findings(found),
         Paragraph("Limits of validity", kind="heading"),
-        Points((statements.summary_terms(run), *statements.limits(run)) if run.part("hazard") else statements.limits(run)),
+        Points((*terms, *statements.limits(run))),
         Columns((
             Group((Paragraph("It may be used for", kind="heading"), Points(statements.MAY_BE_USED_FOR))),
             Group((Paragraph("It must not be used for", kind="heading"), Points(statements.MUST_NOT_BE_USED_FOR))),

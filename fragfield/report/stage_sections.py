@@ -162,7 +162,6 @@ def fragments_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             f"Fragments 100 µs after {'the end of the burst' if own else 'launch'}, drag neglected, coloured by "
             "initial speed. Spheres stand for the mass, not to scale; shapes are not known.",
         ),
-        *zone_table(run),
         *counted_table(run),
     ]  # fmt: skip
     return Section("fragments", "Fragments", _blocks_of_stage(run, "break-up", blocks))
@@ -220,7 +219,9 @@ def annexes_of_stages(run: RunFiles, draw: Draw) -> list[Section]:
     found = [
         Section("distances", "Rules and exposed sites", [*rule_tables(run), *exposed_tables(run)], annex=True),
         Section("azimuths", "Tables by azimuth", list(_by_azimuth(run, draw)), annex=True),
-        Section("flight", "Flight", [*flight_rows(run), *obstacle_tables(run)] if run.part("flight") else [], annex=True),
+        Section(
+            "flight", "Flight", [*flight_rows(run), *obstacle_tables(run)] if run.part("flight") else [], annex=True
+        ),
         Section("break-up", "Break-up", list(_break_up(run)), annex=True),
         Section("burst", "Burst", list(_burst(run)), annex=True),
     ]
@@ -246,6 +247,7 @@ def _break_up(run: RunFiles) -> Iterator[Block]:
         return
     yield from break_up_rows(run)
     yield from broken_rounds_table(run)
+    yield from zone_table(run)
     yield from segment_table(run)
 
 

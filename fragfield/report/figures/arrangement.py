@@ -42,7 +42,7 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
     room = _ROOM * float((high - low).max())
     across = float((high - low)[0]) + 2.0 * room
     ratios = [float((high - low)[axis]) + 2.0 * room for axis in (1, 2)]
-    height = float(np.clip(3.0 * sum(ratios) / across + 1.0, 3.0, 6.2))
+    height = float(np.clip(3.0 * sum(ratios) / across + 1.0, 3.0, 5.4))
     figure, (plan, elevation) = new_figure(2, 1, height=height, gridspec_kw={"height_ratios": ratios})
     for axes, vertical, title in ((plan, 1, "Plan, from above"), (elevation, 2, "Elevation, seen along +y")):
         for name, surface, image in bodies:
@@ -66,10 +66,11 @@ def _bodies(case: Case) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
     """Name, points of the surface (n, 3) in m and whether it is an image, of every round with a contour."""
     from fragfield.case.conversion.burst import burst_rounds
 
-    surfaces = []
-    for item in burst_rounds(case):
-        if item.profile is not None:
-            surfaces.append((item.name, _surface(item.profile, np.array(item.position), np.array(item.axis)), False))
+    surfaces = [
+        (item.name, _surface(item.profile, np.array(item.position), np.array(item.axis)), False)
+        for item in burst_rounds(case)
+        if item.profile is not None
+    ]
     for plane in case.plane:
         if plane.kind == "symmetry":
             normal, point = np.array(plane.normal, dtype=float), np.array(plane.point, dtype=float)

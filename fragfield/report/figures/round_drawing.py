@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DRAWINGS", "centre_of_mass", "draw_round", "drawn_rounds", "round_masses"]
 
-_HEIGHT = 4.9  # inches of the round at most
+_HEIGHT = 4.4  # inches of the round at most
 _LEFT, _RIGHT = 1.35, 1.0  # inches beside it for dimensions
 _FOOT, _HEAD = 1.2, 0.45  # inches below and above it
 _SAMPLES = 400  # stations of a contour
@@ -167,8 +167,10 @@ def _draw_lengths(sheet: _Sheet, profile: Profile) -> None:
         sheet.extension((sheet.middle - radius, sheet.height(station)), (inner - 0.03, sheet.height(station)))
     for segment in profile.segments:
         sheet.dimension((chain, sheet.height(segment.start)), (chain, sheet.height(segment.end)))
-        sheet.axes.plot([chain - 0.04, sheet.middle + sheet.scale * profile.max_radius],
-                        [sheet.height(segment.end)] * 2, color=GREY, linewidth=0.5, linestyle=":", zorder=3)  # fmt: skip
+        sheet.axes.plot(
+            [chain - 0.04, sheet.middle + sheet.scale * profile.max_radius], [sheet.height(segment.end)] * 2,
+            color=GREY, linewidth=0.5, linestyle=":", zorder=3,
+        )  # fmt: skip
     middles = [sheet.height(0.5 * (one.start + one.end)) for one in profile.segments]
     for segment, wanted, y in zip(profile.segments, middles, _spread(middles, _TWO_LINES), strict=True):
         sheet.extension((chain, wanted), (chain - 0.08, y))
@@ -216,7 +218,9 @@ def _draw_walls(sheet: _Sheet, item: Round) -> None:
     start = sheet.middle + sheet.scale * profile.max_radius + 0.1
     for (at, words), wanted, y in zip(labels, heights, _spread(heights, _TWO_LINES), strict=True):
         if at == centre and words.startswith("centre"):
-            sheet.axes.plot(sheet.middle, wanted, marker="o", markersize=7, color="white", markeredgecolor=INK, zorder=5)
+            sheet.axes.plot(
+                sheet.middle, wanted, marker="o", markersize=7, color="white", markeredgecolor=INK, zorder=5
+            )
             sheet.axes.plot(sheet.middle, wanted, marker="+", markersize=7, color=INK, zorder=6)
             first = sheet.middle
         else:
@@ -245,10 +249,10 @@ def _write_masses(sheet: _Sheet, item: Round) -> None:
     assert profile is not None
     mass = round_masses(item)
     fuze = f", fuze {number(mass['fuze'], 3)} kg" if mass["fuze"] else ""
+    whole, ratio = number(sum(mass.values()), 4), number(mass["charge"] / mass["casing"], 3)
     lines = (
         f"casing {number(mass['casing'], 4)} kg ({item.casing.name}), charge {number(mass['charge'], 4)} kg",
-        f"({explosive_title(item.explosive.name)}){fuze}; whole {number(sum(mass.values()), 4)} kg, charge / casing "
-        f"{number(mass['charge'] / mass['casing'], 3)}",
+        f"({explosive_title(item.explosive.name)}){fuze}; whole {whole} kg, charge / casing {ratio}",
         "Lengths in mm, stations from the nose.",
     )
     for place, line in enumerate(lines):

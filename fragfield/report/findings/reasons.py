@@ -1,4 +1,4 @@
-"""Three reasons to trust a result and three against: validation that bears on it, checks, warnings, what is left out."""
+"""Three reasons to trust a result and three against: validation that bears on it, checks, warnings, limits."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def reasons_for(run: RunFiles) -> list[str]:
 
 
 def reasons_against(run: RunFiles, found: Sequence[Finding]) -> list[str]:
-    """What was found wrong or doubtful, the gravest first; then checks of the validation that were missed and limits."""
+    """What was found wrong or doubtful, the gravest first; then missed checks of the validation and limits."""
     grave = [item.text for item in found if item.weight in ("stop", "warning")]
     more = len(grave) - _EACH
     texts = _three(chain(grave, islice(_missed(run), 1), _left_out(run), limits(run)))
@@ -81,9 +81,11 @@ def _missed(run: RunFiles) -> Iterator[str]:
     """Checks of the validation that were missed, the farthest outside its tolerance first."""
     missed = [row for row in _bearing_rows(run) if not row["passed"] and row["tolerance"]]
     for row in sorted(missed, key=lambda row: -abs(row["error"]) / row["tolerance"]):
+        ours, theirs = (shown_value(row[key], row) for key in ("ours", "reference"))
+        error, tolerance = (shown_size(row, key) for key in ("error", "tolerance"))
         yield (
-            f"Validation {row['case']} missed: {row['quantity']} {shown_value(row['ours'], row)}, reference "
-            f"{shown_value(row['reference'], row)} ({shown_size(row, 'error')}, tolerance {shown_size(row, 'tolerance')})."
+            f"Validation {row['case']} missed: {row['quantity']} {ours}, reference {theirs} ({error}, tolerance "
+            f"{tolerance})."
         )
 
 

@@ -56,7 +56,10 @@ def attitude_figure(run: RunFiles) -> Figure | None:
     axis.set(xlabel="Inclination from upright (°)", ylabel="Hazard distance (m)", xlim=(-3.0, 183.0))
     axis.set_xticks(range(0, 181, 30))
     axis.set_ylim(bottom=0.0)
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), )
+    axis.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.18),
+    )
     return figure
 
 

@@ -33,14 +33,14 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
     short = hazard.get("without_ricochet") or {}
     bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
+    span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
     expected = metres_and_error(hazard["expected"], hazard["standard_error"], SPACE)
     without = short.get("expected", short.get("distance"))
     lines = [
         ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
         (
             "Expected distance", expected,
-            f"of the expected density, mean of {number(hazard['realisations'])} realisations"
-            f"{bias if hazard['max_bias'] else ''}",
+            f"mean of {number(hazard['realisations'])} realisations{bias if hazard['max_bias'] else ''}",
         ),
         *(
             (f"– {name}", "–" if parts.get(key) is None else f"+{parts[key]:.1f}", missing.get(key, "half-width"))
@@ -58,8 +58,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ),
         (
             "Single events: median, 5 to 95 %",
-            f"{whole_metres(single['median'])}, {whole_metres(single['low'])}{SPACE}–{SPACE}"
-            f"{whole_metres(single['high'])}",
+            f"{whole_metres(single['median'])}, {span}",
             "not a distance to keep: where the density of one event falls below the criterion",
         ),
         ("Largest throw", whole_metres(hazard["largest_throw"]), "not a distance to keep: the farthest fragment"),

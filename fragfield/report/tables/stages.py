@@ -10,7 +10,6 @@ import numpy as np
 
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.quantities import UNKNOWN, Row, number, row
-from fragfield.report.reading.landings import hazard_density, hazard_energy, landings
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 
 if TYPE_CHECKING:
@@ -208,7 +207,7 @@ def _recovered_rows(recovered: Mapping[str, Any]) -> Iterator[Row]:
     yield row("Fragments of the arena table", recovered["mass"], "kg", "of one round, as the test has them")
     if recovered["fraction"] is not None:
         yield row("Casing of the round", recovered["casing_mass"], "kg")
-        yield row("Recovered of the casing", 100.0 * recovered["fraction"], "%")
+        yield row("Recovered of the casing", recovered["fraction"], "%")
     if recovered["factor"] != 1.0:
         yield row("Factor on the numbers of the arena table", recovered["factor"], "1")
 
