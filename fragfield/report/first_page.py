@@ -26,14 +26,12 @@ __all__ = ["decision_section"]
 
 def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     """The page on which a decision is taken and signed."""
-    number_of = [*minimum_words(run)] if "flight" not in run.missing else []
     trust, doubt = reasons_for(run), reasons_against(run, all_findings)
     blocks: list[Block] = [
         Columns((
             Rows("What was computed", tuple(_what(run))),
-            Group((Cards((_distance(run),)), *([Points(tuple(number_of))] if number_of else []))),
+            Group((Cards((_distance(run),)), *_prescribed(run))),
         )),
-        *(prescribed_table(run) if "flight" not in run.missing else ()),
         *verdict_table(run),
         Columns((
             Group((Paragraph("Reasons to trust it", kind="heading"), Points(tuple(trust)))),
@@ -42,6 +40,15 @@ def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
         _signatures(run),
     ]  # fmt: skip
     return Section("decision", "Decision", blocks)
+
+
+def _prescribed(run: RunFiles) -> Iterator[Block]:
+    """Below which distance not to go, and the prescribed ones."""
+    if "flight" in run.missing:
+        return
+    if words := tuple(minimum_words(run)):
+        yield Points(words)
+    yield from prescribed_table(run)
 
 
 def _distance(run: RunFiles) -> Card:

@@ -98,11 +98,7 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
             "scatter of single events.",
             hazard_figures.density_curve,
         ),
-        *draw(
-            "landing_map", "Landing points",
-            "Landing points of the fragments of the first realisation, seen from above, y upwards.",
-            hazard_figures.landing_map,
-        ),
+        *(_landing_map(draw) if site_figure.site_shapes(run) is None else []),
         *draw(
             "attitude_curve", "Distance by attitude",
             "Distance by the inclination of the rounds from upright, each in its worst direction; of an arrangement "
@@ -118,6 +114,14 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         *_site_plan(run, draw),
     ]  # fmt: skip
     return Section("hazard", "Distances and site", _blocks_of_stage(run, "flight", blocks))
+
+
+def _landing_map(draw: Draw) -> list[Illustration]:
+    return draw(
+        "landing_map", "Landing points",
+        "Landing points of the fragments of the first realisation, seen from above, y upwards.",
+        hazard_figures.landing_map,
+    )  # fmt: skip
 
 
 def _site_plan(run: RunFiles, draw: Draw) -> list[Block]:
@@ -201,15 +205,15 @@ def convergence_section(run: RunFiles, draw: Draw) -> Section:
     """Grid convergence of the results."""
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *convergence_tables(run),
-        Columns((
+        *([Columns((
             *draw(
                 "grid_convergence", "Values by cell size",
                 "Each value divided by that of this run (vertical line), with its statistical error; open circles at "
                 "zero: limits, where an order was observed.",
                 convergence_figure,
             ),
-            Group(tuple(convergence_notes(run))),
-        )),
+            Group(convergence_notes()),
+        ))] if "sizes" in run.part("convergence") else []),
     ]  # fmt: skip
     return Section("convergence", "Grid convergence", _blocks_of_stage(run, "flight", blocks))
 
@@ -219,9 +223,7 @@ def annexes_of_stages(run: RunFiles, draw: Draw) -> list[Section]:
     found = [
         Section("distances", "Rules and exposed sites", [*rule_tables(run), *exposed_tables(run)], annex=True),
         Section("azimuths", "Tables by azimuth", list(_by_azimuth(run, draw)), annex=True),
-        Section(
-            "flight", "Flight", [*flight_rows(run), *obstacle_tables(run)] if run.part("flight") else [], annex=True
-        ),
+        Section("flight", "Flight", list(_flight(run, draw)), annex=True),
         Section("break-up", "Break-up", list(_break_up(run)), annex=True),
         Section("burst", "Burst", list(_burst(run)), annex=True),
     ]
@@ -240,6 +242,15 @@ def _by_azimuth(run: RunFiles, draw: Draw) -> Iterator[Block]:
             "azimuth counted from +x counter-clockwise, seen from above.",
             hazard_figures.polar_by_sector,
         )  # fmt: skip
+
+
+def _flight(run: RunFiles, draw: Draw) -> Iterator[Block]:
+    if not run.part("flight"):
+        return
+    yield from flight_rows(run)
+    yield from obstacle_tables(run)
+    if site_figure.site_shapes(run) is not None:
+        yield from _landing_map(draw)
 
 
 def _break_up(run: RunFiles) -> Iterator[Block]:

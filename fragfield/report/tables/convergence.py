@@ -66,11 +66,9 @@ def convergence_tables(run: RunFiles) -> Iterator[Block]:
     yield Table("Grid convergence", head, lines)
 
 
-def convergence_notes(run: RunFiles) -> Iterator[Block]:
+def convergence_notes() -> tuple[Block, ...]:
     """What the columns of the table mean."""
-    if "sizes" in run.part("convergence"):
-        yield Paragraph(_NOTE)
-        yield Paragraph(_LARGEST)
+    return Paragraph(_NOTE), Paragraph(_LARGEST)
 
 
 def _line(name: str, entry: Mapping[str, Any]) -> tuple[str, ...]:
