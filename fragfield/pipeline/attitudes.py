@@ -117,7 +117,7 @@ class _Envelope:
             self.rows[key] = {
                 "inclination_deg": key[0],
                 "roll_deg": key[1],
-                "distance": expected.distance,
+                "expected": expected.distance,
                 "upper": expected.upper,
                 "standard_error": expected.standard_error,
                 "direction_deg": expected.direction,
@@ -133,7 +133,7 @@ class _Envelope:
             assert found is not None  # on rank 0
             if found.balance.reason:
                 return np.inf
-            return float(row["distance"] if row["upper"] is None else row["upper"])
+            return float(row["expected"] if row["upper"] is None else row["upper"])
 
         return max(sorted(self.rows), key=reach)
 

@@ -232,15 +232,17 @@ class _Found:
         """The whole, once all have been flown."""
         from flight.hazard.density.tally import Tally
         from flight.hazard.ensemble import assess_ensemble
+        from fragfield.hazard.map_edge import beyond_map_words
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
+        expected, unended = self.assess(), self.balance.reason
         found = assess_ensemble(
-            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
-            undetermined=self.balance.reason,
+            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=expected,
+            undetermined=unended or beyond_map_words(self.case, expected),
             without_ricochet=None if self.short is None else self.assess(self.short),
         )  # fmt: skip
-        exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
+        exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)
 
 

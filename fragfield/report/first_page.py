@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import basis_words, whole_metres
+from fragfield.hazard.recommended import parts_words
 from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
 from fragfield.report.findings.reasons import reasons_against, reasons_for
-from fragfield.report.quantities import SPACE, Row, explosive_title, number
-from fragfield.report.reading.recommended import PART_NAMES, hazard_of
+from fragfield.report.quantities import Row, explosive_title, number
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.prescribed import minimum_words, prescribed_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from typing import Any
+    from collections.abc import Iterator, Sequence
 
     from fragfield.case import Case
     from fragfield.report.blocks import Finding
@@ -53,24 +52,13 @@ def _prescribed(run: RunFiles) -> Iterator[Block]:
 
 def _distance(run: RunFiles) -> Card:
     """The recommended distance with its parts in one line."""
-    hazard = hazard_of(run)
+    hazard = run.part("hazard")
     if not hazard:
         return Card("Recommended distance", "–", "", "not computed")
     if not hazard["determined"]:
         return Card("Recommended distance", "not determined", "", hazard["reason"])
-    note = f"{parts_words(hazard)}. Holds {basis_words(hazard)}."
+    note = f"{parts_words(hazard)}. It holds {basis_words(hazard)}."
     return Card("Recommended distance", whole_metres(hazard["recommended"]), "m", note)
-
-
-def parts_words(hazard: Mapping[str, Any]) -> str:
-    """The parts of a determined distance in one line, with those that are not included."""
-    parts = hazard["parts"]
-    known = [f"{name} {parts[key]:.1f}{SPACE}m" for key, name in PART_NAMES.items() if parts.get(key) is not None]
-    missing = [name for key, name in PART_NAMES.items() if parts.get(key) is None and key in hazard["not_included"]]
-    words = f"expected distance {hazard['expected']:.1f}{SPACE}m"
-    if known:
-        words += f"; plus {', '.join(known)}{' (root of the sum of squares)' if len(known) > 1 else ''}"
-    return words + (f"; not included: {', '.join(missing)}" if missing else "")
 
 
 def _what(run: RunFiles) -> Iterator[Row]:

@@ -71,7 +71,7 @@ def _warnings(run: RunFiles, found: Sequence[Finding]) -> Section:
     """All findings, the limits of validity and the uses."""
     terms = (statements.summary_terms(run),) if run.part("hazard") else ()
     blocks: list[Block] = [
-        Findings(found),
+        Findings(tuple(found)),
         Paragraph("Limits of validity", kind="heading"),
         Points((*terms, *statements.limits(run))),
         Columns((

@@ -77,11 +77,11 @@ def test_words_of_an_axis_give_back_its_angles(inclination, azimuth):
     [
         ({}, "upright", "upright, nose up; base 1 m over the ground"),
         ({"attitude": "180 deg"}, "inclined", "upright, nose down; base 1 m over the ground"),
-        ({"attitude": "lying", "azimuth": "90 deg"}, "lying", "lying, nose to 90 deg; base 1 m over the ground"),
+        ({"attitude": "lying", "azimuth": "90 deg"}, "lying", "lying, nose to azimuth 90°; base 1 m over the ground"),
         (
             {"attitude": "30 deg", "azimuth": "45 deg"},
             "inclined",
-            "inclined by 30 deg from upright, nose to 45 deg; base 1 m over the ground",
+            "inclined by 30 deg from upright, nose to azimuth 45°; base 1 m over the ground",
         ),
         ({"attitude": "any"}, "any", "mixed attitudes, the distance is that of the worst; base as placed 1 m over"),
     ],
@@ -98,7 +98,7 @@ def test_rounds_that_stand_and_lie_are_named():
     case = case_from_document(changed(round=[entry, lying]), source="case", folder=Path())
     part = attitude_of(case)
     assert part["kind"] == "several"
-    assert part["words"] == "a upright, nose up; b lying, nose to 0 deg"
+    assert part["words"] == "a upright, nose up; b lying, nose to azimuth 0°"
     assert part["base_height"] == pytest.approx(0.5)
 
 
@@ -183,7 +183,7 @@ def test_the_check_says_the_attitude_and_what_any_costs(tmp_path):
     )
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["arrangement"]["attitude"]["words"] == "lying, nose to 0 deg"
+    assert found["arrangement"]["attitude"]["words"] == "lying, nose to azimuth 0°"
     assert "attitudes" not in found["expected"]
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.exposed_sites import exposed_sites_of, site_of
+from fragfield.case.conversion.exposed_sites import exposed_sites_of
+from fragfield.case.conversion.site import site_of
 from fragfield.errors import InputError
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.conversion.site import bearing_of, direction_words
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -20,7 +22,7 @@ __all__ = ["attitude_faults", "attitude_of", "attitude_words", "axis_of", "is_mi
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
 _SAME = 1e-6  # degrees
-_INSTEAD = "or one run for each attitude: `fragfield sweep CASE round.0.attitude=upright,lying`"
+_INSTEAD = "or one run for each attitude: `fragfield sweep CASE round.*.attitude=upright,lying`"
 
 
 def axis_of(inclination: float, azimuth: float) -> Vector:
@@ -134,11 +136,11 @@ def attitude_of(case: Case, *, given: bool = False) -> dict[str, Any]:
     for entry in case.round:
         angles.setdefault(_angles(entry.axis), []).append(entry.name)
     if len(angles) > 1:
-        listed = [f"{_names(names)} {_words(*angle)}" for angle, names in angles.items()]
+        listed = [f"{_names(names)} {_words(case, *angle)}" for angle, names in angles.items()]
         return part | {"words": "; ".join(listed)}
     ((inclination, azimuth),) = angles
     kind = "upright" if inclination == 0.0 else "lying" if inclination == 90.0 else "inclined"
-    words = _words(inclination, azimuth)
+    words = _words(case, inclination, azimuth)
     return part | {"kind": kind, "words": words, "inclination_deg": inclination, "azimuth_deg": azimuth}
 
 
@@ -170,11 +172,11 @@ def _near(angle: float) -> float:
     return float(round(angle)) if abs(angle - round(angle)) < _SAME else angle
 
 
-def _words(inclination: float, azimuth: float | None) -> str:
+def _words(case: Case, inclination: float, azimuth: float | None) -> str:
     if azimuth is None:
         return "upright, nose up" if inclination == 0.0 else "upright, nose down"
     how = "lying" if inclination == 90.0 else f"inclined by {inclination:.4g} deg from upright"
-    return f"{how}, nose to {azimuth:.4g} deg"
+    return f"{how}, nose to {direction_words(azimuth, bearing_of(case, azimuth))}"
 
 
 def _names(names: list[str]) -> str:

@@ -101,8 +101,9 @@ class BurstTable(Table):
     alone); auto: rings where one round, initiated on its axis, allows it, else hexahedra."""
     section_station: Annotated[float | None, Quantity("m", "420 mm", above=0.0)] = None
     """Of geometry = "plane": station of the first round, from its nose; left out: middle of its widest bore."""
-    convergence: Literal["auto", "off"] = "auto"
-    """Whether an axisymmetric run computes other cell sizes as well, for its grid convergence."""
+    convergence: Literal["off", "quick", "standard", "final"] = "standard"
+    """Cell sizes for the grid convergence, besides h = `cell_size`: quick 2 h; standard sqrt(2) h and 2 h; final
+    h / sqrt(2) as well. In three dimensions final alone, sqrt(2) h and 2 h."""
     symmetry: Literal["auto", "off"] = "auto"
     """Compute the smallest part of the arrangement that planes of symmetry bound, or every round in full."""
     quadrature: Literal["one_point", "full"] = "one_point"

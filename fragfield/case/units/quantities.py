@@ -109,8 +109,12 @@ class Quantity:
 
     def _bounds(self) -> str:
         shown = (("greater than", self.above), ("at least", self.minimum), ("at most", self.maximum))
-        limits = [f"{text} {limit:g} {self.symbol}" for text, limit in shown if limit is not None]
+        limits = [f"{text} {self._limit(limit)}" for text, limit in shown if limit is not None]
         return ", " + " and ".join(limits) if limits else ""
+
+    def _limit(self, value: float) -> str:
+        """A bound as a message shows it: angles in degrees, as in the examples."""
+        return f"{math.degrees(value):.6g} deg" if self.symbol == "rad" else f"{value:g} {self.symbol}"
 
     def parse(self, value: object) -> float | str:
         """Read a value of the case file.

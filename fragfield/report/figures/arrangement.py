@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,11 +11,13 @@ from fragfield.report.figures.drawing import GREY, INK, LINES, new_figure
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import Case
+    from fragfield.case.tables.plane import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["arrangement_figure"]
@@ -102,14 +104,16 @@ def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def _mark_plane(axes: tuple[object, object], plane: object, style: dict[str, object]) -> None:
+def _mark_plane(axes: tuple[Axes, Axes], plane: PlaneTable, style: dict[str, Any]) -> None:
     """A plane that is level or upright, as a line where it is seen on edge."""
-    normal, point = np.array(plane.normal, dtype=float), np.array(plane.point, dtype=float)  # type: ignore[attr-defined]
+    assert plane.normal is not None  # resolved
+    assert plane.point is not None
+    normal, point = np.array(plane.normal, dtype=float), np.array(plane.point, dtype=float)
     along = int(np.argmax(np.abs(normal)))
     if abs(normal[along]) < (1.0 - 1e-9) * np.linalg.norm(normal):
         return
-    label = f"{plane.kind} plane {plane.name}"  # type: ignore[attr-defined]
+    label = f"{plane.kind} plane {plane.name}"
     for panel, vertical in zip(axes, (1, 2), strict=True):
-        line = panel.axvline if along == 0 else panel.axhline if along == vertical else None  # type: ignore[attr-defined]
+        line = panel.axvline if along == 0 else panel.axhline if along == vertical else None
         if line is not None:
             line(point[along], color=GREY if along == 2 else style["color"], linestyle="-.", linewidth=1.0, label=label)

@@ -9,7 +9,6 @@ import numpy as np
 from fragfield.hazard.certainty import metres
 from fragfield.report.figures.drawing import ACCENT, INK, LINES, new_figure
 from fragfield.report.reading.landings import ensemble, hazard_density, hazard_energy, landings
-from fragfield.report.reading.recommended import recommended
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +43,7 @@ def landing_map(run: RunFiles) -> Figure | None:
     reach = float(found.distance.max()) * 1.04
     for radius in _ring_radii(reach):
         _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
-    if distance := recommended(run):
+    if distance := run.part("hazard").get("recommended"):
         reach = max(reach, 1.04 * distance)
         _ring(axis, distance, color=ACCENT, dashes="-", label=f"recommended {metres(distance)}", angle=290.0)
     axis.plot(0, 0, marker="+", color=INK, markersize=8, markeredgewidth=1.2)
@@ -91,7 +90,7 @@ def density_curve(run: RunFiles) -> Figure | None:
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
         (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
-        (recommended(run), "-", "recommended"),
+        (run.part("hazard").get("recommended"), "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
         if distance:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 
+from fragfield.hazard.recommended import PARTS
 from fragfield.report.findings.bearing import STUDIES, bears_on
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.hazard import convergence_findings, flight_findings
 from fragfield.report.findings.statements import limits
 from fragfield.report.findings.validation_status import read_record, shown_size, shown_value
 from fragfield.report.quantities import number
-from fragfield.report.reading.recommended import hazard_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -91,5 +91,5 @@ def _missed(run: RunFiles) -> Iterator[str]:
 
 def _left_out(run: RunFiles) -> Iterator[str]:
     """Parts of the recommended distance that are not known."""
-    for name, why in hazard_of(run).get("not_included", {}).items():
-        yield f"The recommended distance does not include the uncertainty of {name}: {why}."
+    for name, why in (run.part("hazard").get("not_included") or {}).items():
+        yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
+from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
+from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
 from fragfield.report.reading.landings import ensemble
-from fragfield.report.reading.recommended import PART_NAMES, hazard_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,30 +22,27 @@ __all__ = ["direction_table", "distance_table"]
 
 def distance_table(run: RunFiles) -> Iterator[Table]:
     """The recommended distance, its parts, and beside it what single events do."""
-    hazard = hazard_of(run)
+    hazard = run.part("hazard")
     if not hazard:
         return
+    head = ("Distance (m)", "Value", "What it is")
     if not hazard["determined"]:
-        lines = [("Recommended distance", "not determined", hazard["reason"])]
-        yield Table("Recommended distance", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
+        yield Table("Distances", head, (("Recommended distance", "not determined", hazard["reason"]),))
         return
-    missing, parts = hazard["not_included"], hazard["parts"]
-    short = hazard.get("without_ricochet") or {}
+    short = hazard.get("without_ricochet") or dict.fromkeys(("recommended", "expected", "standard_error"))
     bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
-    span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
-    expected = metres_and_error(hazard["expected"], hazard["standard_error"], SPACE)
-    without = short.get("expected", short.get("distance"))
+    span = f"{rounded_metres(single['low'])}{SPACE}–{SPACE}{rounded_metres(single['high'])}"
+    expected, *added = parts_of(hazard)
     lines = [
         ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
         (
-            "Expected distance", expected,
+            "Expected distance", metres_and_error(expected.value, hazard["standard_error"], SPACE),
             f"mean of {number(hazard['realisations'])} realisations{bias if hazard['max_bias'] else ''}",
         ),
         *(
-            (f"– {name}", "–" if parts.get(key) is None else f"+{parts[key]:.1f}", missing.get(key, "half-width"))
-            for key, name in PART_NAMES.items()
-            if parts.get(key) is not None or key in missing
+            (f"– {part.words}", "–" if part.value is None else f"{part.value:.1f}", part.reason or "part of it")
+            for part in added
         ),
         ("Expected, by area of ground alone", whole_metres(hazard["distance_ground"]), "density of landings"),
         (
@@ -53,18 +50,17 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
             "along the paths below a person's height",
         ),
         (
-            "Expected, without ricochet", metres_and_error(without, short.get("standard_error"), SPACE),
+            "Recommended, without ricochet", whole_metres(short["recommended"]),
             f"all other distances are {ricochet_words(hazard).partition(';')[0]}",
         ),
         (
-            "Single events: median, 5 to 95 %",
-            f"{whole_metres(single['median'])}, {span}",
-            "not a distance to keep: where the density of one event falls below the criterion",
+            "Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}",
+            "no distance to keep: where the density of one event falls below the criterion",
         ),
-        ("Largest throw", whole_metres(hazard["largest_throw"]), "not a distance to keep: the farthest fragment"),
+        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: the farthest fragment"),
     ]  # fmt: skip
-    note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
-    yield Table("Recommended distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
+    note = f"{RULE} ± is the standard error by bootstrap over the realisations.{_tilt_words(run)}"
+    yield Table("Distances", head, tuple(lines), note)
 
 
 def _tilt_words(run: RunFiles) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import whole_metres
-from fragfield.hazard.prescribed import USES, Computed, minimum_part, official_note
+from fragfield.hazard.prescribed import USES, official_note
 from fragfield.report.blocks import Table
-from fragfield.report.reading.recommended import recommended
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -22,17 +21,11 @@ _OFFICIAL = (
 )
 
 
-def _minimum(run: RunFiles) -> dict[str, Any]:
-    rules, official = run.part("rules").get("rules") or (), run.part("official") or None
-    computed = Computed(recommended(run), "the recommended distance of this computation")
-    return minimum_part(run.part("hazard"), official, rules, computed)
-
-
 def minimum_words(run: RunFiles) -> Iterator[str]:
     """For each activity the distance not to go below; none for a run of a former version."""
-    if not run.part("minimum"):
+    minimum = run.part("minimum")
+    if not minimum:
         return
-    minimum = _minimum(run)
     for use, title in USES.items():
         if minimum[use]["distance"] is not None:
             distance, by = whole_metres(minimum[use]["distance"]), minimum[use]["by"]
