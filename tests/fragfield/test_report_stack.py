@@ -67,7 +67,7 @@ def plain(text):
 
 
 def test_the_arrangement_names_every_place(pallet):
-    found = table(blocks(pallet)["arrangement"], "Arrangement")
+    found = table(blocks(pallet)["burst"], "Arrangement")
     assert [line[0] for line in found.lines] == [f"round {letter}" for letter in "ABCDEFGH"]
     x = [float(plain(line[1])) for line in found.lines]
     assert x == pytest.approx([190.0 * (k - 3.5) for k in range(8)])
@@ -193,7 +193,7 @@ def test_long_stacks_stay_short(pallet):
     assert segments[0].note.endswith("The first 4 of 8 rounds are shown.")
     assert len(table(found["break-up"], "Law and sample by segment").lines) == 4 * 3
     with drawing_style():
-        figure = speed_along_round(read_run(pallet), narrow=False)
+        figure = speed_along_round(read_run(pallet))
         assert len(figure.axes[0].get_legend().get_texts()) == 8, "the means alone, no pair of lines for each"
 
 

@@ -21,11 +21,11 @@ pytestmark = pytest.mark.cores
 DRAWINGS = {
     "speed_along_round": burst_figures.speed_along_round,
     "casing_over_time": burst_figures.casing_over_time,
-    "distance_by_azimuth": hazard_figures.distance_by_azimuth,
+    "landing_map": hazard_figures.landing_map,
 }
 
 
-def nothing(_run, _narrow):
+def nothing(_run):
     """A figure without data."""
     return
 

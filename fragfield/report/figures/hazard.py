@@ -46,10 +46,24 @@ def landing_map(run: RunFiles) -> Figure | None:
     if distance := run.part("hazard").get("recommended"):
         reach = max(reach, 1.04 * distance)
         _ring(axis, distance, color=ACCENT, dashes="-", label=f"recommended {metres(distance)}", angle=290.0)
+    _outline(axis, run)
     axis.plot(0, 0, marker="+", color=INK, markersize=8, markeredgewidth=1.2)
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2, markerscale=2.0)
     return figure
+
+
+def _outline(axis: Axes, run: RunFiles) -> None:
+    """Where directions differ, the expected distance by direction, as its upper bound where it has one."""
+    found = ensemble(run)
+    if found is None or found.expected is None or found.undetermined or found.expected.direction is None:
+        return
+    expected = found.expected
+    bounded = expected.upper is not None
+    reach = _closed(expected.upper_by_direction if bounded else expected.by_direction)
+    turn = np.radians(_closed(expected.azimuth))
+    label = f"expected density by direction{', upper bound' if bounded else ''}"
+    axis.plot(reach * np.cos(turn), reach * np.sin(turn), label=label, zorder=3, **{**LINES[1], "linewidth": 1.3})
 
 
 def _ring_radii(reach: float) -> list[float]:

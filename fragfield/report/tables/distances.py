@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.site import direction_words, site_of
 from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.report.blocks import Table
@@ -79,13 +80,16 @@ def direction_table(run: RunFiles) -> Iterator[Table]:
     found = ensemble(run)
     if found is None or found.expected is None or found.undetermined or found.expected.direction is None:
         return
-    expected = found.expected
+    expected, site = found.expected, None if run.case is None else site_of(run.case)
+    named = {azimuth: f"{azimuth:.0f}" for azimuth in expected.azimuth.tolist()}
+    if site is not None:
+        named = {azimuth: direction_words(azimuth, float(site.bearing_of(azimuth)), 3) for azimuth in named}
     lines = tuple(
-        (f"{azimuth:.0f}", whole_metres(upper), whole_metres(distance))
+        (named[azimuth], whole_metres(upper), whole_metres(distance))
         for azimuth, upper, distance in zip(
             expected.azimuth.tolist(), expected.upper_by_direction.tolist(), expected.by_direction.tolist(), strict=True
         )
     )
-    head = ("Azimuth (°)", "Upper bound (95 %) (m)", "Expected distance (m)")
+    head = ("Azimuth (°)" if site is None else "Direction", "Upper bound (95 %) (m)", "Expected distance (m)")
     note = f"Of {number(expected.realisations)} realisations; 0 where the criterion is never reached."
-    yield Table("Expected distance by direction", head, lines, note, columns=3)
+    yield Table("Expected distance by direction", head, lines, note, columns=2)
