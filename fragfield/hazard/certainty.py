@@ -81,7 +81,7 @@ def whole_metres(value: float | None, otherwise: str = "–") -> str:
 
 
 def rounded_metres(value: float | None, otherwise: str = "–") -> str:
-    """A distance that is none to keep (single events, throws, places) in whole metres without its unit, to the nearest."""
+    """A distance that is none to keep (single events, throws, places) in whole metres without its unit, rounded."""
     return otherwise if value is None or math.isnan(value) else f"{round(value):,d}"
 
 

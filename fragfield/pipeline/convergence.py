@@ -44,7 +44,7 @@ _KINDS = {
 _ROOT = math.sqrt(2.0)
 _FACTORS = {"off": (), "quick": (2.0,), "standard": (_ROOT, 2.0), "final": (1.0 / _ROOT, _ROOT, 2.0)}
 _FACTORS_3D = (_ROOT, 2.0)  # a quarter and a sixteenth of the burst's cost; a finer one costs four times as much
-_MOST = 40  # realisations with another size: beyond, the flights cost more than the bursts
+_MOST = 32  # realisations with another size: beyond, its flights cost more than those of the run itself
 _SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
 
 _log = logging.getLogger(__name__)

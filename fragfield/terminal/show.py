@@ -88,9 +88,6 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
         if isinstance(found, dict) and found.get(key) is not None:
             label = _LABELS.get(key, key.replace("_", " "))
             table.add_row(part.replace("_", " "), label, number_text(found[key], factor), unit)
-    stopped = ((summary.get("flight") or {}).get("status") or {}).get("stopped") or {}
-    if stopped.get("fragments"):
-        table.add_row("flight", "stopped by obstacles", number_text(stopped["fragments"], 1.0), "")
     section = (summary.get("burst") or {}).get("section")
     if section:
         table.add_row("burst", section["words"], "masses per metre")
@@ -106,7 +103,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", number_text(surface["hits"], 1.0), "")
     for obstacle in summary.get("obstacle") or []:
-        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}"
+        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}, stopped {obstacle['stopped']:d}"
         table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
     console = console or plain_console()
     console.print(table)
@@ -129,9 +126,8 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3)
     shown = "" if part is None else f"; {part:.2g} of the limit"
     margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
-    return (
-        f"{entry['verdict']} ({criterion_words(entry)}{shown}), {rounded_metres(entry['distance'])} m, {where}{margin}"
-    )
+    verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
+    return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
 
 
 def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:

@@ -95,6 +95,7 @@ def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> No
         assert one.properties["realisations"] == 12
     assert contours[0].properties["largest_distance_m"] == pytest.approx(expected.upper, abs=1e-3)
     assert contours[1].properties["largest_distance_m"] == pytest.approx(expected.distance, abs=1e-3)
+    assert "expected density, upper bound" in contours[0].properties["name"]
     for one in contours:
         assert (one.ring[0] == one.ring[-1]).all()
         assert area(one.ring) > 0.0, "the right-hand rule: counter-clockwise"

@@ -108,7 +108,7 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     expected = envelope.hazard.expected
     assert envelope.attitude.inclination == worst["inclination_deg"]
     assert expected.upper == worst["upper"]
-    assert expected.distance == worst["distance"]
+    assert expected.distance == worst["expected"]
     for beside in (worst["inclination_deg"] - 20.0, worst["inclination_deg"] + 20.0):
         assert (beside, 0.0) in rows or not 0.0 <= beside <= 180.0
     assert envelope.flights == sum(row["realisations"] for row in rows.values())
@@ -123,7 +123,7 @@ def test_the_upright_attitude_of_the_curve_is_the_upright_run(mixed, envelope):
     upright = job.case.round[0].model_copy(update={"attitude": None})
     job = replace(job, case=job.case.model_copy(update={"round": [upright]}))
     alone = fly_all(job, _fragments(mixed)).hazard.expected
-    assert envelope.curve[0]["distance"] == alone.distance
+    assert envelope.curve[0]["expected"] == alone.distance
     assert envelope.curve[0]["upper"] == alone.upper
 
 
@@ -180,6 +180,6 @@ def test_summary_and_report_state_the_attitude(mixed, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     first = page.index("Attitude: mixed attitudes, the distance is that of the worst: inclined by")
     assert first < page.index("Limits of validity")
-    assert "Annex: hazard distance by attitude" in page
+    assert "Annex: expected distance by attitude" in page
     assert (tmp_path / "out" / "figures" / "attitude_curve.svg").is_file()
     assert "in every direction: worst attitude" in page

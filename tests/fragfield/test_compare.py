@@ -117,10 +117,10 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
     fragments = next(row for row in found["casing"] if row["quantity"] == "fragments")
     assert (fragments["run"], fragments["reference"], fragments["ratio"]) == (3600, 1800, 2.0)
     rows = {row["name"]: row for row in found["distances"]}
-    assert rows["distance"]["ratio"] > 1.1
-    assert rows["distance"]["ratio_error"] > 0.0
-    assert rows["upper"]["run"] > rows["distance"]["run"]
-    assert rows["upper"]["run_basis"] == "worst_direction"
+    assert rows["expected"]["ratio"] > 1.1
+    assert rows["expected"]["ratio_error"] > 0.0
+    assert rows["recommended"]["run"] > rows["expected"]["run"]
+    assert rows["recommended"]["run_basis"] == "worst_direction"
     assert rows["largest_throw"]["ratio_error"] is None  # grows with the number of realisations
     first = found["by_distance"][0]
     assert first["ground_density"]["ratio"] == pytest.approx(2.0, rel=0.1)
@@ -214,7 +214,7 @@ def test_the_comparison_is_printed_and_written(runs, tmp_path):
     assert done.exit_code == 0, done.stderr
     for part in (
         "witness ring, sectors of 45 degrees",
-        "hazard distance, upper bound",
+        "recommended distance",
         "largest throw",
         "casing, mean initial speed",
         "the cases differ in",

@@ -113,20 +113,20 @@ def test_a_distance_that_is_not_determined_ends_with_exit_code_3_after_all_outpu
 ):
     done, out = _fly(tmp_path, rows, case + SITE)
     assert done.exit_code == 3, done.stderr
-    assert f"the hazard distance is not determined: {words}" in done.stderr or words in done.stderr
+    assert f"the distance is not determined: {words}" in done.stderr or words in done.stderr
     summary = json.loads(done.stdout)
     stored = json.loads((out / "summary.json").read_text())
     assert stored["hazard"] == summary["hazard"]
-    assert (summary["hazard"]["determined"], summary["hazard"]["distance"], summary["hazard"]["upper"]) == (
+    assert (summary["hazard"]["determined"], summary["hazard"]["expected"], summary["hazard"]["recommended"]) == (
         False, None, None,
     )  # fmt: skip
     assert words in summary["hazard"]["reason"]
     for name in ("landing.h5", "ensemble.h5", "hazard_by_sector.csv", "contours.kml"):
         assert (out / name).is_file(), name
     features = json.loads((out / "contours.geojson").read_text())["features"]
-    assert not any(one["properties"].get("quantity") == "hazard_distance" for one in features)
+    assert not any(one["properties"].get("quantity") in ("expected_density", "recommended") for one in features)
     reported = invoke("info", out).stdout
-    assert "hazard distance: not determined" in reported
+    assert "recommended distance: not determined" in reported
     report = invoke("report", out)
     assert report.exit_code == 0, report.stderr
     assert "not determined" in (out / "report.html").read_text()

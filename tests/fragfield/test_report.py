@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from fragfield.errors import InputError
+from fragfield.hazard.recommended import parts_words
 from fragfield.report import read_run, write_report
 from fragfield.report.figures.burst import speed_along_round
 from fragfield.report.figures.drawing import drawing_style, to_bytes
@@ -154,21 +155,20 @@ def test_every_figure_is_there_once(page, run):
 
 def test_numbers_are_those_of_the_summary(page, summary):
     hazard = summary["hazard"]
-    assert card(page, "Recommended distance") == str(math.ceil(hazard["upper"]))
-    half_width = f"{hazard['upper'] - hazard['distance']:.1f}"
-    expected = f"expected distance {hazard['distance']:.1f}\u00a0m; plus randomness of the break-up {half_width}\u00a0m"
-    assert expected in " ".join(page.texts)
+    assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
+    texts = " ".join(page.texts)
+    assert parts_words(hazard) in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
-    assert f"{math.ceil(low):,}\u00a0–\u00a0{math.ceil(high):,}" in " ".join(page.texts)
+    assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 
 
 def test_one_distance_is_to_keep_and_others_are_named_for_what_they_are(page, summary):
     hazard = summary["hazard"]
     order = [page.text.index(words) for words in ("Recommended distance", "Single events: median", "Largest throw")]
     assert order == sorted(order)
-    assert page.text.count("not a distance to keep") == 2
+    assert page.text.count("no distance to keep") == 2
     assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
-    assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text
+    assert f"{REALISATIONS} realisations fix the expected distance to" in page.text
     assert "worst sector" not in page.text.lower()
 
 
@@ -176,14 +176,14 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
     folder = write_run(tmp_path / "run")
     found = json.loads((folder / "summary.json").read_text())
     reason = "3 % of the mass that could be hazardous has not landed"
-    absent = ("distance", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
+    absent = ("recommended", "expected", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
     found["hazard"] |= {"determined": False, "converged": False, "reason": reason, **dict.fromkeys(absent)}
     (folder / "summary.json").write_text(json.dumps(found))
     with h5py.File(folder / "ensemble.h5", "a") as file:
         file.attrs["undetermined"] = reason
     _, _, words = outline(folder)
     assert "Card(label='Recommended distance', value='not determined', unit='', note='3 % of the mass" in words
-    assert f"The hazard distance is not determined: {reason}" in words
+    assert f"The distance is not determined: {reason}" in words
     assert "weight='stop'" in words
 
 
@@ -208,7 +208,7 @@ def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
     _, _, words = outline(folder)
-    assert "did not estimate the hazard distance: run" in words
+    assert "did not estimate the recommended distance: run" in words
 
 
 def test_title_is_shown_as_text(html, page):
