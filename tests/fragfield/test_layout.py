@@ -11,9 +11,7 @@ from fragfield.report.figures.layout import place_panels, prepare, settle, witho
 
 def test_panels_with_their_decorations_fill_the_figure_and_do_not_overlap():
     with drawing_style():
-        figure, axes = new_figure(
-            2, 2, width=WIDE, height=5.0, gridspec_kw={"height_ratios": (3, 1)}
-        )
+        figure, axes = new_figure(2, 2, width=WIDE, height=5.0, gridspec_kw={"height_ratios": (3, 1)})
         for number, axis in enumerate(axes):
             axis.plot([0, 1], [0, 10.0 ** (3 * number)])
             axis.set(xlabel="x", ylabel="y\nof two lines", title="Title")
