@@ -19,7 +19,6 @@ from fragfield.report.tables.distances import direction_table, distance_table
 from fragfield.report.tables.exposed_sites import exposed_tables
 from fragfield.report.tables.ignition import ignition_table
 from fragfield.report.tables.obstacles import obstacle_tables
-from fragfield.report.tables.plane_section import section_blocks
 from fragfield.report.tables.rounds import (
     arrangement_table,
     broken_rounds_table,
@@ -174,7 +173,6 @@ def fragments_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
 def speeds_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
     """Speeds of the casing."""
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
-        *section_blocks(run),
         *draw(
             "speed_along_round", "Speed along the round",
             "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: "
