@@ -50,7 +50,7 @@ def write_report(
         Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
         page go interactive views of both, where trame-vtk is installed.
     figures : FigureQueue, optional
-        Where some of the run's figures are drawn already, for a page in the run directory; ended here.
+        Where the run's pictures are drawn already, for a page in the run directory; ended here.
 
     Returns
     -------
@@ -64,10 +64,8 @@ def write_report(
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    if figures is not None:
-        figures.renew(run)
-    queue = figures if figures is not None else FigureQueue(run, helped=pictures)
-    illustrator = _Illustrator(target.parent / "figures", queue, pictures=pictures)
+    queue = figures if figures is not None else FigureQueue()
+    illustrator = _Illustrator(run, target.parent / "figures", queue, pictures=pictures)
     return _write(
         run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
         lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
@@ -82,7 +80,7 @@ def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section
     InputError
         No right to write.
     """
-    illustrator = _Illustrator(target.parent / "figures", FigureQueue(run, helped=False), pictures=False)
+    illustrator = _Illustrator(run, target.parent / "figures", FigureQueue(), pictures=False)
     return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
 
 
@@ -110,7 +108,8 @@ def _write(
 class _Illustrator:
     """Has each figure drawn once, and keeps it as PNG and SVG beside the page."""
 
-    def __init__(self, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
+    def __init__(self, run: RunFiles, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
+        self.run = run
         self.folder = folder
         self.pictures = pictures
         self.count = 0
@@ -131,12 +130,12 @@ class _Illustrator:
         self.count += 1
         if fault := library_fault():
             return [Illustration(name, title, caption, missing=fault)]
-        self.figures.add_picture(name, self.folder.parent)
+        self.figures.add_picture(name, self.run.folder, self.folder.parent)
         return [Illustration(name, title, caption, image=_PICTURE)]
 
     def fill(self, parts: list[Section]) -> None:
         """Put the figures where they were asked for, side by side; those without data leave no trace."""
-        drawn = self.figures.finish()
+        drawn = self.figures.finish(self.run)
         for part in parts:
             blocks = [found for block in part.blocks for found in self._drawn(block, drawn)]
             part.blocks = list(_side_by_side(blocks))

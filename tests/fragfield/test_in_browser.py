@@ -34,7 +34,8 @@ PROBE = """<script>
     const tables = cut.map(e => e.querySelector("caption").textContent);
     parent.document.title = JSON.stringify({
       seen, out, tables, wide: root.scrollWidth - root.clientWidth, width: innerWidth,
-      columns: new Set([...document.querySelectorAll("figure")].map(f => Math.round(f.getBoundingClientRect().left))).size});
+      columns: new Set([...document.querySelectorAll("figure")].map(
+        f => Math.round(f.getBoundingClientRect().left))).size});
   });</script></body>"""
 
 
