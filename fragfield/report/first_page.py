@@ -73,7 +73,6 @@ def _what(run: RunFiles) -> Iterator[Row]:
             "Net explosive quantity",
             f"{number(contents['explosive'], 3)} kg (TNT equivalent {number(contents['tnt'], 3)} kg)",
         )
-        yield Row("Number of rounds", number(contents["rounds"]))
     if attitude := attitude_sentence(run):
         yield Row("Attitude and height", attitude.removeprefix("Attitude: ").removesuffix("."))
     if case is None:
@@ -106,6 +105,10 @@ def _rounds(run: RunFiles) -> Iterator[Row]:
         yield Row("Round", f"{listed}{f' ({profile})' if profile else ''}{', each' if len(names) > 1 else ''}")
         yield Row("Fill", fill)
         yield Row("Casing", casing)
+    if kinds:
+        images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
+        behind = f"; {number(images)} more behind planes of symmetry" if images else ""
+        yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
 
 
 def _site(case: Case) -> Iterator[Row]:
