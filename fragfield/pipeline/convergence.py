@@ -45,7 +45,6 @@ _ROOT = math.sqrt(2.0)
 _FACTORS = {"off": (), "quick": (2.0,), "standard": (_ROOT, 2.0), "final": (1.0 / _ROOT, _ROOT, 2.0)}
 _FACTORS_3D = (_ROOT, 2.0)  # a quarter and a sixteenth of the burst's cost; a finer one costs four times as much
 _MOST = 32  # realisations with another size: beyond, its flights cost more than those of the run itself
-_SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
 
 _log = logging.getLogger(__name__)
 
@@ -129,9 +128,9 @@ def with_cells(case: Case, size: float, realisations: int, geometry: str) -> Cas
 
 
 def convergence_words(part: Mapping[str, Any]) -> list[str]:
-    """One line of text on the part `convergence` of summary.json, or none where a run has not the part."""
+    """One line of text on the part `convergence` of summary.json; none where no other size was computed."""
     if "sizes" not in part:
-        return [str(part["reason"])] if part.get("reason") else []
+        return []
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
     parts = []
     for name, words, factor, unit in _CONSOLE:
@@ -140,9 +139,7 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
             continue
         order = f", order {entry['order']:.2g}" if entry["order"] is not None else f", {_KINDS[entry['kind']]}"
         parts.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
-    if not parts:
-        return [f"no grid convergence: {part['reason']}"] if part.get("reason") else []
-    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
+    return [] if not parts else [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
 
 
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
@@ -155,11 +152,11 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
         return "no grid convergence: not computed for the runs of a sweep"
     asked = job.case.burst.convergence
     if asked == "off":
-        return f'no grid convergence: burst.convergence = "off"; {_SWEEP}, or set it to "standard"'
+        return 'no grid convergence: burst.convergence = "off"'
     if burst.get("geometry") != "axisymmetric" and asked != "final":
         return (
-            "no grid convergence: other cell sizes of a burst in three dimensions are computed for burst.convergence = "
-            f'"final" alone, and this run has "{asked}"'
+            'no grid convergence: a burst in three dimensions has it with burst.convergence = "final" alone, and this '
+            f'run has "{asked}"'
         )
     return ""
 

@@ -19,6 +19,8 @@ from fragfield.studies.compare.estimates import Estimates, estimate
 from fragfield.studies.compare.witness import compare_hits, sectors_together
 from tests.fragfield.synthetic_run import write_run
 
+NOT_INCLUDED = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
+
 
 def _invoke(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
@@ -129,7 +131,10 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
         "round: reference 1, run 2",
         "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']",
     ]
-    assert found["notes"] == ["both have the seed 1; standard errors of ratios assume independent realisations"]
+    assert found["notes"] == [
+        "both have the seed 1; standard errors of ratios assume independent realisations",
+        f"the recommended distances do not include {NOT_INCLUDED}",
+    ]
 
 
 def test_round_off_in_a_unit_is_no_difference(runs, single):

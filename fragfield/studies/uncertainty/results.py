@@ -64,17 +64,17 @@ def write_results(
 
 def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
     """The recommended distance with the study, in the nominal run's summary.json and map files."""
-    from flight.files.ensemble import read_ensemble
-    from fragfield.files.provenance import provenance_of
-
-    summary, case = nominal.summary(), nominal.stored_case()
+    summary = nominal.summary()
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), study)
     rules = (summary.get("rules") or {}).get("rules") or ()
-    nominal.write_summary(
-        {**summary, "hazard": hazard, "minimum": minimum_part(hazard, summary.get("official"), rules)}
-    )
-    if case.site is not None:
-        found, exposed = read_ensemble(nominal.file("ensemble.h5"))[0], summary.get("exposed") or ()
+    minimum = minimum_part(hazard, summary.get("official"), rules)
+    nominal.write_summary({**summary, "hazard": hazard, "minimum": minimum})
+    if nominal.file("contours.geojson").is_file():
+        from flight.files.ensemble import read_ensemble
+        from fragfield.files.provenance import provenance_of
+
+        case, found = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
+        exposed = summary.get("exposed") or ()
         write_contours(case, found, nominal, provenance_of(case), exposed, hazard["recommended"])
 
 
