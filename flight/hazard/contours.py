@@ -250,6 +250,8 @@ def _data(parent: ET.Element, entries: Mapping[str, object]) -> None:
 
 def _texts(entries: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     for key, value in entries.items():
+        if value is None:
+            continue
         yield key, str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -206,7 +206,7 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
     for entry in found["exposed"]:
         console.print(
             f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
-            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3)
+            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
             + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else ""),
             markup=False,
         )

@@ -162,7 +162,6 @@ class ExposedSums:
     def _entry(
         self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, *, determined: bool
     ) -> dict[str, Any]:
-        assert self._energy is not None  # a flight has been added
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
@@ -182,7 +181,7 @@ class ExposedSums:
             "bearing_deg": bearing_of(case, azimuth),
             "energy": site.prisms[0].energy,
             **(values if determined else dict.fromkeys(values)),
-            "largest_energy": float(self._energy[pieces.start : pieces.stop].max()),
+            "largest_energy": self._largest_energy(pieces),
             "criterion": {"quantity": quantity, "limit": limit},
             "realisations": self.realisations,
             "level": LEVEL,
@@ -191,6 +190,10 @@ class ExposedSums:
         entry["no_margin"] = no_margin(case, site) or None
         entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
         return entry
+
+    def _largest_energy(self, pieces: range) -> float | None:
+        assert self._energy is not None  # a flight has been added
+        return float(self._energy[pieces.start : pieces.stop].max())
 
     def _values(
         self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance | None
@@ -204,11 +207,18 @@ class ExposedSums:
         for index, prism in zip(pieces, site.prisms, strict=True):
             normal.append(self._mean("track", index, prism.volume, prism.longest))
             ground.append(self._mean("landings", index, prism.area, 1.0))
+        return self._of_densities(site, normal, ground, _all_round(case, site, expected))
+
+    @staticmethod
+    def _of_densities(
+        site: ExposedSite, normal: list[dict[str, float | None]], ground: list[dict[str, float | None]],
+        around: dict[str, dict[str, float | None]] | None = None,
+    ) -> dict[str, Any]:  # fmt: skip
+        """Values of a site in the open by the densities of its pieces, or by those over all azimuths."""
         worst = int(
             np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
         )
         counted = {"normal": _worst(normal), "ground": _worst(ground)}
-        around = _all_round(case, site, expected)
         density = around or counted
         table = site.table
         target = site.area * getattr(table, "number", 1.0)

@@ -49,10 +49,10 @@ def map_warnings(case: Case, described: Sequence[Mapping[str, Any]]) -> Iterator
         (x, y), turn = case.flight.origin, float(azimuth[nearest])
         yield (
             f"flight.ground.map ends {reach[nearest]:.0f} m from the rounds "
-            f"({direction_words(turn, bearing_of(case, turn), 3)}), and fragments may fly up to about {throw:.0f} m: "
-            "beyond its edge the ground is taken as level, and a distance that reaches there is not determined. A map "
-            f"that holds all reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from {y - needed:.0f} to "
-            f"{y + needed:.0f} m along y"
+            f"({direction_words(turn, bearing_of(case, turn), whole=True)}), and fragments may fly up to about "
+            f"{throw:.0f} m: beyond its edge the ground is taken as level, and a distance that reaches there is not "
+            f"determined. A map that holds all reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from "
+            f"{y - needed:.0f} to {y + needed:.0f} m along y"
         )
 
 
@@ -77,7 +77,7 @@ def beyond_map_words(case: Case, expected: ExpectedDistance) -> str:
     if not distance[farthest] > reach[farthest]:
         return ""
     turn = float(expected.azimuth[farthest])
-    where = "" if expected.direction is None else f", {direction_words(turn, bearing_of(case, turn), 3)}"
+    where = "" if expected.direction is None else f", {direction_words(turn, bearing_of(case, turn), whole=True)}"
     return (
         f"over level ground beyond the map of heights it would be {distance[farthest]:.0f} m{where}, and the map ends "
         f"{reach[farthest]:.0f} m from the rounds; take a larger map"

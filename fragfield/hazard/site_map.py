@@ -45,7 +45,7 @@ KINDS = {
 """Kinds of shapes, in words."""
 FOLDERS = {
     "round": "rounds",
-    "exposed": "exposed places",
+    "exposed": "exposed sites",
     "recommended": "recommended distance",
     "obstacle": "obstacles",
     "terrain": "contours of the ground",
@@ -56,7 +56,7 @@ COLORS = {"recommended": "#7a1f10", "obstacle": "#6b4e16", "round": "#1d2733", "
 
 @dataclass(frozen=True)
 class VerdictStyle:
-    """How an exposed site is drawn by its verdict: told apart in grey by hatching, marker and width of the line too.
+    """How an exposed site is drawn by its verdict: distinguished in grey by hatching, marker and width of the line too.
 
     Attributes
     ----------

@@ -118,7 +118,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
 
 def _exposed_words(entry: Mapping[str, Any]) -> str:
     """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
-    part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3)
+    part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
     shown = "" if part is None else f"; {part:.2g} of the limit"
     margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"

@@ -96,11 +96,7 @@ height = "9 m"
 @pytest.mark.parametrize(
     ("case", "rows", "words"),
     [
-        (
-            '[flight]\ntime_limit = "0.2 s"\n',
-            ["0.05,900,0,100,1"],
-            "neither landed nor was stopped (1 ran out of time)",
-        ),
+        ('[flight]\ntime_limit = "0.2 s"\n', ["0.05,900,0,100,1"], "was stopped (1 ran out of time)"),
         (
             ARENA,
             ["0.05,900,0,0,1"],

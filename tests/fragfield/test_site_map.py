@@ -58,8 +58,8 @@ def test_places_lines_and_points_reach_geojson_and_kml(site, tmp_path):
         folder.findtext(f"{KML}name"): folder.find(f"{KML}Placemark") for folder in document.iter(f"{KML}Folder")
     }
     kinds = {name: [child.tag.removeprefix(KML) for child in place][-1] for name, place in folders.items()}
-    assert kinds == {"rounds": "Point", "exposed places": "MultiGeometry", "contours of the ground": "LineString"}
-    assert folders["exposed places"].findtext(f"{KML}name") == "yard: met"
+    assert kinds == {"rounds": "Point", "exposed sites": "MultiGeometry", "contours of the ground": "LineString"}
+    assert folders["exposed sites"].findtext(f"{KML}name") == "yard: met"
     assert folders["rounds"].findtext(f"{KML}name") == "shell"
 
 

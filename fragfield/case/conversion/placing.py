@@ -50,17 +50,22 @@ def meshed(entry: RoundTable, cell_size: float) -> Body:
 
 
 def outsides(entry: RoundTable, case: Case) -> tuple[Body, Body]:
-    """Outside of a resolved round, and that which its mesh touches from within where bodies meet in the burst."""
+    """Outside of a resolved round, and that which its mesh touches from within where surfaces meet in the burst."""
     exact = placed(entry)
-    meets = case.burst is not None and (case.burst.contact.surfaces or bool(case.plane))
+    meets = case.burst is not None and case.burst.contact.surfaces
     return exact, meshed(entry, case.burst.cell_size) if case.burst is not None and meets else exact
 
 
 def lift_to(base: float | str | None, entry: RoundTable, case: Case) -> float:
-    """Height (m) by which a resolved round is lifted so that it, and its mesh, stands on a z or on the "ground"."""
+    """Height (m) by which a resolved round is lifted so that it stands on a z or on the "ground".
+
+    Where a plane is in the burst its mesh does.
+    """
     if base is None:
         return 0.0
-    lowest = min(body.reach((0.0, 0.0, 1.0))[0] for body in outsides(entry, case))
+    solid = case.burst is not None and any(plane.kind != "symmetry" for plane in case.plane)
+    bodies = (placed(entry), meshed(entry, case.burst.cell_size)) if case.burst and solid else (placed(entry),)
+    lowest = min(body.reach((0.0, 0.0, 1.0))[0] for body in bodies)
     return (ground_height(case, *entry.position[:2]) if isinstance(base, str) else base) - lowest
 
 

@@ -34,7 +34,7 @@ def with_bearing(case: Case, entry: Mapping[str, Any]) -> dict[str, Any]:
     return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
 
 
-def direction_words(azimuth: float, bearing: float | None, digits: int = 4) -> str:
+def direction_words(azimuth: float, bearing: float | None, *, whole: bool = False) -> str:
     """A direction as every text gives it: bearing and point of the compass where the case has a site, else azimuth.
 
     Parameters
@@ -43,11 +43,11 @@ def direction_words(azimuth: float, bearing: float | None, digits: int = 4) -> s
         From +x, counter-clockwise (degrees).
     bearing : float or None
         From north, clockwise (degrees), by `bearing_of`.
-    digits : int
-        Significant digits.
+    whole : bool
+        In whole degrees, for places; else in four digits.
     """
     from flight.hazard.site import compass_point
 
-    if bearing is None:
-        return f"azimuth {azimuth:.{digits}g}°"
-    return f"bearing {bearing:.{digits}g}° ({compass_point(bearing)})"
+    angle = azimuth if bearing is None else bearing
+    words = f"{round(angle) % 360}°" if whole else f"{angle:.4g}°"
+    return f"azimuth {words}" if bearing is None else f"bearing {words} ({compass_point(bearing)})"

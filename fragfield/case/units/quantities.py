@@ -113,8 +113,9 @@ class Quantity:
         return ", " + " and ".join(limits) if limits else ""
 
     def _limit(self, value: float) -> str:
-        """A bound as a message shows it: angles in degrees, as in the examples."""
-        return f"{math.degrees(value):.6g} deg" if self.symbol == "rad" else f"{value:g} {self.symbol}"
+        """A bound as a message shows it: angles in whole degrees where they are, as in the examples."""
+        whole = round(math.degrees(value)) if self.symbol == "rad" else None
+        return f"{whole} deg" if whole is not None and degrees(whole) == value else f"{value:g} {self.symbol}"
 
     def parse(self, value: object) -> float | str:
         """Read a value of the case file.

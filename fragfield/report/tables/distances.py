@@ -83,7 +83,7 @@ def direction_table(run: RunFiles) -> Iterator[Table]:
     expected, site = found.expected, None if run.case is None else site_of(run.case)
     named = {azimuth: f"{azimuth:.0f}" for azimuth in expected.azimuth.tolist()}
     if site is not None:
-        named = {azimuth: direction_words(azimuth, float(site.bearing_of(azimuth)), 3) for azimuth in named}
+        named = {azimuth: direction_words(azimuth, float(site.bearing_of(azimuth))) for azimuth in named}
     lines = tuple(
         (named[azimuth], whole_metres(upper), whole_metres(distance))
         for azimuth, upper, distance in zip(

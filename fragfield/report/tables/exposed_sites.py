@@ -34,7 +34,7 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
         (
             entry["name"],
             f"{rounded_metres(entry['distance'])}{SPACE}m, "
-            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], 3),
+            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True),
             entry["verdict"],
             criterion_words(entry),
             _part(part_of_criterion(entry)),

@@ -33,7 +33,7 @@ def obstacle_tables(run: RunFiles) -> Iterator[Table]:
 
 def _direction(face: dict[str, Any]) -> str:
     azimuth = face.get("azimuth_deg")
-    return "up" if azimuth is None else direction_words(azimuth, face.get("bearing_deg"), 3)
+    return "up" if azimuth is None else direction_words(azimuth, face.get("bearing_deg"), whole=True)
 
 
 def _counts(part: dict[str, Any]) -> tuple[str, ...]:
