@@ -62,7 +62,7 @@ def _outline(axis: Axes, run: RunFiles) -> None:
     bounded = expected.upper is not None
     reach = _closed(expected.upper_by_direction if bounded else expected.by_direction)
     turn = np.radians(_closed(expected.azimuth))
-    label = f"expected density by direction{', upper bound' if bounded else ''}"
+    label = f"{'upper bound' if bounded else 'expected'} by direction"
     axis.plot(reach * np.cos(turn), reach * np.sin(turn), label=label, zorder=3, **{**LINES[1], "linewidth": 1.3})
 
 
