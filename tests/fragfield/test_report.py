@@ -230,10 +230,10 @@ def test_densities_agree_with_the_flight(run):
     found = ensemble(files)
     assert found is not None
     assert found.realisations == REALISATIONS
-    told, headline = files.part("hazard"), found.headline
+    stored, headline = files.part("hazard"), found.headline
     assert headline is not None
-    assert headline["without_ricochet"].items() <= told["without_ricochet"].items()
-    assert {name: told[name] for name in headline if name != "without_ricochet"}.items() <= headline.items()
+    assert headline["without_ricochet"].items() <= stored["without_ricochet"].items()
+    assert {name: stored[name] for name in headline if name != "without_ricochet"}.items() <= headline.items()
 
 
 def outline(folder: Path) -> tuple[list[str], list[str], str]:

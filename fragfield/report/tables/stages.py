@@ -257,7 +257,7 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
 
 
 def alike_around(run: RunFiles) -> bool:
-    """Whether all azimuths are alike, so that a sector differs from the others by chance alone."""
+    """Whether all azimuths are alike, so that a sector differs from the others at random alone."""
     return run.part("hazard").get("basis") == "all_azimuths"
 
 
@@ -273,7 +273,7 @@ def _all_around(witness: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -
         _rounded(float(largest.max())),
     )  # fmt: skip
     head = ("Azimuth", "Hits, mean of a sector", "Hazardous", "Mean (m/s)", "Largest (m/s)")
-    note = "All azimuths are alike; the sectors of the first realisation differ by chance. Initial speeds."
+    note = "All azimuths are alike; the sectors of the first realisation differ at random. Initial speeds."
     return Table(f"Witness “{witness.get('name', '')}”", head, (line,), note)
 
 
