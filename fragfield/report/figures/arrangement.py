@@ -44,7 +44,7 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
     room = _ROOM * float((high - low).max())
     across = float((high - low)[0]) + 2.0 * room
     ratios = [float((high - low)[axis]) + 2.0 * room for axis in (1, 2)]
-    height = float(np.clip(3.0 * sum(ratios) / across + 1.0, 3.0, 5.4))
+    height = float(np.clip(3.0 * sum(ratios) / across + 1.0, 3.0, 5.0))
     figure, (plan, elevation) = new_figure(2, 1, height=height, gridspec_kw={"height_ratios": ratios})
     for axes, vertical, title in ((plan, 1, "Plan, from above"), (elevation, 2, "Elevation, seen along +y")):
         for name, surface, image in bodies:

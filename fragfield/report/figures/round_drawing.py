@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DRAWINGS", "centre_of_mass", "draw_round", "drawn_rounds", "round_masses"]
 
-_HEIGHT = 4.4  # inches of the round at most
+_HEIGHT = 4.1  # inches of the round at most
 _LEFT, _RIGHT = 1.35, 1.0  # inches beside it for dimensions
 _FOOT, _HEAD = 1.2, 0.45  # inches below and above it
 _SAMPLES = 400  # stations of a contour
