@@ -65,8 +65,13 @@ density = "0.017953321364452424 1/m^2"
 """
 ROUND = """[[round]]
 name = "{name}"
-profile = "tube"
 position = ["{x} m", "0.0 m", "0.0 m"]
+
+[round.profile]
+unit = "mm"
+outer = {{ points = [[0, 77.5], [600, 77.5]] }}
+cavity = {{ points = [[0, 55], [600, 55]] }}
+charge = {{ front = 0 }}
 
 [round.explosive]
 name = "TNT"

@@ -12,7 +12,7 @@ import numpy as np
 
 from fragfield.case.units.quantities import show
 from fragfield.errors import InputError
-from fragfield.report.figures.drawing import GREY, LINES, drawing_style, new_figure, to_bytes
+from fragfield.report.figures.drawing import GREY, LINES, WIDE, drawing_style, new_figure, to_bytes
 from fragfield_base.csv_text import harmless
 from fragfield_base.writing import write_bytes, write_text
 
@@ -94,7 +94,7 @@ def _picture(found: Mapping[str, Any]) -> bytes:
     """Ratios by azimuth, a line of panels a surface, and below them the densities by distance."""
     rows = len(found["witness"]) + bool(found["by_distance"])
     with drawing_style():
-        figure, axes = new_figure(rows, 2, narrow=False, height=2.4 * rows + 0.5, narrow_height=2.4 * rows)
+        figure, axes = new_figure(rows, 2, width=WIDE, height=2.4 * rows + 0.5)
         for number, surface in enumerate(found["witness"]):
             for (key, label), axis in zip(_PICTURED, axes[2 * number : 2 * number + 2], strict=True):
                 _draw_ratio(axis, surface, key, label)
