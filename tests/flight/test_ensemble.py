@@ -159,7 +159,7 @@ def test_what_is_not_determined_has_no_distance_in_any_file(tmp_path: Path) -> N
     again, _ = read_ensemble(tmp_path / "ensemble.h5")
     assert again.undetermined == "none landed"
     assert again.headline == found.headline
-    assert found.headline["distance"] is found.headline["single_event"] is None
+    assert found.headline["expected"] is found.headline["single_event"] is None
     assert found.headline["determined"] is False
     for name in ("ensemble.csv", "hazard_by_sector.csv"):
         assert np.isnan(read_columns(tmp_path / name)["distance_m"]).all()
