@@ -146,4 +146,4 @@ def test_the_direction_of_fragments_from_elsewhere_is_the_worst(tmp_path):
     assert (hazard["realisations"], hazard["upper"], hazard["kernel_deg"]) == (1, None, 10.0)
     assert "only one set of fragments from another source" in done.stderr
     printed = invoke("info", out).stdout
-    assert "no upper bound: 1 realisation" in printed
+    assert "randomness of the break-up (a single realisation has no bound)" in printed
