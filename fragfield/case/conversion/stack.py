@@ -64,22 +64,20 @@ def _places(template: RoundTable, stack: StackTable) -> NDArray[Any]:
     """Positions of the rounds (m), shape (n, 3)."""
     import numpy as np
 
-    from burst_fenicsx.geometry import arrangement
+    from fragfield.case.conversion import patterns
     from fragfield.case.conversion.placing import placed
 
     body = placed(template)
     (x, y, z) = (np.ptp(body.reach(direction)) for direction in np.eye(3))
     if stack.arrangement == "triangle":
-        across = (
-            [1.0, 0.0, 0.0] if arrangement.stands(template.axis) else arrangement.across_horizontally(template.axis)
-        )
+        across = [1.0, 0.0, 0.0] if patterns.stands(template.axis) else patterns.across_horizontally(template.axis)
         pitch = float(np.ptp(body.reach(across))) + stack.gap
-        offsets = arrangement.triangle(stack.count or 2, pitch, template.axis)
+        offsets = patterns.triangle(stack.count or 2, pitch, template.axis)
     elif stack.arrangement == "row":
-        offsets = arrangement.row(stack.count or 1, x + stack.gap)
+        offsets = patterns.row(stack.count or 1, x + stack.gap)
     else:
         layer_gap = stack.gap if stack.layer_gap is None else stack.layer_gap
-        offsets = arrangement.pallet(stack.counts or (1, 1, 1), (x + stack.gap, y + stack.gap, z + layer_gap))
+        offsets = patterns.pallet(stack.counts or (1, 1, 1), (x + stack.gap, y + stack.gap, z + layer_gap))
     lift = 0.0 if stack.base is None else stack.base - body.reach((0.0, 0.0, 1.0))[0]
     return np.asarray(offsets + np.array(template.position) + [0.0, 0.0, lift])
 
@@ -128,7 +126,7 @@ def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
         return
     template = next((entry for entry in case.round if stack.round in (None, entry.name)), None)
     if template is not None and stack.arrangement == "triangle" and any(template.axis):
-        from burst_fenicsx.geometry.arrangement import lies, stands
+        from fragfield.case.conversion.patterns import lies, stands
 
         if not (stands(template.axis) or lies(template.axis)):
             yield (
