@@ -135,8 +135,8 @@ class Revolved:
         """Points (n, 3) at lengths along the outline (m) and angles about the axis."""
         r, z = np.interp(s, length, outline[:, 0]), np.interp(s, length, outline[:, 1])
         first, second = np.linalg.svd(self.axis[None, :])[2][1:]
-        across = np.outer(r * np.cos(turn), first) + np.outer(r * np.sin(turn), second)
-        points: Vectors = self.position + np.outer(z, self.axis) + across
+        outward = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
+        points: Vectors = self.position + z[:, None] * self.axis + r[:, None] * outward
         return points
 
 
