@@ -122,7 +122,7 @@ class Simulation(AssembledBurst):
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
         self.interpenetration.largest = records["passed_through"]
-        self.exposures.restore(records)
+        self.exposures.values[:] = records["exposure"]
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -250,8 +250,7 @@ class Simulation(AssembledBurst):
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
         records["passed_through"] = self.interpenetration.largest
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
-        if self.exposures.any:
-            records |= self.exposures.arrays()
+        records["exposure"] = self.exposures.values
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
     def _report_progress(self, end: float, began: float) -> None:
