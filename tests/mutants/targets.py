@@ -66,7 +66,6 @@ AREAS = (
             ("*/kernels/geometry/*", [*_TOUCH, *_CELLS, *_PARTS]),
             ("*/kernels/vectors/*", [*_TOUCH, *_CELLS, *_PARTS]),
             ("*/kernels/step/*", [*_TOUCH, *_PARTS]),
-            ("*/inside.py", [f"{_BURST}/test_passage.py"]),
             ("*/kernels/cells/*", [*_PARTS, f"{_BURST}/test_torn_metal.py"]),
             ("*", [*_CELLS, f"{_BURST}/test_transposition.py"]),
         ),
