@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
+from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE
 from burst_fenicsx.kernels.step.assembly import make_scratch
 from burst_fenicsx.mechanics.solver import BurstSolver
 
@@ -47,7 +48,7 @@ class RingSolver(BurstSolver):
         """Release, at the end of the burst, rings of casing and fuze without strength that are folded."""
         state = self.fields
         torn = state.folded() & state.without_strength()
-        state.restore_element_arrays({"released": state.released | torn})
+        state.solid.eroded[:] = state.blocks.by_slot(np.where(state.released | torn, BEFORE, WHOLE))
         state.solid.stress[np.flatnonzero(torn)] = 0.0
 
     def advance(self, step: float) -> None:

@@ -213,7 +213,7 @@ class SlidingInterface:
         total, fields = self._attached, self._fields
         total[:] = 0.0
         attached_state(
-            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.released,
+            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.eroded,
             fields.blocks.slot_of_cell, self._attached_rounding, total,
         )  # fmt: skip
         self._slave_halo.give(total)

@@ -11,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.cells.torn_metal import WHOLE
+from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
@@ -179,7 +179,7 @@ class BurstFields:
     @property
     def released(self) -> np.ndarray:
         """Whether each of this rank's cells has been released, as torn metal or crushed products (cells,)."""
-        found: np.ndarray = self.blocks.by_cell(self.solid.released) != WHOLE
+        found: np.ndarray = self.blocks.by_cell(self.solid.eroded) != WHOLE
         return found
 
     @property
@@ -189,11 +189,11 @@ class BurstFields:
 
     def element_arrays(self) -> dict[str, np.ndarray]:
         """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint."""
-        return {"released": self.blocks.by_cell(self.solid.released)}
+        return {"released": self.blocks.by_cell(self.solid.eroded)}
 
     def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `element_arrays` gave."""
-        self.solid.released[:] = self.blocks.by_slot(arrays["released"])
+        self.solid.eroded[:] = self.blocks.by_slot(arrays["released"])
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
@@ -223,7 +223,7 @@ class BurstFields:
         self.solid = solid._replace(
             hourglass=hourglass,
             softening_scale=solid.softening_scale[source],
-            released=solid.released[source],
+            eroded=solid.eroded[source],
         )
 
 
@@ -322,7 +322,7 @@ def make_fields(
             volume_strain=of_cells["plastic_volumetric_strain"],
             hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
             softening_scale=blocks.by_slot(inverse_scale),
-            released=np.zeros(len(slot_volume), dtype=np.int8),
+            eroded=np.zeros(len(slot_volume), dtype=np.int8),
         ),
         charge=ChargeState(
             parameters=charge_table,

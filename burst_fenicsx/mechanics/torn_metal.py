@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.torn_metal import BEFORE, NOW, are_torn
+from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, are_torn
 from burst_fenicsx.kernels.step.assembly import cell_volumes
 
 if TYPE_CHECKING:
@@ -45,6 +45,6 @@ class TornMetal:
 
     def _mark(self, cells: np.ndarray, flag: int) -> None:
         state = self._fields
-        flags = state.blocks.by_cell(state.solid.released)
+        flags = state.blocks.by_cell(state.solid.eroded)
         flags[cells] = flag
-        state.solid.released[:] = state.blocks.by_slot(flags)
+        state.solid.eroded[:] = state.blocks.by_slot(flags)

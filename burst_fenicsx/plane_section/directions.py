@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import areas
-from burst_fenicsx.kernels.cells.torn_metal import BLOWN_UP
+from burst_fenicsx.kernels.cells.erosion import BLOWN_UP
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

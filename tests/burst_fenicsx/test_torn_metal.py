@@ -15,7 +15,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.kernels.cells.torn_metal import BEFORE
+from burst_fenicsx.kernels.cells.erosion import BEFORE
 from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
@@ -326,7 +326,7 @@ def test_crushed_products_open_nothing(tmp_path):
     crushed = np.flatnonzero(fields.mesh.part == Part.CHARGE)[::7]
     flags = np.zeros(fields.mesh.cells, dtype=np.int8)
     flags[crushed] = BEFORE
-    fields.solid.released[:] = fields.blocks.by_slot(flags)
+    fields.solid.eroded[:] = fields.blocks.by_slot(flags)
     going.solver.release_torn_metal()
     assert fields.released[crushed].all()
     assert not contact.torn.any()

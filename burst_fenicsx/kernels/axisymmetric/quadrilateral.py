@@ -21,33 +21,37 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.common import (
+from burst_fenicsx.kernels.cells.rows import (
+    DILATATION,
     FREQUENCY,
     GRADIENT,
-    HOURGLASS,
     HOURGLASS_MODES,
+    HOURGLASS_RATE,
     MASS,
     POSITION,
     RATE,
     VOLUME,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.state import Nodes
-from burst_fenicsx.kernels.vectors.tensors import Symmetric, store_matrix, store_vector
+from burst_fenicsx.kernels.state import Grid, Nodes
+from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
 
 __all__ = [
     "AREA",
+    "CRUSHED",
     "GAMMA_SQUARE",
-    "INITIAL_VOLUME",
-    "INVERSE_SHARE",
-    "MIN_CORNER",
-    "RELEASED",
-    "ROWS_OF_CELLS",
+    "MIN_VOLUME",
+    "NOTHING_LEFT",
+    "POINTS",
+    "AxisymmetricState",
     "Four",
-    "Rings",
-    "add_forces_to_nodes",
-    "gather_nodes",
-    "move_quadrilaterals",
+    "add_forces",
+    "add_point",
+    "end_points",
+    "gather",
+    "is_folded",
+    "move",
+    "move_point",
     "plane_integrals",
     "ring_integrals",
     "ring_volume",
@@ -56,26 +60,25 @@ __all__ = [
 
 Four = tuple[float, float, float, float]
 
-# Rows of the scratch besides those of `cells.common`. Nodal values: four rows of radial, then four of axial ones.
-_VELOCITY = POSITION + 8  # rows of its own: the material's are loaded before the cells move
+POINTS = 1
+MIN_VOLUME = VOLUME
+CRUSHED, NOTHING_LEFT = 0.45, 0.1
+
+# Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
+_VELOCITY = POSITION + 8
 _BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
-INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-INITIAL_VOLUME = GRADIENT + 16  # m3
-RELEASED = GRADIENT + 17  # 1 where torn metal has been released, else 0
+_INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
 _MODE_R, _MODE_Z = HOURGLASS_MODES, HOURGLASS_MODES + 1  # hourglass mode of the positions, m
 AREA = HOURGLASS_MODES + 2  # of the quadrilateral, m2
 GAMMA_SQUARE = HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
-MIN_CORNER = HOURGLASS_MODES + 4  # minimum Jacobian at the corners, m2: not above zero where the cell is folded
-
-ROWS_OF_CELLS = 6
-"""Rows of LANES that a quadrilateral keeps besides the state of all cells: INVERSE_SHARE, INITIAL_VOLUME, RELEASED."""
+_MIN_CORNER = HOURGLASS_MODES + 4  # minimum Jacobian at the corners, m2: not above zero where the cell is folded
 
 
-class Rings(NamedTuple):
-    """What quadrilaterals have besides the arrays of all cells."""
+class AxisymmetricState(NamedTuple):
+    """What rings have besides the arrays of all cells."""
 
-    kept: np.ndarray  # (blocks, ROWS_OF_CELLS LANES): inverse shares of the nodes' masses (1/kg), and RELEASED
-    released: np.ndarray  # (cells,) int8, 1 for torn metal and crushed products that have been released
+    inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
+    slot: np.ndarray  # (cells,) int32, where each cell stands in the blocks
     mass: np.ndarray  # (nodes,) kg
     axis: np.ndarray  # int32, nodes on the axis; none in a plane section
     plane: bool  # whether the weight is one, per length of a plane section, and not 2 pi r of a ring
@@ -173,20 +176,12 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
 
 
 @block_kernel
-def gather_nodes(
-    cells: np.ndarray,
-    dofmap: np.ndarray,
-    level: int,
-    nodes: Nodes,
-    kept: np.ndarray,
-    scratch: np.ndarray,
-) -> None:
-    """Positions and velocities of a block's nodes; over the cells' step mean ones where nodes take shorter steps.
-
-    `cells` (LANES,) of the block, `dofmap` (cells, 4), `kept` (ROWS_OF_CELLS LANES,).
-    """
+def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scratch: np.ndarray) -> None:
+    """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
+    level, dofmap = grid.level[block], grid.dofmap
     for lane in range(LANES):
-        cell = np.uint64(cells[lane])
+        cell = np.uint64(grid.cells[block, lane])
+        scratch[MASS * LANES + lane] = grid.mass[block * LANES + lane]
         for n in range(4):
             node = np.uint64(dofmap[cell, n])
             scratch[(POSITION + n) * LANES + lane] = nodes.position[node, 0]
@@ -197,15 +192,13 @@ def gather_nodes(
             else:
                 scratch[(_VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
                 scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
-    for k in range(ROWS_OF_CELLS * LANES):
-        scratch[INVERSE_SHARE * LANES + k] = kept[k]
+    for k in range(4 * LANES):
+        scratch[_INVERSE_SHARE * LANES + k] = element.inverse_share[block, k]
 
 
 @block_kernel
-def move_quadrilaterals(step: float, plane: bool, scratch: np.ndarray) -> None:
+def move(step: float, element: AxisymmetricState, scratch: np.ndarray) -> None:
     """From nodal positions and velocities to the cells' motion in the step (s) and their shape after it.
-
-    `plane` as `Rings` has it.
 
     The velocity gradient is the mean one on the mid-step configuration. The length L in c dt <= L is 2 c over the
     highest frequency, omega^2 = rho c^2 / V times the largest eigenvalue of the sum over the nodes of g g^T / m_a with
@@ -213,7 +206,7 @@ def move_quadrilaterals(step: float, plane: bool, scratch: np.ndarray) -> None:
     move radially.
     """
     widest_vectors()
-    if plane:
+    if element.plane:
         for lane in range(LANES):
             _move_quadrilateral(step, True, scratch, lane)
     else:
@@ -223,7 +216,7 @@ def move_quadrilaterals(step: float, plane: bool, scratch: np.ndarray) -> None:
 
 @lane_function
 def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int) -> None:
-    """One cell of `move_quadrilaterals`."""
+    """One cell of `move`."""
     r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
     vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
     h = 0.5 * step
@@ -232,20 +225,22 @@ def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int
     br, bz, a, volume, _, _ = _integrals(plane, middle_r, middle_z)
     over = 1.0 / volume
     rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
-    store_matrix(((rr, 0.0, rz), (0.0, over * _dot(a, vr), 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
+    hoop = over * _dot(a, vr)
+    store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
+    scratch[DILATATION * LANES + lane] = rr + hoop + zz
     hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
     hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
     qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
     qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
-    store_vector((qr, 0.0, qz), scratch, HOURGLASS, lane)
+    store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
 
     br, bz, a, volume, area, min_corner = _integrals(plane, r, z)
     _store(br, scratch, _BR, lane)
     _store(bz, scratch, _BZ, lane)
     _store(a, scratch, _A, lane)
     scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
-    scratch[MIN_CORNER * LANES + lane] = min_corner
-    w = _load(scratch, INVERSE_SHARE, lane)
+    scratch[_MIN_CORNER * LANES + lane] = min_corner
+    w = _load(scratch, _INVERSE_SHARE, lane)
     u0, u1 = w[0] if plane or r[0] > 0.0 else 0.0, w[1] if plane or r[1] > 0.0 else 0.0
     u2, u3 = w[2] if plane or r[2] > 0.0 else 0.0, w[3] if plane or r[3] > 0.0 else 0.0
     g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
@@ -265,7 +260,12 @@ def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int
 
 @lane_function
 def store_forces(
-    stress: Symmetric, resistance: tuple[float, float, float], share: float, scratch: np.ndarray, lane: int
+    stress: Symmetric,
+    resistance: Vector,
+    share: float,
+    rounding: float,  # noqa: ARG001 - one rank sums in one order: nothing is rounded
+    scratch: np.ndarray,
+    lane: int,
 ) -> None:
     """Nodal forces (N) times `share` in the place of the positions.
 
@@ -304,12 +304,31 @@ def store_forces(
 
 
 @block_kernel
-def add_forces_to_nodes(
-    count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray
-) -> None:
+def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray) -> None:
     """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
     for n in range(4):
         for lane in range(count):
             node = np.uint64(dofmap[np.uint64(cells[lane]), n])
             force[node, 0] += scratch[(POSITION + n) * LANES + lane]
             force[node, 2] += scratch[(POSITION + 4 + n) * LANES + lane]
+
+
+@lane_function
+def is_folded(scratch: np.ndarray, lane: int) -> bool:
+    """Whether a corner is turned inside out."""
+    return not scratch[_MIN_CORNER * LANES + lane] > 0.0
+
+
+@lane_function
+def move_point(point: int, step: float, scratch: np.ndarray) -> None:
+    """Nothing: the material is asked with the mean motion."""
+
+
+@lane_function
+def add_point(point: int, scratch: np.ndarray) -> None:
+    """Nothing: the stress is that of the whole cell."""
+
+
+@lane_function
+def end_points(scratch: np.ndarray) -> None:
+    """Nothing."""

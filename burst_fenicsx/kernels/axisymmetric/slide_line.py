@@ -18,6 +18,7 @@ import numpy as np
 from burst_fenicsx.kernels.axisymmetric.line_points import boundary_vectors, find_point
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
+from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
 from burst_fenicsx.kernels.state import ChargeState
@@ -34,7 +35,8 @@ def add_line_forces(
     line: SlideLine,
     contacts: LineContacts,
     charge: ChargeState,
-    released: np.ndarray,
+    eroded: np.ndarray,
+    slot: np.ndarray,
     position: np.ndarray,
     mass: np.ndarray,
     own: np.ndarray,
@@ -42,8 +44,9 @@ def add_line_forces(
 ) -> float:
     """Find every contact's point and force, advance its state, and add `share` of the forces (N) to those of the nodes.
 
-    `released` (cells,) is whether a cell is no continuum any more; `position`, `mass` and `force` are those of the
-    nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is called.
+    `eroded` (slots,) is that of `SolidState`, `slot` (cells,) where each cell stands in it; `position`, `mass` and
+    `force` are those of the nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is
+    called.
 
     Returns
     -------
@@ -54,7 +57,7 @@ def add_line_forces(
     work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
         find_point(c, line, contacts, position)
-        if contacts.off[c] == 0 and _has_nothing_left(c, line, contacts, released):
+        if contacts.off[c] == 0 and _has_nothing_left(c, line, contacts, eroded, slot):
             contacts.off[c] = 1
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
@@ -91,13 +94,13 @@ def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, pos
 
 
 @block_kernel
-def _has_nothing_left(c: int, line: SlideLine, contacts: LineContacts, released: np.ndarray) -> bool:
-    """Whether all products around a contact's node, or the metal that it lies on, have been released."""
-    if released[line.metal[contacts.face[c]]] != 0:
+def _has_nothing_left(c: int, line: SlideLine, contacts: LineContacts, eroded: np.ndarray, slot: np.ndarray) -> bool:
+    """Whether all products around a contact's node, or the metal that it lies on, have been eroded."""
+    if eroded[slot[line.metal[contacts.face[c]]]] != WHOLE:
         return True
     live = 0
     for k in range(contacts.first_cell[c], contacts.first_cell[c + 1]):
-        live += 1 if released[contacts.cell[k]] == 0 else 0
+        live += 1 if eroded[slot[contacts.cell[k]]] == WHOLE else 0
     return live == 0
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.cells.torn_metal import WHOLE
+from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
     GAP,

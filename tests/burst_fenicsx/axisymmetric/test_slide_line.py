@@ -13,6 +13,7 @@ from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.axisymmetric.slide_line import _line_edges
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
+from burst_fenicsx.kernels.cells.erosion import BEFORE
 from burst_fenicsx.kernels.contact.sliding import SlideLaw
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
@@ -51,7 +52,8 @@ def pressed(solver, pressure=PRESSURE, law=LAW):
     fields.charge.pressure[:] = pressure
     own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
     add_line_forces(
-        law, 1.0, interface.line, interface.contacts, fields.charge, fields.rings.released, fields.nodes.position,
+        law, 1.0, interface.line, interface.contacts, fields.charge, fields.solid.eroded, fields.rings.slot,
+        fields.nodes.position,
         fields.mass, own, force,
     )  # fmt: skip
     np.testing.assert_array_equal(own, force)
@@ -247,10 +249,10 @@ def test_released_products_and_products_on_released_metal_press_no_more():
     pressed(solver)
     touching = contacts.stiffness > 0.0
     assert touching.all()
-    released = solver.fields.rings.released
-    released[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]] = 1
+    eroded, slot = solver.fields.solid.eroded, solver.fields.rings.slot
+    eroded[slot[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]]] = BEFORE
     torn = contacts.face[15]
-    released[line.metal[torn]] = 1
+    eroded[slot[line.metal[torn]]] = BEFORE
     assert solver.fields.mesh.part[line.metal[torn]] == Part.CASING
     force = pressed(solver)
     gone = np.flatnonzero(contacts.off == 1)

@@ -105,8 +105,8 @@ def test_gas_loads_the_closed_line_of_a_bore_evenly():
     fields.charge.pressure[:] = 2e9
     own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
     add_line_forces(
-        SlideLaw(1e4, 1e-7, 0.0, 0.0, 0.0), 1.0, line, interface.contacts, fields.charge, fields.rings.released,
-        position, fields.mass, own, force,
+        SlideLaw(1e4, 1e-7, 0.0, 0.0, 0.0), 1.0, line, interface.contacts, fields.charge,
+        fields.solid.eroded, fields.rings.slot, position, fields.mass, own, force,
     )  # fmt: skip
     exact = np.zeros_like(position)
     for a, b in line.edges:
