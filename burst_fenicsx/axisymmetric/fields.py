@@ -46,18 +46,18 @@ class RingFields(BurstFields):
         return (True, True, True) if self.rings.plane else (False, False, True)
 
     def volumes(self) -> np.ndarray:
-        """Volumes of the cells now (cells,) in m3; of released ones as they were then."""
+        """Volumes of the cells now (cells,) in m3; of eroded ones as they were then."""
         found = (areas if self.rings.plane else ring_volumes)(self.nodes.position, self.mesh.dofmap)
-        return np.where(self.released, self.blocks.by_cell(self.grid.volume), found)
+        return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
         found: np.ndarray = self.nodes.velocity[self.mesh.dofmap].mean(axis=1)
         return found
 
-    def folded(self) -> np.ndarray:
-        """Whether a corner of a quadrilateral is turned inside out (cells,); released ones are no cells any more."""
-        return folded(self.nodes.position, self.mesh.dofmap) & ~self.released
+    def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Whether a corner of each quadrilateral is turned inside out (cells,); eroded ones are no cells any more."""
+        return folded(self.nodes.position, self.mesh.dofmap[cells]) & ~self.eroded[cells]
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of the casing, (4,)."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
-from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE
 from burst_fenicsx.kernels.step.assembly import make_scratch
 from burst_fenicsx.mechanics.solver import BurstSolver
 
@@ -40,16 +39,6 @@ class RingSolver(BurstSolver):
         self._sums = RingSums(np.zeros(5), given, np.zeros(3), np.zeros(3), contact.line_force)
         self._work = make_scratch(1)[0]
         super().__init__(fields, settings, leakage, ledger, contact=contact)
-
-    def release_torn_metal(self) -> None:
-        """Nothing: rings are judged in every step of their own."""
-
-    def release_folded_metal(self) -> None:
-        """Release, at the end of the burst, rings of casing and fuze without strength that are folded."""
-        state = self.fields
-        torn = state.folded() & state.without_strength()
-        state.solid.eroded[:] = state.blocks.by_slot(np.where(state.released | torn, BEFORE, WHOLE))
-        state.solid.stress[np.flatnonzero(torn)] = 0.0
 
     def advance(self, step: float) -> None:
         """All parts of a macro step (s)."""

@@ -211,7 +211,7 @@ class ContactForces:
             self.restore_torn(self.torn)
         # Not when a burst is resumed: between two looks nodes may have come to lie on torn faces.
         if self.interface is not None and self.torn.any():
-            self.interface.leave_torn(self.torn)
+            self.interface.leave_eroded(self.torn)
 
     def restore_torn(self, torn: np.ndarray) -> None:
         """Take over which cells of the whole mesh are torn metal."""

@@ -129,19 +129,19 @@ class BurstFields:
         return found
 
     def volumes(self) -> np.ndarray:
-        """Volumes of this rank's cells now (cells,) in m3; of released ones as they were then."""
+        """Volumes of this rank's cells now (cells,) in m3; of eroded ones as they were then."""
         found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
-        return np.where(self.released, self.blocks.by_cell(self.grid.volume), found)
+        return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
         found: np.ndarray = mean_velocities(self.nodes.velocity, self.mesh.dofmap)
         return found
 
-    def folded(self) -> np.ndarray:
-        """Whether a corner of a cell is turned inside out (cells,); released ones are no cells any more."""
-        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap)
-        return found & ~self.released
+    def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
+        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap[cells])
+        return found & ~self.eroded[cells]
 
     def without_strength(self) -> np.ndarray:
         """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
@@ -177,23 +177,23 @@ class BurstFields:
         return total
 
     @property
-    def released(self) -> np.ndarray:
-        """Whether each of this rank's cells has been released, as torn metal or crushed products (cells,)."""
+    def eroded(self) -> np.ndarray:
+        """Whether each of this rank's cells has been eroded, metal or crushed products (cells,)."""
         found: np.ndarray = self.blocks.by_cell(self.solid.eroded) != WHOLE
         return found
 
     @property
-    def torn(self) -> np.ndarray:
-        """Whether it is torn metal (cells,): through its place, other rounds' metal may come."""
-        return self.released & (self.mesh.part != Part.CHARGE)
+    def eroded_metal(self) -> np.ndarray:
+        """Whether it is metal (cells,): through its place, other rounds' metal may come."""
+        return self.eroded & (self.mesh.part != Part.CHARGE)
 
     def element_arrays(self) -> dict[str, np.ndarray]:
         """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint."""
-        return {"released": self.blocks.by_cell(self.solid.eroded)}
+        return {"eroded": self.blocks.by_cell(self.solid.eroded)}
 
     def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `element_arrays` gave."""
-        self.solid.eroded[:] = self.blocks.by_slot(arrays["released"])
+        self.solid.eroded[:] = self.blocks.by_slot(arrays["eroded"])
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import areas
-from burst_fenicsx.kernels.cells.erosion import BLOWN_UP
+from burst_fenicsx.kernels.constants import FOLDED_VOLUME
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ def casing_flight(fields: RingFields, index: int) -> Flight:
 
 def _torn(fields: RingFields) -> NDArray[np.bool_]:
     """Whether cells are torn metal (cells,): released, folded, or without strength and twice as large as at first."""
-    stretched = fields.volumes() > BLOWN_UP * areas(fields.start, fields.mesh.dofmap)
-    torn: NDArray[np.bool_] = fields.released | fields.folded() | (fields.without_strength() & stretched)
+    stretched = fields.volumes() > FOLDED_VOLUME * areas(fields.start, fields.mesh.dofmap)
+    torn: NDArray[np.bool_] = fields.eroded | fields.folded() | (fields.without_strength() & stretched)
     return torn
 
 

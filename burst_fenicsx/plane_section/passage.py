@@ -68,7 +68,7 @@ class SectionPassage(Passage):
         mesh, position, count = self._fields.mesh, self._fields.nodes.position, len(places)
         found = np.full(count, -1)
         reached = (boxes[:, :3] <= places.max(axis=0)).all(axis=1) & (boxes[:, 3:] >= places.min(axis=0)).all(axis=1)
-        rows = np.flatnonzero(reached & among & ~folded(position, mesh.dofmap) & ~self._fields.released)
+        rows = np.flatnonzero(reached & among & ~folded(position, mesh.dofmap) & ~self._fields.eroded)
         if not len(rows):
             return found
         first, candidate = self._cells_near(places, rounds, rows, boxes[rows], 1)

@@ -107,7 +107,7 @@ def of_cells(solver):
         "stress": state.solid.stress, "shear": state.solid.shear_strain, "volume": state.solid.volume_strain,
         "burnt": state.charge.burn_fraction, "energy": state.charge.energy, "pressure": state.charge.pressure,
         "stable": state.blocks.by_cell(state.grid.stable), "size": state.blocks.by_cell(state.grid.volume),
-        "viscous": state.blocks.by_cell(state.grid.viscous), "released": state.released,
+        "viscous": state.blocks.by_cell(state.grid.viscous), "eroded": state.eroded,
     }  # fmt: skip
     return {name: np.array(values, dtype=float) for name, values in found.items()}
 

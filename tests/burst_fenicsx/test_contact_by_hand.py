@@ -275,7 +275,7 @@ def test_who_may_be_pushed_is_found_again_where_that_has_changed():
 def test_faces_of_torn_cells_are_dropped_once(own):
     """Cells go by their numbers in the whole mesh; products leave them at every look, faces go at the first."""
     calls = []
-    interface = SimpleNamespace(leave_torn=lambda torn: calls.append(("leave", torn.tolist())))
+    interface = SimpleNamespace(leave_eroded=lambda torn: calls.append(("leave", torn.tolist())))
     mesh = SimpleNamespace(cell=np.array([5, 3, 0, 2]))
     contact = SimpleNamespace(
         _fields=SimpleNamespace(mesh=mesh), torn=np.zeros(6, dtype=bool), comm=MPI.COMM_SELF, interface=interface,

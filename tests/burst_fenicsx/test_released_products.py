@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.kernels.cells.erosion import BEFORE
-from burst_fenicsx.kernels.cells.one_point import CRUSHED
+from burst_fenicsx.kernels.constants import CRUSHED
 from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.boxes import TNT, run_until

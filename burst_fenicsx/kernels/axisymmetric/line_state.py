@@ -18,7 +18,6 @@ class SlideLine(NamedTuple):
     """Edges that the charge may slide on; a group is a node with those of its edges that are smooth together."""
 
     edges: np.ndarray  # (edges, 2) int32 nodes of casing or fuze; the charge lies to the right of their direction
-    metal: np.ndarray  # (edges,) int32, the cell of casing or fuze whose edge it is
     neighbour: np.ndarray  # (edges, 2) int32, edge beyond each end; -1 beyond a crease
     across: np.ndarray  # (edges, 2) int32, edge beyond a crease that is hollow towards the charge; else -1
     end: np.ndarray  # (edges, 2) int32, group of each end

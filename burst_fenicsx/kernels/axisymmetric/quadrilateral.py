@@ -38,10 +38,8 @@ from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matri
 
 __all__ = [
     "AREA",
-    "CRUSHED",
     "GAMMA_SQUARE",
     "MIN_VOLUME",
-    "NOTHING_LEFT",
     "POINTS",
     "AxisymmetricState",
     "Four",
@@ -49,7 +47,6 @@ __all__ = [
     "add_point",
     "end_points",
     "gather",
-    "is_folded",
     "move",
     "move_point",
     "plane_integrals",
@@ -62,7 +59,6 @@ Four = tuple[float, float, float, float]
 
 POINTS = 1
 MIN_VOLUME = VOLUME
-CRUSHED, NOTHING_LEFT = 0.45, 0.1
 
 # Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
 _VELOCITY = POSITION + 8
@@ -71,7 +67,6 @@ _INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' mass
 _MODE_R, _MODE_Z = HOURGLASS_MODES, HOURGLASS_MODES + 1  # hourglass mode of the positions, m
 AREA = HOURGLASS_MODES + 2  # of the quadrilateral, m2
 GAMMA_SQUARE = HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
-_MIN_CORNER = HOURGLASS_MODES + 4  # minimum Jacobian at the corners, m2: not above zero where the cell is folded
 
 
 class AxisymmetricState(NamedTuple):
@@ -102,8 +97,8 @@ def _area_and_jacobians(r: Four, z: Four) -> tuple[float, Four]:
 
 
 @lane_function
-def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
-    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) and smallest Jacobian of its quadrilateral."""
+def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
+    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) of its quadrilateral."""
     r0, r1, r2, r3 = r
     z0, z1, z2, z3 = z
     area, (c0, c1, c2, c3) = _area_and_jacobians(r, z)
@@ -124,23 +119,22 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, fl
         (a0, a1, a2, a3),
         volume,
         area,
-        min(c0, c1, c2, c3),
     )
 
 
 @lane_function
-def plane_integrals(x: Four, y: Four) -> tuple[Four, Four, Four, float, float, float]:
+def plane_integrals(x: Four, y: Four) -> tuple[Four, Four, Four, float, float]:
     """As `ring_integrals` with the weight one, per length (m): A is zero and the volume is the area."""
     x0, x1, x2, x3 = x
     y0, y1, y2, y3 = y
-    area, (c0, c1, c2, c3) = _area_and_jacobians(x, y)
+    area, _ = _area_and_jacobians(x, y)
     bx, by = 0.5 * (y1 - y3), 0.5 * (x3 - x1)
     cx, cy = 0.5 * (y2 - y0), 0.5 * (x0 - x2)
-    return (bx, cx, -bx, -cx), (by, cy, -by, -cy), (0.0, 0.0, 0.0, 0.0), area, area, min(c0, c1, c2, c3)
+    return (bx, cx, -bx, -cx), (by, cy, -by, -cy), (0.0, 0.0, 0.0, 0.0), area, area
 
 
 @lane_function
-def _integrals(plane: bool, r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
+def _integrals(plane: bool, r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
     """Integrals with the weight of a plane section or of a ring."""
     if plane:
         return plane_integrals(r, z)
@@ -150,7 +144,7 @@ def _integrals(plane: bool, r: Four, z: Four) -> tuple[Four, Four, Four, float, 
 @lane_function
 def ring_volume(r: Four, z: Four) -> float:
     """Volume (m3) of the ring of a quadrilateral."""
-    _, _, _, volume, _, _ = ring_integrals(r, z)
+    _, _, _, volume, _ = ring_integrals(r, z)
     return volume
 
 
@@ -222,7 +216,7 @@ def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int
     h = 0.5 * step
     middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
     middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
-    br, bz, a, volume, _, _ = _integrals(plane, middle_r, middle_z)
+    br, bz, a, volume, _ = _integrals(plane, middle_r, middle_z)
     over = 1.0 / volume
     rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
     hoop = over * _dot(a, vr)
@@ -234,12 +228,11 @@ def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int
     qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
     store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
 
-    br, bz, a, volume, area, min_corner = _integrals(plane, r, z)
+    br, bz, a, volume, area = _integrals(plane, r, z)
     _store(br, scratch, _BR, lane)
     _store(bz, scratch, _BZ, lane)
     _store(a, scratch, _A, lane)
     scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
-    scratch[_MIN_CORNER * LANES + lane] = min_corner
     w = _load(scratch, _INVERSE_SHARE, lane)
     u0, u1 = w[0] if plane or r[0] > 0.0 else 0.0, w[1] if plane or r[1] > 0.0 else 0.0
     u2, u3 = w[2] if plane or r[2] > 0.0 else 0.0, w[3] if plane or r[3] > 0.0 else 0.0
@@ -311,12 +304,6 @@ def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.nd
             node = np.uint64(dofmap[np.uint64(cells[lane]), n])
             force[node, 0] += scratch[(POSITION + n) * LANES + lane]
             force[node, 2] += scratch[(POSITION + 4 + n) * LANES + lane]
-
-
-@lane_function
-def is_folded(scratch: np.ndarray, lane: int) -> bool:
-    """Whether a corner is turned inside out."""
-    return not scratch[_MIN_CORNER * LANES + lane] > 0.0
 
 
 @lane_function

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AREA, GAMMA_SQUARE
-from burst_fenicsx.kernels.cells.hourglass import MOST_DAMPED, resist_mode
+from burst_fenicsx.kernels.cells.hourglass import resist_mode
 from burst_fenicsx.kernels.cells.rows import (
     COEFFICIENT_LIMIT,
     DAMPING,
@@ -20,6 +20,7 @@ from burst_fenicsx.kernels.cells.rows import (
     STORED_FORCE,
     VOLUME,
 )
+from burst_fenicsx.kernels.constants import MOST_DAMPED
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
 from burst_fenicsx.kernels.vectors.tensors import Matrix, Vector, apply, dot, load_vector, scaled, store_vector
 

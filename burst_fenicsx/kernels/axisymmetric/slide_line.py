@@ -1,10 +1,8 @@
 """Sliding of a charge on its casing in the meridian: the slide surface of `kernels.contact.sliding` as a line.
 
 A node of the charge lies at the point of the line from which the normal there leads to it (`line_points`), and is
-followed as it slides. Products press with the pressure with which their cells act on their nodes, that of the vented
-products, corrected by a spring for what is left of the gap (Nitsche's method); unreacted explosive is bonded by springs
-with tensile strength, cohesion and friction, which fade as it burns. Forces, masses and areas are those of the whole
-ring.
+followed as it slides. What both do to each other is `contact.slide_law`'s. Forces, masses and areas are those of the
+whole ring.
 
 The springs' forces are shared by the ends of the edge on which the node lies. The gas's pressure is spread over all
 nodes of the line (`line_pressure`): at the axis, where a ring's mass goes to nothing, a load that is shared by one edge
@@ -19,13 +17,12 @@ from burst_fenicsx.kernels.axisymmetric.line_points import boundary_vectors, fin
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
 from burst_fenicsx.kernels.cells.erosion import WHOLE
-from burst_fenicsx.kernels.contact.sliding import SlideLaw
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, attach
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
 from burst_fenicsx.kernels.state import ChargeState
 
 __all__ = ["add_line_forces"]
-
-_MOST_CORRECTION = 30.0  # force of the spring on products over that of their own pressure
 
 
 @kernel
@@ -57,7 +54,7 @@ def add_line_forces(
     work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
         find_point(c, line, contacts, position)
-        if contacts.off[c] == 0 and _has_nothing_left(c, line, contacts, eroded, slot):
+        if contacts.off[c] == 0 and _has_nothing_left(c, contacts, eroded, slot):
             contacts.off[c] = 1
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
@@ -94,14 +91,12 @@ def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, pos
 
 
 @block_kernel
-def _has_nothing_left(c: int, line: SlideLine, contacts: LineContacts, eroded: np.ndarray, slot: np.ndarray) -> bool:
-    """Whether all products around a contact's node, or the metal that it lies on, have been eroded."""
-    if eroded[slot[line.metal[contacts.face[c]]]] != WHOLE:
-        return True
-    live = 0
+def _has_nothing_left(c: int, contacts: LineContacts, eroded: np.ndarray, slot: np.ndarray) -> bool:
+    """Whether all products around a contact's node have been eroded."""
     for k in range(contacts.first_cell[c], contacts.first_cell[c + 1]):
-        live += 1 if eroded[slot[contacts.cell[k]]] == WHOLE else 0
-    return live == 0
+        if eroded[slot[contacts.cell[k]]] == WHOLE:
+            return False
+    return True
 
 
 @block_kernel
@@ -144,36 +139,25 @@ def _press(
         other, weight = line.edges[edge, k], contacts.weight[c, k]
         inverse_mass += weight * max(contacts.load[other], weight) / mass[other]
     ur, uz = moved(c, line, contacts, position)
-    stiffness, old = law.budget / inverse_mass, contacts.stiffness[c]
-    unreacted = 1.0 - burnt
-    area = abs(_ring_area(c, line, contacts, position, nr, nz))
-    was_bonded, old_slip = contacts.bonded[c] != 0, contacts.slip[c]
-    whole = was_bonded and unreacted > 0.0
-    gas = burnt * max(pressure, 0.0) * area
-    # Of products the spring corrects the gas's own pressure, by so much at most: where a strengthless wall has folded,
-    # a node that is suddenly far from the line would else be shot off by a spring as stiff as the step bears.
-    most = _MOST_CORRECTION * gas
-    if burnt == 1.0 and stiffness * abs(gap) > most:
-        stiffness = most / abs(gap)
-    press = gas - stiffness * gap
-    # Products fill what they are in: their surface does not leave the casing, unless over an end of the line.
-    tension = np.inf if burnt == 1.0 else (law.tensile_strength * unreacted * area if whole else 0.0)
-    apart = contacts.off[c] != 0 or press <= -tension
+    old, old_slip = contacts.stiffness[c], contacts.slip[c]
+    apart, whole, gas, stiffness, limit = attach(
+        law,
+        contacts.bonded[c] != 0,
+        contacts.off[c] != 0,
+        burnt,
+        pressure,
+        contacts.strength[c],
+        abs(_ring_area(c, line, contacts, position, nr, nz)),
+        gap,
+        law.max_squared_frequency / inverse_mass,
+    )
     slip = old_slip - ur * nz + uz * nr
-    # Where friction would hold more than the explosive bears, it is the explosive that yields.
-    limit = max((law.cohesion * area if whole else 0.0) + press * law.friction, 0.0)
-    limit = unreacted * min(limit, contacts.strength[c] * area)
-    heat, kept = 0.0, 0.0
+    kept, heat = coulomb_slip(abs(slip), limit, stiffness, old, abs(old_slip))
+    if kept < abs(slip):
+        slip = np.copysign(kept, slip)
+        whole = False
     if apart:
-        heat = 0.5 * old * old_slip * old_slip
-        slip, stiffness, gas, whole = 0.0, 0.0, 0.0, False
-    else:
-        kept = abs(slip)
-        if stiffness * kept > limit:
-            heat = 0.5 * (old * abs(old_slip) + limit) * (kept - limit / stiffness)
-            slip = np.copysign(limit / stiffness, slip)
-            kept = limit / stiffness
-            whole = False
+        heat, slip, kept = 0.5 * old * old_slip * old_slip, 0.0, 0.0
     stored = 0.5 * stiffness * (gap * gap + kept * kept)
     contacts.tally[c, 2] = max(-gap, 0.0) if not apart else 0.0
     contacts.bonded[c] = 1 if whole else 0

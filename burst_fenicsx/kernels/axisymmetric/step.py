@@ -17,7 +17,7 @@ from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells import charge as charge_cells
 from burst_fenicsx.kernels.cells import solid as solid_cells
 from burst_fenicsx.kernels.cells.block import make_block
-from burst_fenicsx.kernels.contact.sliding import SlideLaw
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
 from burst_fenicsx.problem import Part

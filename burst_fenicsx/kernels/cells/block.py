@@ -18,7 +18,7 @@ Material (`solid`, `charge`)
     PARAMETERS, HAS_SPRINGS : columns of its table; whether its hourglass control has springs.
     load, load_point, make_update, store_point, store : the cells' state into the scratch, through the step, and back.
     elasticity, sound_speeds, total_stress : for the stable step, viscosity and forces.
-    make_erode, clear_state : of cells that are no continuum any more, see `erosion`.
+    erode, clear_state : of cells that are no continuum any more, see `erosion`.
 """
 
 from __future__ import annotations
@@ -87,7 +87,6 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
     springs, damping = material.HAS_SPRINGS, material.PARAMETERS.index("hourglass_viscous")
     stiffness = material.PARAMETERS.index("hourglass_stiffness") if springs else 0
     points, min_volume = kinematics.POINTS, kinematics.MIN_VOLUME
-    erode = material.make_erode(kinematics)
 
     @block_kernel
     def stiffen(step: float, next_dt: float, parameters: np.ndarray, scratch: np.ndarray) -> int:
@@ -179,7 +178,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         kinematics.gather(block, nodes, grid, element, scratch)
         kinematics.move(step, element, scratch)
         stage = material.load(block, time, parameters, grid, state, scratch)
-        any_eroded = erode(block, parameters, grid, state, eroded, scratch) > 0
+        any_eroded = material.erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
         for point in range(points):
             kinematics.move_point(point, step, scratch)
             if any_eroded:

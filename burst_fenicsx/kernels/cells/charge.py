@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from burst_fenicsx.kernels.cells.charge_pressure import (
 from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
 from burst_fenicsx.kernels.cells.rows import MASS, RATE, STRESS, VISCOUS, VOLUME
 from burst_fenicsx.kernels.cells.solid import elastic_trial, spin
+from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
 from burst_fenicsx.kernels.vectors.exact import quantise
@@ -38,17 +39,14 @@ from burst_fenicsx.kernels.vectors.tensors import (
     symmetric_square,
 )
 
-if TYPE_CHECKING:
-    from types import ModuleType
-
 __all__ = [
     "HAS_SPRINGS",
     "PARAMETERS",
     "clear_state",
     "elasticity",
+    "erode",
     "load",
     "load_point",
-    "make_erode",
     "make_update",
     "sound_speeds",
     "store",
@@ -171,8 +169,8 @@ def _hold_by_strength(
 
 @lane_function
 def elasticity(parameters: np.ndarray) -> tuple[float]:
-    """Products' sound speed at the front, 3/4 D (m/s): while a cell may still ignite, the step allows for it."""
-    return (0.75 * parameters[7],)
+    """Products' sound speed at the front (m/s): while a cell may still ignite, the step allows for it."""
+    return (FRONT_SOUND * parameters[7],)
 
 
 @lane_function
@@ -226,28 +224,24 @@ def store(
     energy[4] += heat
 
 
-def make_erode(kinematics: ModuleType) -> Any:  # noqa: ANN401
-    """Kernel that marks cells of products that have hardly any volume left; how many of the block are eroded."""
-    crushed = kinematics.CRUSHED
-
-    @block_kernel
-    def erode(
-        block: int,
-        parameters: np.ndarray,
-        grid: Grid,  # noqa: ARG001
-        state: ChargeState,  # noqa: ARG001
-        eroded: np.ndarray,
-        scratch: np.ndarray,
-    ) -> int:
-        slot, count = block * LANES, 0
-        for lane in range(LANES):
-            relative = scratch[VOLUME * LANES + lane] * parameters[0] / scratch[MASS * LANES + lane]
-            if not relative > crushed and scratch[BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:
-                eroded[slot + lane] = BEFORE
-            count += 0 if eroded[slot + lane] == WHOLE else 1
-        return count
-
-    return erode
+@block_kernel
+def erode(
+    block: int,
+    min_volume: int,
+    parameters: np.ndarray,
+    grid: Grid,  # noqa: ARG001
+    state: ChargeState,  # noqa: ARG001
+    eroded: np.ndarray,
+    scratch: np.ndarray,
+) -> int:
+    """Mark cells of products that have hardly any volume left; how many of the block are eroded."""
+    slot, count = block * LANES, 0
+    for lane in range(LANES):
+        relative = scratch[min_volume * LANES + lane] * parameters[0] / scratch[MASS * LANES + lane]
+        if not relative > CRUSHED and scratch[BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:
+            eroded[slot + lane] = BEFORE
+        count += 0 if eroded[slot + lane] == WHOLE else 1
+    return count
 
 
 @block_kernel

@@ -18,7 +18,7 @@ import numpy as np
 from burst_fenicsx.kernels.cells import hourglass, one_point
 from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
 from burst_fenicsx.kernels.cells.hourglass import Forces, bound, dashpots, may_exceed
-from burst_fenicsx.kernels.cells.one_point import add_forces, force_modes, gather, is_folded
+from burst_fenicsx.kernels.cells.one_point import add_forces, force_modes, gather
 from burst_fenicsx.kernels.cells.rows import (
     DILATATION,
     DISSIPATION,
@@ -54,7 +54,6 @@ from burst_fenicsx.kernels.vectors.tensors import (
 
 __all__ = [
     "MIN_VOLUME",
-    "NOTHING_LEFT",
     "POINTS",
     "add_forces",
     "add_point",
@@ -62,7 +61,6 @@ __all__ = [
     "dashpots",
     "end_points",
     "gather",
-    "is_folded",
     "may_exceed",
     "move",
     "move_point",
@@ -74,7 +72,6 @@ __all__ = [
 ]
 
 POINTS = 8
-NOTHING_LEFT = 0.0
 springs_and_dashpots = dashpots
 
 _SUM = POSITION  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N

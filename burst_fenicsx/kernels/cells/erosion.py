@@ -1,15 +1,14 @@
 """Element erosion: cells that are no continuum any more give up their forces; their mass flies on.
 
-Metal is eroded when it has lost its strength and has then been blown up, folded or flattened by more than any metal can
-be; products when they have hardly any volume left, pinched off between nodes. An eroded cell takes part in nothing but
-the motion of its nodes, which keep their mass and momentum and which contact still sees. Its state keeps the volume
-that it had and no motion, so that it stays a number. A cell with strength that turns inside out is not eroded and stops
-the run.
+Metal is eroded when it has lost its strength and has then folded while it was expanded (`mechanics.erosion`), or has
+been flattened by more than any metal can be; products when they have hardly any volume left, pinched off between nodes.
+An eroded cell takes part in nothing but the motion of its nodes, which keep their mass and momentum and which contact
+still sees. Its state keeps the volume that it had and no motion, so that it stays a number. A cell with strength that
+turns inside out is not eroded and stops the run.
 """
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from burst_fenicsx.kernels.cells.rows import (
@@ -25,49 +24,20 @@ from burst_fenicsx.kernels.cells.rows import (
     VISCOUS,
     VOLUME,
 )
-from burst_fenicsx.kernels.geometry.shapes import min_corner_volume
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import LANES, block_kernel
 from burst_fenicsx.kernels.state import Grid
 
 __all__ = [
     "BEFORE",
-    "BLOWN_UP",
-    "NOTHING_LEFT",
     "NOW",
     "WHOLE",
-    "are_torn",
     "clear_lane",
     "drop_forces",
     "freeze_cells",
 ]
 
-BLOWN_UP = 2.0
-"""Volume over the initial one above which metal without strength is torn, a ring if it is folded: mostly void."""
-NOTHING_LEFT = 0.1
-"""Volume over the initial one below which it is: no pressure of this burst compresses metal so far."""
 WHOLE, NOW, BEFORE = 0, 1, 2
 """Values of `SolidState.eroded`: a cell that is whole, that is eroded in this step, or in an earlier one."""
-
-
-@parallel_kernel
-def are_torn(
-    cells: np.ndarray, position: np.ndarray, dofmap: np.ndarray, relative: np.ndarray, torn: np.ndarray
-) -> None:
-    """Judge `cells` (k,) without strength by their shapes: whether each is torn metal, into `torn` (k,).
-
-    Parameters
-    ----------
-    position : (nodes, 3) m. dofmap : (cells, 8) in tensor-product order.
-    relative : (k,) volume over the initial one.
-
-    Notes
-    -----
-    A folded cell is torn metal unless it is compressed: as long as it is, it holds its neighbours apart.
-    """
-    for k in numba.prange(cells.size):
-        value = relative[k]
-        folded = value >= 1.0 and not min_corner_volume(position, dofmap[cells[k]]) > 0.0
-        torn[k] = folded or value > BLOWN_UP or not value > NOTHING_LEFT
 
 
 @block_kernel

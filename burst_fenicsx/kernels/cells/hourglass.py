@@ -20,6 +20,7 @@ from burst_fenicsx.kernels.cells.rows import (
     SPRING,
     STORED_FORCE,
 )
+from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
@@ -33,8 +34,6 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
-    "MOST_DAMPED",
-    "MOST_STIFF",
     "Forces",
     "bound",
     "dashpots",
@@ -47,11 +46,6 @@ __all__ = [
 ]
 
 Forces = tuple[Vector, Vector, Vector, Vector]
-
-MOST_DAMPED = 1.0
-"""Fraction of an hourglass rate that viscosity may take away in one step; beyond it the rate would change its sign."""
-MOST_STIFF = 0.25
-"""Square of the hourglass springs' frequency times the step."""
 
 _ROOT_8 = np.sqrt(8.0)
 

@@ -54,14 +54,12 @@ from burst_fenicsx.kernels.vectors.tensors import (
 
 __all__ = [
     "MIN_VOLUME",
-    "NOTHING_LEFT",
     "POINTS",
     "add_forces",
     "add_point",
     "end_points",
     "force_modes",
     "gather",
-    "is_folded",
     "move",
     "move_point",
     "store_forces",
@@ -153,15 +151,6 @@ def add_point(point: int, scratch: np.ndarray) -> None:
 @lane_function
 def end_points(scratch: np.ndarray) -> None:
     """Nothing."""
-
-
-@lane_function
-def is_folded(scratch: np.ndarray, lane: int) -> bool:  # noqa: ARG001
-    """No: hexahedra are looked at from time to time only."""
-    return False
-
-
-CRUSHED, NOTHING_LEFT = 0.3, 0.0
 
 
 @lane_function

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.erosion import BEFORE, BLOWN_UP, NOW, WHOLE, clear_lane
+from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.cells.rows import (
     DISSIPATION,
     MASS,
@@ -19,6 +19,7 @@ from burst_fenicsx.kernels.cells.rows import (
     VISCOUS,
     VOLUME,
 )
+from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
 from burst_fenicsx.kernels.vectors.exact import quantise
@@ -45,9 +46,6 @@ from burst_fenicsx.kernels.vectors.transposition import (
 )
 from burst_fenicsx.materials.tresca import return_stress, softened_strength
 
-if TYPE_CHECKING:
-    from types import ModuleType
-
 __all__ = [
     "HAS_SPRINGS",
     "PARAMETERS",
@@ -55,10 +53,10 @@ __all__ = [
     "elastic_energy",
     "elastic_trial",
     "elasticity",
+    "erode",
     "is_elastic",
     "load",
     "load_point",
-    "make_erode",
     "make_update",
     "moduli",
     "return_if_plastic",
@@ -360,31 +358,31 @@ def _is_spent(cell: int, parameters: np.ndarray, scale: float, state: SolidState
     return parameters[2] > 0.0
 
 
-def make_erode(kinematics: ModuleType) -> Any:  # noqa: ANN401
-    """Kernel that marks cells of which nothing is left as a continuum; it returns how many of the block are eroded.
+@block_kernel
+def erode(
+    block: int,
+    min_volume: int,
+    parameters: np.ndarray,
+    grid: Grid,
+    state: SolidState,
+    eroded: np.ndarray,
+    scratch: np.ndarray,
+) -> int:
+    """Mark cells without strength of which hardly any volume is left; how many of the block are eroded.
 
     A cell is judged before its state advances, so that a shape out of which no finite number can come reaches no state.
+    `min_volume` is a row of the scratch.
     """
-    min_volume, nothing_left = kinematics.MIN_VOLUME, kinematics.NOTHING_LEFT
-
-    @block_kernel
-    def erode(
-        block: int, parameters: np.ndarray, grid: Grid, state: SolidState, eroded: np.ndarray, scratch: np.ndarray
-    ) -> int:
-        slot, count = block * LANES, 0
-        for lane in range(LANES):
-            if eroded[slot + lane] == WHOLE:
-                volume = scratch[min_volume * LANES + lane] * parameters[10]
-                relative = volume / scratch[MASS * LANES + lane]
-                torn = kinematics.is_folded(scratch, lane) and relative > BLOWN_UP
-                if torn or not relative > nothing_left:
-                    cell = np.uint64(grid.cells[block, lane])
-                    if _is_spent(cell, parameters, scratch[_SOFTENING * LANES + lane], state):
-                        eroded[slot + lane] = NOW
-            count += 0 if eroded[slot + lane] == WHOLE else 1
-        return count
-
-    return erode
+    slot, count = block * LANES, 0
+    for lane in range(LANES):
+        if eroded[slot + lane] == WHOLE:
+            volume = scratch[min_volume * LANES + lane] * parameters[10]
+            if not volume > NOTHING_LEFT * scratch[MASS * LANES + lane]:
+                cell = np.uint64(grid.cells[block, lane])
+                if _is_spent(cell, parameters, scratch[_SOFTENING * LANES + lane], state):
+                    eroded[slot + lane] = NOW
+        count += 0 if eroded[slot + lane] == WHOLE else 1
+    return count
 
 
 @block_kernel

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.constants import EVEN_SHARING
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
@@ -107,8 +109,8 @@ def push_node(
         sharing = max(sharing, state.sharing[other])
     reduced = 1.0 / inverse
     # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
-    # the springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
-    stiffness = 0.5 * law.budget * reduced / max(sharing, 1.6)
+    # the springs' highest frequency is at most twice the largest load.
+    stiffness = 0.5 * law.budget * reduced / max(sharing, EVEN_SHARING)
     if law.steady and state.stiffness[node] > 0.0:
         stiffness = min(stiffness, state.stiffness[node])
     trial = np.empty(3)
@@ -123,10 +125,8 @@ def push_node(
     length = np.sqrt(length)
     old = state.stiffness[node]
     old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
-    limit = law.friction * stiffness * depth
-    if stiffness * length > limit:
-        kept = limit / stiffness
-        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_slip)
+    if kept < length:
         for i in range(3):
             trial[i] *= kept / length
         length = kept
