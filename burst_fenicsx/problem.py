@@ -36,8 +36,8 @@ __all__ = [
 ProductModel = Literal["landau", "landau_cj", "jwl"]
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
-Interface = Literal["bonded", "shared"]
-Geometry = Literal["3d", "axisymmetric", "plane"]
+Interface = Literal["sliding", "shared"]
+Geometry = Literal["3d", "axisymmetric"]
 Symmetry = Literal["auto", "off"]
 
 
@@ -190,7 +190,9 @@ class Hourglass:
 class ContactSettings:
     """Contact of charge and casing (face-face, Eqs. 12-15) and of any surfaces that meet (point-face, Eqs. 16-18)."""
 
-    charge_casing: Interface = "bonded"  # until reacted, then the products slide; "shared": common nodes, no slip
+    charge_casing: Interface = (
+        "sliding"  # bonded until reacted, then the products slide; "shared": common nodes, no slip
+    )
     cohesion: float = 5e6  # c of the unreacted charge's bond (Pa)
     tensile_strength: float = 5e6  # T of the unreacted charge's bond (Pa)
     friction_angle: float = 20.0  # of the unreacted charge on the casing (degrees); products have none
@@ -230,8 +232,7 @@ class BurstSettings:
     """How the burst is computed. SI units."""
 
     cell_size: float
-    geometry: Geometry = "3d"  # "axisymmetric": one round in its meridian; "plane": a section across all rounds
-    section_station: float | None = None  # of a plane section: station of the first round (m); None: its widest bore
+    geometry: Geometry = "3d"  # "axisymmetric": one round in its meridian
     quadrature: Quadrature = "one_point"
     products: ProductModel = "landau_cj"
     burn: BurnModel = "time_or_compression"

@@ -1,4 +1,4 @@
-"""Contact of charge and casing in the meridian or a section: bonded until the charge has reacted, then products slide.
+"""Contact of charge and casing in the meridian: bonded until the charge has reacted, then products slide.
 
 The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
 """
@@ -67,10 +67,9 @@ class LineInterface:
             across=_across_creases(mesh.nodes, edges, neighbour),
             end=end,
             sides=sides,
-            on_axis=(mesh.nodes[group_node, 0] == 0.0) & (not mesh.plane),
+            on_axis=mesh.nodes[group_node, 0] == 0.0,
             vector=np.zeros((len(sides), 2)),
             nodes=nodes.astype(np.int32),
-            plane=mesh.plane,
         )
         # A contact for every group that has an edge at which the charge lies.
         at_charge = np.array([any(covered[edge] for edge in pair if edge >= 0) for pair in sides])
@@ -196,12 +195,12 @@ class MeridianContact(ContactForces):
         self.settings = self.settings._replace(level=level)
         self.line.contacts.last_position[:] = self._fields.nodes.position
 
-    def take(self, sums: np.ndarray, *, front_near: bool) -> None:
+    def take(self, sums: np.ndarray, *, front_is_active: bool) -> None:
         """Take the sums of a step, (3,): friction, work on the nodes (J), largest penetration (m); they are cleared."""
         self.friction += float(sums[0])
         self.work += float(sums[1])
         deepest, found = self.penetrations, float(sums[2])
-        if front_near:
+        if front_is_active:
             deepest.interface_at_front = max(deepest.interface_at_front, found)
         else:
             deepest.interface_after = max(deepest.interface_after, found)

@@ -67,7 +67,7 @@ class RingSolver(BurstSolver):
         sums, totals = self._sums, self._totals
         self.ledger.add(sums.energy[None], sums.released[None])
         sums.energy[:], sums.released[:] = 0.0, 0.0
-        self.contact.take(sums.contact, front_near=self.front_near)
+        self.contact.take(sums.contact, front_is_active=self.front_is_active)
         self.stable_step = float(sums.limits[0])
         totals.stable_step[:], totals.smallest_volume[:] = sums.limits[0], sums.limits[1]
         totals.smallest[:] = int(sums.limits[2])

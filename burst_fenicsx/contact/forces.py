@@ -220,14 +220,14 @@ class ContactForces:
             opened = self._torn_faces.opened(self.torn) if self._torn_faces is not None else None
             self.collisions.drop_faces(self.torn, opened)
 
-    def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
+    def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.
 
         Parameters
         ----------
         stable_for : the step (s) for which the springs must be stable; 0 before the first step: no force.
         step : the step (s) that led here.
-        front_near : whether a detonation front runs or is being reflected, for the record of penetrations.
+        front_is_active : whether a detonation front runs or is being reflected, for the record of penetrations.
         """
         if not self.exists or stable_for <= 0.0:
             return
@@ -235,7 +235,7 @@ class ContactForces:
         with self._mean_velocities(step) as velocity:
             self._accumulate_work(step, velocity)
             clear_rows(self.force, self._pushed)
-            self._join(budget, step, velocity, front_near=front_near)
+            self._join(budget, step, velocity, front_is_active=front_is_active)
             self._collide(budget, step, velocity)
             self._push_from_planes(budget, step, velocity)
             self._find_pushed()
@@ -250,13 +250,13 @@ class ContactForces:
             rounding = self._fields.grid.rounding
             self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding)
 
-    def _join(self, budget: float, step: float, velocity: np.ndarray, *, front_near: bool) -> None:
+    def _join(self, budget: float, step: float, velocity: np.ndarray, *, front_is_active: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""
         if self.interface is None:
             return
         self.interface.add_forces(budget, step, velocity, self.force)
         deepest = self.penetrations
-        if front_near:
+        if front_is_active:
             deepest.interface_at_front = max(deepest.interface_at_front, self.interface.deepest)
         else:
             deepest.interface_after = max(deepest.interface_after, self.interface.deepest)

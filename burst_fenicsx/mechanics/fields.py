@@ -20,7 +20,13 @@ from burst_fenicsx.kernels.step.balance import solid_terms
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials.products import JwlProducts, make_products
-from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.detonation import (
+    burn_rates,
+    compression_burn_start,
+    ignition_times,
+    largest_faces,
+    place_ignition,
+)
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
@@ -378,5 +384,7 @@ def _ignition(
         burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
         # The products' own front may be faster than the timed one, and may burn what it comes to first.
         fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
-        compression[own] = front_near(ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own])
+        compression[own] = compression_burn_start(
+            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
+        )
     return ignition, burn, compression

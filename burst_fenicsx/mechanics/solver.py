@@ -197,9 +197,9 @@ class BurstSolver:
         self._erosion.erode_at_end()
 
     @property
-    def front_near(self) -> bool:
+    def front_is_active(self) -> bool:
         """Whether a detonation front runs or is being reflected from the casing."""
-        return self.burning.front_near(self.time)
+        return self.burning.front_is_active(self.time)
 
     @property
     def subcycles(self) -> bool:
@@ -310,7 +310,7 @@ class BurstSolver:
             state.shared.add_to_owners(state.nodes.force)
         if self.contact is not None and cycles.contact_level >= min_level:
             share = 1.0 / 2**cycles.contact_level
-            self.contact.add_forces(share * self.free_step, share * step, front_near=self.front_near)
+            self.contact.add_forces(share * self.free_step, share * step, front_is_active=self.front_is_active)
         if comm.size > 1:
             state.shared.send_to_ghosts(state.nodes.force)
         self.loads.add_forces(self.time)  # after the sum over ranks

@@ -91,7 +91,7 @@ def test_the_deepest_penetrations_so_far_are_kept_each_in_its_place():
         for k, plane in enumerate(found.planes):
             plane.deepest, plane.deepest_interior = 30.0 + (depth if k == number % 2 else 0.0), 40.0 + depth * k
         at_front = number in (0, 3)
-        ContactForces._join(found, 1.0, 1e-6, None, front_near=at_front)
+        ContactForces._join(found, 1.0, 1e-6, None, front_is_active=at_front)
         ContactForces._collide(found, 1.0, 1e-6, None)
         ContactForces._push_from_planes(found, 1.0, 1e-6, None)
         now = dict(zip(names, (depth * at_front, depth * (not at_front), 10.0 + depth, 20.0 + depth, 30.0 + depth,
@@ -237,7 +237,7 @@ def test_what_may_touch_follows_the_settings(surfaces, planes):
         assert plane._normal.tolist() == [0.0, 0.0, 1.0]
     if not contact.exists:
         before = contact._fields.nodes.force.copy()
-        contact.add_forces(1e-6, 1e-6, front_near=False)
+        contact.add_forces(1e-6, 1e-6, front_is_active=False)
         np.testing.assert_array_equal(contact._fields.nodes.force, before)
 
 
@@ -245,9 +245,9 @@ def test_before_the_first_step_there_is_no_force():
     """A box that lies in a wall from the start is pushed out once there is a step for which springs are stable."""
     inside = RigidPlane("wall", (0.0, 0.0, 0.005), (0.0, 0.0, 1.0))
     contact = contact_of(box((1, 1, 1), (0.02,) * 3), False, (inside,))
-    contact.add_forces(0.0, 0.0, front_near=False)
+    contact.add_forces(0.0, 0.0, front_is_active=False)
     assert np.abs(contact.force).max() == 0.0
-    contact.add_forces(1e-6, 0.0, front_near=False)
+    contact.add_forces(1e-6, 0.0, front_is_active=False)
     assert (contact.force[:, 2] > 0.0).sum() == 4
 
 

@@ -74,7 +74,7 @@ def test_a_spring_that_stiffens_under_load_makes_energy_that_the_ledger_sees():
     stored = solver.contact.spring_energy
     assert abs(solver.contact.gain) < 1e-8 * before
     solver.contact._budget *= 2.0
-    solver.contact.add_forces(STEP, 0.0, front_near=False)  # at the same place
+    solver.contact.add_forces(STEP, 0.0, front_is_active=False)  # at the same place
     assert solver.contact.gain == pytest.approx(stored, rel=1e-9)
     ledger = solver.ledger
     ledger.external_work, ledger.min_work = before, 1e-6  # it began in motion

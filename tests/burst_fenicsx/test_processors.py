@@ -28,7 +28,7 @@ rows = make_scratch(1)[0]
 places = 4e-3 * (corners[:, :, None] + 0.2 * random.random((8, 3, LANES)))
 rows[: 24 * LANES] = places.ravel()
 rows[VELOCITY * LANES : (VELOCITY + 24) * LANES] = 1e3 * random.standard_normal(24 * LANES)
-move(1e-8, None, rows)
+move(1e-8, rows)
 moved = rows.copy()
 rows[:] = 0.0
 rows[STRESS * LANES : (STRESS + 6) * LANES] = 2e9 * random.standard_normal(6 * LANES)

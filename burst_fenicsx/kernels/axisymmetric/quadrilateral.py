@@ -10,9 +10,6 @@ integral of N_a over 2 pi dA,
 the analogue of the hexahedron with the mean gradient of Flanagan and Belytschko (1981). The trace of L is (dV/dt) / V,
 so a pressure does exactly p dV of work, and the axial forces of a cell add up to nothing. The hourglass vector
 gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields.
-
-In a plane section (plane strain) the weight 2 pi r is one: V is the area of the quadrilateral, per length of the round,
-(r, z) are Cartesian coordinates across it, A = 0, and nothing else changes.
 """
 
 from __future__ import annotations
@@ -49,7 +46,6 @@ __all__ = [
     "gather",
     "move",
     "move_point",
-    "plane_integrals",
     "ring_integrals",
     "ring_volume",
     "store_forces",
@@ -75,8 +71,7 @@ class AxisymmetricState(NamedTuple):
     inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
     slot: np.ndarray  # (cells,) int32, where each cell stands in the blocks
     mass: np.ndarray  # (nodes,) kg
-    axis: np.ndarray  # int32, nodes on the axis; none in a plane section
-    plane: bool  # whether the weight is one, per length of a plane section, and not 2 pi r of a ring
+    axis: np.ndarray  # int32, nodes on the axis
 
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
@@ -120,25 +115,6 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
         volume,
         area,
     )
-
-
-@lane_function
-def plane_integrals(x: Four, y: Four) -> tuple[Four, Four, Four, float, float]:
-    """As `ring_integrals` with the weight one, per length (m): A is zero and the volume is the area."""
-    x0, x1, x2, x3 = x
-    y0, y1, y2, y3 = y
-    area, _ = _area_and_jacobians(x, y)
-    bx, by = 0.5 * (y1 - y3), 0.5 * (x3 - x1)
-    cx, cy = 0.5 * (y2 - y0), 0.5 * (x0 - x2)
-    return (bx, cx, -bx, -cx), (by, cy, -by, -cy), (0.0, 0.0, 0.0, 0.0), area, area
-
-
-@lane_function
-def _integrals(plane: bool, r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
-    """Integrals with the weight of a plane section or of a ring."""
-    if plane:
-        return plane_integrals(r, z)
-    return ring_integrals(r, z)
 
 
 @lane_function
@@ -191,7 +167,7 @@ def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scr
 
 
 @block_kernel
-def move(step: float, element: AxisymmetricState, scratch: np.ndarray) -> None:
+def move(step: float, scratch: np.ndarray) -> None:
     """From nodal positions and velocities to the cells' motion in the step (s) and their shape after it.
 
     The velocity gradient is the mean one on the mid-step configuration. The length L in c dt <= L is 2 c over the
@@ -200,55 +176,45 @@ def move(step: float, element: AxisymmetricState, scratch: np.ndarray) -> None:
     move radially.
     """
     widest_vectors()
-    if element.plane:
-        for lane in range(LANES):
-            _move_quadrilateral(step, True, scratch, lane)
-    else:
-        for lane in range(LANES):
-            _move_quadrilateral(step, False, scratch, lane)
+    for lane in range(LANES):
+        r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
+        vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
+        h = 0.5 * step
+        middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
+        middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
+        br, bz, a, volume, _ = ring_integrals(middle_r, middle_z)
+        over = 1.0 / volume
+        rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
+        hoop = over * _dot(a, vr)
+        store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
+        scratch[DILATATION * LANES + lane] = rr + hoop + zz
+        hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
+        hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
+        qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
+        qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
+        store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
 
-
-@lane_function
-def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int) -> None:
-    """One cell of `move`."""
-    r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
-    vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
-    h = 0.5 * step
-    middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
-    middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
-    br, bz, a, volume, _ = _integrals(plane, middle_r, middle_z)
-    over = 1.0 / volume
-    rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
-    hoop = over * _dot(a, vr)
-    store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
-    scratch[DILATATION * LANES + lane] = rr + hoop + zz
-    hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
-    hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
-    qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
-    qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
-    store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
-
-    br, bz, a, volume, area = _integrals(plane, r, z)
-    _store(br, scratch, _BR, lane)
-    _store(bz, scratch, _BZ, lane)
-    _store(a, scratch, _A, lane)
-    scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
-    w = _load(scratch, _INVERSE_SHARE, lane)
-    u0, u1 = w[0] if plane or r[0] > 0.0 else 0.0, w[1] if plane or r[1] > 0.0 else 0.0
-    u2, u3 = w[2] if plane or r[2] > 0.0 else 0.0, w[3] if plane or r[3] > 0.0 else 0.0
-    g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
-    rr = g0 * g0 * u0 + g1 * g1 * u1 + g2 * g2 * u2 + g3 * g3 * u3
-    zz = bz[0] * bz[0] * w[0] + bz[1] * bz[1] * w[1] + bz[2] * bz[2] * w[2] + bz[3] * bz[3] * w[3]
-    rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
-    largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
-    over = 1.0 / volume
-    scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
-    hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
-    scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
-    hr, hz = over * hr, over * hz
-    y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
-    y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
-    scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
+        br, bz, a, volume, area = ring_integrals(r, z)
+        _store(br, scratch, _BR, lane)
+        _store(bz, scratch, _BZ, lane)
+        _store(a, scratch, _A, lane)
+        scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        w = _load(scratch, _INVERSE_SHARE, lane)
+        u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
+        u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
+        g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
+        rr = g0 * g0 * u0 + g1 * g1 * u1 + g2 * g2 * u2 + g3 * g3 * u3
+        zz = bz[0] * bz[0] * w[0] + bz[1] * bz[1] * w[1] + bz[2] * bz[2] * w[2] + bz[3] * bz[3] * w[3]
+        rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
+        largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
+        over = 1.0 / volume
+        scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
+        hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
+        scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
+        hr, hz = over * hr, over * hz
+        y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
+        y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
+        scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
 
 
 @lane_function

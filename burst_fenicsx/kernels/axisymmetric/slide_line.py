@@ -147,7 +147,7 @@ def _press(
         burnt,
         pressure,
         contacts.strength[c],
-        abs(_ring_area(c, line, contacts, position, nr, nz)),
+        abs(_ring_area(c, contacts, position, nr, nz)),
         gap,
         law.max_squared_frequency / inverse_mass,
     )
@@ -169,17 +169,17 @@ def _press(
 
 
 @block_kernel
-def _ring_area(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
+def _ring_area(c: int, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
     """The contact's share of the charge's surface, projected on the normal (m2): what a pressure there acts on.
 
-    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal, in a section half.
+    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal.
     """
     total, node = 0.0, contacts.slave[c]
     for k in range(2):
         a, b = contacts.side[c, k, 0], contacts.side[c, k, 1]
         if a >= 0:
             other = b if a == node else a
-            weight = edge_weight(line.plane, position[node, 0], position[other, 0])
+            weight = edge_weight(position[node, 0], position[other, 0])
             dr, dz = position[b, 0] - position[a, 0], position[b, 2] - position[a, 2]
             total += weight * (dz * nr - dr * nz)
     return total

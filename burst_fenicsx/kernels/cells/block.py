@@ -176,7 +176,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         """
         parameters = state.parameters[grid.material[block]]
         kinematics.gather(block, nodes, grid, element, scratch)
-        kinematics.move(step, element, scratch)
+        kinematics.move(step, scratch)
         stage = material.load(block, time, parameters, grid, state, scratch)
         any_eroded = material.erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
         for point in range(points):

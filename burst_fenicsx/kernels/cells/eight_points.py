@@ -11,8 +11,6 @@ the one-point rule, with the hourglass control it needs either way.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from burst_fenicsx.kernels.cells import hourglass, one_point
@@ -130,9 +128,9 @@ def _cofactors(tangents: Matrix) -> tuple[Matrix, float]:
 
 
 @block_kernel
-def move(step: float, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401
+def move(step: float, scratch: np.ndarray) -> None:
     """As `one_point.move`; the modes and the smallest volume of a point besides; sums are set to zero."""
-    one_point.move(step, element, scratch)
+    one_point.move(step, scratch)
     widest_vectors()
     for lane in range(LANES):
         _store_modes(cell_modes(scratch, POSITION, lane), scratch, _PLACE, lane)

@@ -83,7 +83,7 @@ def gather(block: int, nodes: Nodes, grid: Grid, element: Any, scratch: np.ndarr
 
 
 @block_kernel
-def move(step: float, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401, ARG001
+def move(step: float, scratch: np.ndarray) -> None:
     """From nodal places and velocities to what describes the cells' motion in the step (s) and their shape after it.
 
     The velocity gradient is the mean one on the mid-step configuration. The hourglass rates are

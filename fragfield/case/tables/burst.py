@@ -70,7 +70,7 @@ class HourglassTable(Table):
 class ContactTable(Table):
     """Contact of charge and casing (face-face, Eqs. 12-15) and of surfaces that meet (point-face, Eqs. 16-18)."""
 
-    charge_casing: Literal["bonded", "shared"] = "bonded"
+    charge_casing: Literal["sliding", "shared"] = "sliding"
     """Charge bonded to the casing until it has reacted, then sliding; or shared nodes, which never slip."""
     cohesion: Pressure = 5e6
     """Shear stress at which the bond of the unreacted charge breaks without pressure on it."""
@@ -96,11 +96,8 @@ class BurstTable(Table):
 
     cell_size: PositiveLength
     """Target edge length of the cells; the only mesh parameter."""
-    geometry: Literal["auto", "axisymmetric", "3d", "plane"] = "auto"
-    """Rings of a round's meridian, hexahedra, or a section across all rounds (a quick look, for `fragfield burst`
-    alone); auto: rings where one round, initiated on its axis, allows it, else hexahedra."""
-    section_station: Annotated[float | None, Quantity("m", "420 mm", above=0.0)] = None
-    """Of geometry = "plane": station of the first round, from its nose; left out: middle of its widest bore."""
+    geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
+    """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
     convergence: Literal["auto", "off"] = "auto"
     """Whether an axisymmetric run computes other cell sizes as well, for its grid convergence."""
     symmetry: Literal["auto", "off"] = "auto"
