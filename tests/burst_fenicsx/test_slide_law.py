@@ -44,21 +44,21 @@ def test_the_explosive_holds_cohesion_and_friction_up_to_its_own_strength(press,
     assert attached(gap, bonded=False)[4] == pytest.approx(broken * AREA, rel=1e-12, abs=1e-12)
 
 
-def test_products_press_with_their_pressure_never_part_and_do_not_rub():
+def test_products_press_with_their_pressure_and_neither_pull_nor_rub():
     pressure = 2e9
     own = pressure * AREA
-    for gap in (-1e-6, 0.0, 1e-6, 1e-5):
+    for gap in (-1e-6, 0.0, 1e-6, 0.999 * own / STIFFNESS):
         apart, whole, gas, stiffness, limit = attached(gap, burnt=1.0, pressure=pressure)
         assert (apart, whole, limit) == (False, False, 0.0)
         assert gas == pytest.approx(own, rel=1e-12)
         assert stiffness == STIFFNESS
-    # Far from the wall the correction is a multiple of their own force, towards it from both sides.
-    for gap in (-2e-2, 2e-2):
-        apart, _, gas, stiffness, _ = attached(gap, burnt=1.0, pressure=pressure)
-        assert not apart
-        assert gas == pytest.approx(own, rel=1e-12)
-        assert stiffness * abs(gap) == pytest.approx(MOST_CORRECTION * own, rel=1e-12)
-    # Over an edge they leave, and below no pressure they neither press nor hold.
+    # Far behind the wall the correction is a multiple of their own force; before it they are apart.
+    apart, _, gas, stiffness, _ = attached(-2e-2, burnt=1.0, pressure=pressure)
+    assert not apart
+    assert gas == pytest.approx(own, rel=1e-12)
+    assert stiffness * 2e-2 == pytest.approx(MOST_CORRECTION * own, rel=1e-12)
+    assert attached(1.001 * own / STIFFNESS, burnt=1.0, pressure=pressure)[:4] == (True, False, 0.0, 0.0)
+    # Over an edge they leave, and without pressure they do nothing.
     assert attached(0.0, burnt=1.0, pressure=pressure, off=True)[:4] == (True, False, 0.0, 0.0)
     assert attached(-1e-4, burnt=1.0)[2:4] == (0.0, 0.0)
 

@@ -2,16 +2,14 @@
 
 Products press with the pressure with which their cells act on their nodes, that of the vented products, corrected by a
 spring for what is left of the gap (Nitsche's method): the gap then stays a small part of what a spring alone would
-need. The correction is bounded by a multiple of that pressure. Products fill what they are in: their surface leaves the
-casing over an edge of it alone. Unreacted explosive is bonded: springs with tensile strength, cohesion and friction,
-which fade as it burns (Eqs. 12-15).
+need. The correction is bounded by a multiple of that pressure, and products never pull: what would pull is apart. They
+leave the casing for good over an edge of it alone. Unreacted explosive is bonded: springs with tensile strength,
+cohesion and friction, which fade as it burns (Eqs. 12-15).
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
-
-import numpy as np
 
 from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
 from burst_fenicsx.kernels.lanes import lane_function
@@ -64,7 +62,7 @@ def attach(
     stiffness = most / size if (unreacted == 0.0) & (stiffness * size > most) else stiffness
     press = gas - stiffness * gap
     bond = law.tensile_strength * unreacted * area if whole else 0.0
-    apart = off | (press <= -(np.inf if unreacted == 0.0 else bond))
+    apart = off | (press <= -bond)
     # Where friction would hold more than the explosive bears, it is the explosive that yields.
     limit = max((law.cohesion * area if whole else 0.0) + press * law.friction, 0.0)
     limit = unreacted * min(limit, strength * area)
