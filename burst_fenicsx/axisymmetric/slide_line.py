@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.surfaces import outer_edges
 from burst_fenicsx.contact.accounting import PlaneImpulse
-from burst_fenicsx.contact.forces import ContactForces, Penetrations, stable_budget
+from burst_fenicsx.contact.forces import ContactForces, Penetrations, max_squared_phase
 from burst_fenicsx.contact.sliding import INTERFACE_STATE
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
@@ -172,7 +172,7 @@ class MeridianContact(ContactForces):
         self.settings = LineSettings(
             level=0,
             exists=self.exists,
-            stable_budget=stable_budget(settings.time_step),
+            max_squared_phase=max_squared_phase(settings.time_step),
             tensile_strength=contact.tensile_strength,
             cohesion=contact.cohesion,
             friction=float(np.tan(np.radians(contact.friction_angle))),

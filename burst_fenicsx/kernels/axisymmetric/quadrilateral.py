@@ -29,6 +29,7 @@ from burst_fenicsx.kernels.cells.rows import (
     RATE,
     VOLUME,
 )
+from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
@@ -53,8 +54,6 @@ __all__ = [
 
 Four = tuple[float, float, float, float]
 
-POINTS = 1
-MIN_VOLUME = VOLUME
 
 # Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
 _VELOCITY = POSITION + 8
@@ -78,25 +77,16 @@ _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
 
 @lane_function
-def _area_and_jacobians(r: Four, z: Four) -> tuple[float, Four]:
-    """Area (m2) of a quadrilateral and the values of its Jacobian at the corners."""
-    r0, r1, r2, r3 = r
-    z0, z1, z2, z3 = z
-    corners = (
-        (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0),
-        (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1),
-        (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2),
-        (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3),
-    )
-    return 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0)), corners
-
-
-@lane_function
 def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
     """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) of its quadrilateral."""
     r0, r1, r2, r3 = r
     z0, z1, z2, z3 = z
-    area, (c0, c1, c2, c3) = _area_and_jacobians(r, z)
+    area = 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0))
+    # Values of the Jacobian at the corners.
+    c0 = (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0)
+    c1 = (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1)
+    c2 = (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2)
+    c3 = (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3)
     a0, a1 = area * _SIXTH + c0 * _TWELFTH, area * _SIXTH + c1 * _TWELFTH
     a2, a3 = area * _SIXTH + c2 * _TWELFTH, area * _SIXTH + c3 * _TWELFTH
     bz0 = _SIXTH * (r3 - r1) * (r3 + r0 + r1)
@@ -270,18 +260,3 @@ def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.nd
             node = np.uint64(dofmap[np.uint64(cells[lane]), n])
             force[node, 0] += scratch[(POSITION + n) * LANES + lane]
             force[node, 2] += scratch[(POSITION + 4 + n) * LANES + lane]
-
-
-@lane_function
-def move_point(point: int, step: float, scratch: np.ndarray) -> None:
-    """Nothing: the material is asked with the mean motion."""
-
-
-@lane_function
-def add_point(point: int, scratch: np.ndarray) -> None:
-    """Nothing: the stress is that of the whole cell."""
-
-
-@lane_function
-def end_points(scratch: np.ndarray) -> None:
-    """Nothing."""

@@ -35,7 +35,7 @@ class LineSettings(NamedTuple):
 
     level: int
     exists: bool
-    stable_budget: float  # bound on (omega dt)^2 of the springs
+    max_squared_phase: float  # bound on (omega dt)^2 of the springs
     tensile_strength: float  # Pa
     cohesion: float  # Pa
     friction: float  # tangent of the friction angle
@@ -122,8 +122,8 @@ def add_ring_forces(
             sums.released[owner, 1] += sums.energy[4] - heat_before
     if settings.exists and settings.level >= min_level and stable_for > 0.0:
         share = 1.0 / (1 << settings.level)
-        budget = settings.stable_budget / (share * stable_for) ** 2
-        law = SlideLaw(budget, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
+        frequency = settings.max_squared_phase / (share * stable_for) ** 2
+        law = SlideLaw(frequency, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
         sums.contact[1] += add_line_forces(
             law,
             share,

@@ -34,6 +34,7 @@ from burst_fenicsx.kernels.cells.rows import (
     VELOCITY,
     VOLUME,
 )
+from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_means
@@ -64,9 +65,6 @@ __all__ = [
     "move_point",
     "store_forces",
 ]
-
-POINTS = 1
-MIN_VOLUME = VOLUME
 
 
 @block_kernel
@@ -136,21 +134,6 @@ def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, s
     scratch[(HOURGLASS_RATE + 3 + i) * LANES + lane] = v5 - dot(row, middle[4])
     scratch[(HOURGLASS_RATE + 6 + i) * LANES + lane] = v6 - dot(row, middle[5])
     scratch[(HOURGLASS_RATE + 9 + i) * LANES + lane] = v7 - dot(row, middle[6])
-
-
-@lane_function
-def move_point(point: int, step: float, scratch: np.ndarray) -> None:
-    """Nothing: the material is asked with the mean motion."""
-
-
-@lane_function
-def add_point(point: int, scratch: np.ndarray) -> None:
-    """Nothing: the stress is that of the whole cell."""
-
-
-@lane_function
-def end_points(scratch: np.ndarray) -> None:
-    """Nothing."""
 
 
 @lane_function

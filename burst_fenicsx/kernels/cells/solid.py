@@ -86,6 +86,8 @@ PARAMETERS = (
 
 HAS_SPRINGS = True
 
+_DENSITY = PARAMETERS.index("density")
+
 _SHEAR_STRAIN, _VOLUME_STRAIN = MATERIAL + 6, MATERIAL + 7
 _SOFTENING = MATERIAL + 8  # inverse factor on the limit strains
 
@@ -376,7 +378,7 @@ def erode(
     slot, count = block * LANES, 0
     for lane in range(LANES):
         if eroded[slot + lane] == WHOLE:
-            volume = scratch[min_volume * LANES + lane] * parameters[10]
+            volume = scratch[min_volume * LANES + lane] * parameters[_DENSITY]
             if not volume > NOTHING_LEFT * scratch[MASS * LANES + lane]:
                 cell = np.uint64(grid.cells[block, lane])
                 if _is_spent(cell, parameters, scratch[_SOFTENING * LANES + lane], state):

@@ -30,7 +30,9 @@ _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: the one that com
 class CollisionLaw(NamedTuple):
     """What holds for all contacts in this step."""
 
-    budget: float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
+    max_squared_frequency: (
+        float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
+    )
     step: float  # s
     friction: float  # tan(phi)
 
@@ -109,7 +111,7 @@ def push_node(
     reduced = 1.0 / inverse
     # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
     # the springs' highest frequency is at most twice the largest load.
-    stiffness = 0.5 * law.budget * reduced / max(sharing, EVEN_SHARING)
+    stiffness = 0.5 * law.max_squared_frequency * reduced / max(sharing, EVEN_SHARING)
     trial = np.empty(3)
     along = 0.0
     for i in range(3):
