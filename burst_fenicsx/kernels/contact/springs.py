@@ -30,9 +30,7 @@ _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: the one that com
 class CollisionLaw(NamedTuple):
     """What holds for all contacts in this step."""
 
-    max_squared_frequency: (
-        float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
-    )
+    max_squared_frequency: float  # 1/s2, stable share of 4 / dt^2: a node's springs over its mass stay below it
     step: float  # s
     friction: float  # tan(phi)
 
