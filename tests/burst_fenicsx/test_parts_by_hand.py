@@ -171,7 +171,7 @@ def test_distortion_counts_lost_folded_and_released_cells_of_all_images():
     lost, folded, released = mark
     lost[[4]], folded[[0, 1, 5]], released[[1, 2, 3, 6, 7]] = True, True, True
     state = SimpleNamespace(
-        folded=lambda: folded, volumes=lambda: np.where(lost, -1e-9, 1e-9), released=released,
+        folded=lambda: folded, volumes=lambda: np.where(lost, -1e-9, 1e-9), eroded=released,
         mesh=SimpleNamespace(part=part), cell_mass=2.0 ** np.arange(9.0),
     )  # fmt: skip
     measures = SimpleNamespace(_state=state, _images=4, _comm=MPI.COMM_SELF, _sum=lambda values: values)
