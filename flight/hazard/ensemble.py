@@ -177,7 +177,7 @@ class EnsembleHazard:
     def headline(self) -> dict[str, Any] | None:
         """The hazard distance for summary.json (SI; azimuth in degrees); None where it was not estimated.
 
-        `distance` is that with ricochet, the larger; `without_ricochet` has the other. `single_event` is something
+        `expected` is that with ricochet, the larger; `without_ricochet` has the other. `single_event` is something
         else: median, 5 and 95 % of the distances at which the density of single realisations over all azimuths, or in
         the same direction, falls below the limit.
         """
@@ -188,11 +188,13 @@ class EnsembleHazard:
         median, low, high = self.single_event
         short = self.without_ricochet or found
         return {
-            "distance": found.distance if known else None,
+            "expected": found.distance if known else None,
             "upper": found.upper if known else None,
             "standard_error": found.standard_error if known else None,
             "without_ricochet": {
-                name: getattr(short, name) if known else None for name in ("distance", "upper", "standard_error")
+                "expected": short.distance if known else None,
+                "upper": short.upper if known else None,
+                "standard_error": short.standard_error if known else None,
             },
             "basis": found.basis,
             "direction_deg": found.direction if known else None,

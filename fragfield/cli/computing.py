@@ -131,7 +131,7 @@ def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = 
 
 
 def _give_summary(done: Run, *, json: bool, quiet: bool, flown: bool) -> None:
-    """Print the summary of a run; one that was `flown` and has no hazard distance ends with the exit code for that."""
+    """Print the summary of a run; one that was `flown` and has no distance ends with the exit code for that."""
     from fragfield.terminal.show import print_summary
 
     if launched_rank() == 0:

@@ -118,7 +118,7 @@ class Run:
 
     @property
     def hazard(self) -> HazardDistance:
-        """The hazard distance; raises InputError where nothing was flown."""
+        """The recommended distance and its parts; raises InputError where nothing was flown."""
         from fragfield.interface.hazard import HazardDistance
 
         self._file("landing.h5", "fly")

@@ -1,10 +1,11 @@
-"""The report's first section: the hazard distance, its basis, and the limits of validity."""
+"""The report's first section: the recommended distance, its basis, and the limits of validity."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.hazard.certainty import WHICH_NUMBER, basis_words, ricochet_words, whole_metres
+from fragfield.hazard.certainty import basis_words, ricochet_words, rounded_metres, whole_metres
+from fragfield.hazard.recommended import parts_words
 from fragfield.report.blocks import (
     Block,
     Card,
@@ -20,7 +21,6 @@ from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.distances import density_table
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.prescribed import prescribed_blocks
-from fragfield.report.tables.uncertainty import signed_card
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -65,7 +65,6 @@ def summary_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
             *prescribed_blocks(run),
             *verdict_table(run),
             Paragraph(statements.summary_terms(run)),
-            Paragraph(WHICH_NUMBER),
             *density_table(run),
         ]
     blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.limits(run))]
@@ -85,35 +84,24 @@ def _caution(stops: int, warnings: int) -> list[Block]:
 
 
 def _distances(run: RunFiles) -> list[Card]:
-    """The hazard distance first, then what it must not be mistaken for."""
+    """The recommended distance first, then what it must not be mistaken for."""
     hazard = run.part("hazard")
     if not hazard:
-        return [Card("Hazard distance", "–", "", "not computed")]
+        return [Card("Recommended distance", "–", "", "not computed")]
     if not hazard["determined"]:
-        return [Card("Hazard distance", "not determined", "", hazard["reason"])]
+        return [Card("Recommended distance", "not determined", "", hazard["reason"])]
     number_of = f"{number(hazard['realisations'])} realisation{'s' if hazard['realisations'] > 1 else ''}"
-    where = basis_words(hazard)
-    if hazard["upper"] is None:
-        cards = [_distance("Hazard distance", hazard["distance"], f"no upper bound: {number_of}; {where}")]
-    else:
-        error = f"standard error {hazard['standard_error']:.2g}{SPACE}m, {number_of}"
-        cards = [
-            _distance("Hazard distance, upper bound (95 %)", hazard["upper"], f"the distance to apply; {where}"),
-            _distance("Distance of the expected density", hazard["distance"], error),
-        ]
-    short = hazard.get("without_ricochet")
-    if short:
-        shown = short["distance"] if short["upper"] is None else short["upper"]
-        cards.append(
-            _distance("The same without ricochet", shown, f"beside it, {ricochet_words(hazard).partition(';')[0]}")
-        )
+    note = f"{parts_words(hazard)}; {number_of}; {basis_words(hazard)}"
+    cards = [_distance("Recommended distance", hazard["recommended"], note)]
+    if short := hazard.get("without_ricochet"):
+        note = f"beside it, {ricochet_words(hazard).partition(';')[0]}"
+        cards.append(_distance("The same without ricochet", short["recommended"], note))
     single = hazard["single_event"]
-    span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
+    span = f"{rounded_metres(single['low'])}{SPACE}–{SPACE}{rounded_metres(single['high'])}"
     return [
         *cards,
-        *signed_card(run),
-        Card("Single events, 5 to 95 %", span, "m", "not a hazard distance: range of the distances of single events"),
-        _distance("Largest throw", hazard["largest_throw"], "not a hazard distance: the farthest single fragment"),
+        Card("Single events, 5 to 95 %", span, "m", "no distance to keep: range of the distances of single events"),
+        _distance("Largest throw", hazard["largest_throw"], "no distance to keep: the farthest single fragment"),
     ]
 
 

@@ -164,7 +164,7 @@ def flight_section(run: RunFiles, draw: Draw) -> Section:
         *draw(
             "landing_map", "Landing points",
             "Landing points of the fragments of the first realisation; dark: hazardous. Seen from above, y "
-            "upwards. The hazard line is the upper bound of the hazard distance by direction.",
+            "upwards. The hazard line is the upper bound of the expected density by direction.",
             hazard_figures.landing_map,
         ),
     ]  # fmt: skip
@@ -183,8 +183,8 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *distance_table(run),
         *draw(
-            "attitude_curve", "Hazard distance by attitude",
-            "Hazard distance by the inclination of the rounds from upright, each in its worst direction; of an "
+            "attitude_curve", "Expected distance by attitude",
+            "Expected distance by the inclination of the rounds from upright, each in its worst direction; of an "
             "arrangement that is not axisymmetric the worst roll of each inclination.",
             attitude_figure,
         ),
@@ -197,8 +197,8 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         ),
         *draw(
             "site_map", "Map of the site",
-            "Hazard distance by direction, exposed sites by their verdict, barricades and buildings, and lines of "
-            "equal height, in the site's frame.",
+            "Recommended distance, expected density by direction, exposed sites by their verdict, barricades and "
+            "buildings, and lines of equal height, in the site's frame.",
             site_figure.site_figure,
         ),
         *beside_map(run),
@@ -208,7 +208,7 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
             "density_curve", "Density by distance",
             "Expected number of hazardous fragments per acceptable area, by area of ground and normal to the paths, "
             "over all azimuths or in the worst direction, with 5 to 95 % of the bootstrap: the certainty of the mean, "
-            "not the scatter of single events. The vertical lines mark the hazard distance and its upper bound.",
+            "not the scatter of single events. The vertical lines mark the expected distance and its upper bound.",
             hazard_figures.density_curve,
         ),
         *draw(
@@ -219,8 +219,8 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         ),
         *draw(
             "distance_by_azimuth", "Distances by azimuth",
-            "Hazard distance by direction, as its upper bound and by the expected density; and, not a hazard distance, "
-            "the farthest fragment of each sector: median and band of single events.",
+            "Expected density by direction with its upper bound, and the farthest fragment of each sector: median "
+            "and band of single events.",
             hazard_figures.distance_by_azimuth,
         ),
     ]  # fmt: skip

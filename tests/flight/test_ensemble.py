@@ -261,7 +261,7 @@ def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
         if not reason:
             assert found.headline["single_event"]["low"] < found.headline["single_event"]["high"]
         else:
-            assert found.headline["distance"] is None
+            assert found.headline["expected"] is None
             assert found.headline["determined"] is False
 
 

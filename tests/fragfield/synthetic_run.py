@@ -20,6 +20,7 @@ from flight.hazard.density.tally import tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.result import LANDING, Status
+from fragfield.hazard.recommended import recommended_of
 from tests.flight.fields import groups_of_landings
 
 LENGTH, RADIUS, BORE = 0.60, 0.0775, 0.055
@@ -352,7 +353,7 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
     found = _ensemble(folder, columns, by_azimuth)
     summary["flight"] |= found.summary()
     assert found.headline is not None
-    summary["hazard"] = {**found.headline, "more_realisations": True}
+    summary["hazard"] = recommended_of({**found.headline, "more_realisations": True}, None)
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
 
 

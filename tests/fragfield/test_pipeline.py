@@ -23,7 +23,8 @@ SUMMARY = {
     "break_up": {"fragments", "mass", "mass_error", "momentum_error", "energy_error", "rounds"},
     "flight": {"fragments", "landed", "wall_seconds", "max_range", "hazardous_fragment_distance", "by_sector"},
     "hazard": {
-        "distance", "upper", "standard_error", "basis", "direction_deg", "realisations", "determined", "single_event",
+        "recommended", "base", "parts", "not_included", "expected",
+        "upper", "standard_error", "basis", "direction_deg", "realisations", "determined", "single_event",
     },
 }  # fmt: skip
 
@@ -179,7 +180,7 @@ def test_realisations_are_added_until_the_distance_is_known(run_copy, short_case
         done = invoke("fly", case, "--out", run_copy, "--json")
         assert done.exit_code == 0, done.stderr
         found[name] = json.loads(done.stdout)["hazard"]
-        assert "14 realisations fix the hazard distance to" in done.stderr
+        assert "14 realisations fix the expected distance to" in done.stderr
         assert "set hazard.max_realisations higher" in done.stderr
     assert found["added"] == found["made"]
     assert found["added"]["realisations"] == 14

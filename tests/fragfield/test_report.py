@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from fragfield.errors import InputError
+from fragfield.hazard.recommended import parts_words
 from fragfield.report import read_run, write_report
 from fragfield.report.figures.burst import speed_along_round
 from fragfield.report.figures.drawing import drawing_style, to_bytes
@@ -152,8 +153,7 @@ def test_every_figure_is_there_wide_and_narrow(page, run):
 
 def test_numbers_are_those_of_the_summary(page, summary):
     hazard, flight, burst = summary["hazard"], summary["flight"], summary["burst"]
-    assert card(page, "Hazard distance, upper bound (95 %)") == str(math.ceil(hazard["upper"]))
-    assert card(page, "Distance of the expected density") == str(math.ceil(hazard["distance"]))
+    assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
     assert card(page, "Largest throw") == str(math.ceil(hazard["largest_throw"]))
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert card(page, "Single events, 5 to 95 %") == f"{math.ceil(low):,}\u00a0–\u00a0{math.ceil(high):,}"
@@ -162,14 +162,14 @@ def test_numbers_are_those_of_the_summary(page, summary):
     assert card(page, "Hazardous fragments") == f"{round(flight['hazardous_fragments']):,}"
 
 
-def test_the_bound_comes_first_and_other_distances_are_named_for_what_they_are(page, summary):
+def test_the_recommended_distance_comes_first_and_other_distances_are_named_for_what_they_are(page, summary):
     hazard = summary["hazard"]
-    order = [page.text.index(words) for words in ("Hazard distance, upper bound", "Single events, 5", "Largest throw")]
+    order = [page.text.index(words) for words in ("Recommended distance", "Single events, 5", "Largest throw")]
     assert order == sorted(order)
-    assert page.text.count("not a hazard distance") >= 4
-    assert "Which number for what: to keep people away, apply the upper bound" in page.text
+    assert page.text.count("no distance to keep") >= 4
+    assert parts_words(hazard) in page.text
     assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
-    assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text
+    assert f"{REALISATIONS} realisations fix the expected distance to" in page.text
     assert "worst sector" not in page.text.lower()
 
 
@@ -177,16 +177,16 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
     folder = write_run(tmp_path / "run")
     found = json.loads((folder / "summary.json").read_text())
     reason = "3 % of the mass that could be hazardous has not landed"
-    absent = ("distance", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
+    absent = ("recommended", "expected", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
     found["hazard"] |= {"determined": False, "converged": False, "reason": reason, **dict.fromkeys(absent)}
     (folder / "summary.json").write_text(json.dumps(found))
     with h5py.File(folder / "ensemble.h5", "a") as file:
         file.attrs["undetermined"] = reason
     _, _, words = outline(folder)
-    assert "Card(label='Hazard distance', value='not determined', unit='', note='3 % of the mass" in words
-    assert f"The hazard distance is not determined: {reason}" in words
+    assert "Card(label='Recommended distance', value='not determined', unit='', note='3 % of the mass" in words
+    assert f"The distance is not determined: {reason}" in words
     assert "weight='stop'" in words
-    assert "upper bound (95 %)', value=" not in words
+    assert words.count("Recommended distance', value='") == 1
 
 
 def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
@@ -210,7 +210,7 @@ def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
     _, _, words = outline(folder)
-    assert "did not estimate the hazard distance: run" in words
+    assert "did not estimate the recommended distance: run" in words
 
 
 def test_title_is_shown_as_text(html, page):

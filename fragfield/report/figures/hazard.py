@@ -59,7 +59,7 @@ def landing_map(run: RunFiles, narrow: bool) -> Figure | None:
 
 
 def _outline(axis: Axes, expected: ExpectedDistance) -> float:
-    """Draw the upper bound of the hazard distance by direction, or the distance where it has none; its reach (m)."""
+    """Draw the upper bound of the expected distance by direction, or itself where it has none; its reach (m)."""
     bounded = expected.upper is not None
     by_direction = expected.upper_by_direction if bounded else expected.by_direction
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
@@ -68,7 +68,7 @@ def _outline(axis: Axes, expected: ExpectedDistance) -> float:
     if not reach.max() > 0.0:
         return 0.0
     axis.plot(reach * np.cos(turn), reach * np.sin(turn), color=ACCENT, linewidth=1.3, zorder=3)
-    words = f"hazard distance, {'upper bound: ' if bounded else ''}{metres(float(reach.max()))}"
+    words = f"expected density, {'upper bound: ' if bounded else ''}{metres(float(reach.max()))}"
     place = np.radians(290.0 if expected.direction is None else expected.direction)
     axis.annotate(
         words, (reach.max() * np.cos(place), reach.max() * np.sin(place)), ha="center", va="center", fontsize=7,
@@ -118,7 +118,10 @@ def density_curve(run: RunFiles, narrow: bool) -> Figure | None:
         textcoords="offset points", xytext=(0, 3), ha="right", color=ACCENT, fontsize=7.5,
     )  # fmt: skip
     if not found.undetermined:
-        for place, dashes, words in ((expected.distance, ":", "distance"), (expected.upper, "-", "upper bound")):
+        for place, dashes, words in (
+            (expected.distance, ":", "expected distance"),
+            (expected.upper, "-", "upper bound"),
+        ):
             if place:
                 axis.axvline(place, color=GREY, linewidth=1.0, linestyle=dashes, label=f"{words}, {metres(place)}")
     axis.set(yscale="log", xlabel="Distance (m)", ylabel=f"Hazardous fragments\nper {1 / acceptable:.1f} m²")
@@ -159,7 +162,7 @@ def _banded(
 
 
 def distance_by_azimuth(run: RunFiles, narrow: bool) -> Figure | None:
-    """Hazard distance by direction with its bound, and the farthest fragment of each sector in single events."""
+    """Expected distance by direction with its bound, and the farthest fragment of each sector in single events."""
     found = ensemble(run)
     if found is None or found.expected is None:
         return None
@@ -168,8 +171,8 @@ def distance_by_azimuth(run: RunFiles, narrow: bool) -> Figure | None:
     if not found.undetermined:
         around = np.linspace(0.0, 360.0, max(len(expected.azimuth), 2) + 1)
         for values, label, style in (
-            (expected.upper_by_direction, "hazard distance, upper bound", {"color": ACCENT, "linewidth": 1.4}),
-            (expected.by_direction, "hazard distance, expected density", {**LINES[0], "linewidth": 1.1}),
+            (expected.upper_by_direction, "expected density, upper bound", {"color": ACCENT, "linewidth": 1.4}),
+            (expected.by_direction, "expected density", {**LINES[0], "linewidth": 1.1}),
         ):
             if np.isfinite(values).all():
                 axis.plot(around, np.resize(_closed(values), len(around)), label=label, **style)

@@ -17,10 +17,10 @@ _LIGHT = "#9db7cf"
 
 
 def distribution_figure(run: RunFiles, narrow: bool) -> Figure | None:
-    """Cumulative distribution of the distance, with its quantiles, the run itself and the distance to be signed."""
+    """Cumulative distribution of the distance, with its quantiles, the run itself and the recommended one."""
     found = run.part("uncertainty")
-    entry, budget = found.get("distance"), found.get("budget")
-    if not entry or not budget:
+    entry, hazard = found.get("distance"), found.get("hazard")
+    if not entry or not hazard:
         return None
     figure, (axis,) = new_figure(narrow=narrow, height=2.8, narrow_height=3.0)
     curve, spread = entry["curve"], entry["spread"]
@@ -28,10 +28,9 @@ def distribution_figure(run: RunFiles, narrow: bool) -> Figure | None:
     for name, level in (("low", 5), ("median", 50), ("high", 95)):
         axis.plot([spread[name]] * 2, [0, level], color=GREY, linewidth=0.8)
         axis.plot(spread[name], level, "o", color=INK, markersize=3.5)
-    if budget["nominal"] is not None:
-        axis.axvline(budget["nominal"], color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
-    axis.axvline(budget["signed"], color=ACCENT, linewidth=1.4, label="to be signed")
-    axis.set(xlabel="Hazard distance (m)", ylabel="Samples (%)", ylim=(0, 100))
+    axis.axvline(hazard["parts"]["expected"], color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
+    axis.axvline(hazard["recommended"], color=ACCENT, linewidth=1.4, label="recommended")
+    axis.set(xlabel="Expected distance (m)", ylabel="Samples (%)", ylim=(0, 100))
     axis.legend(loc="upper left")
     return figure
 
@@ -50,7 +49,7 @@ def tornado_figure(run: RunFiles, narrow: bool) -> Figure | None:
             axis.barh(place, row[name] - mean, left=mean, height=0.62, color=colour)
     axis.axvline(mean, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(rows)), [row["name"] for row in rows])
-    axis.set(xlabel="Hazard distance (m)")
+    axis.set(xlabel="Expected distance (m)")
     axis.grid(visible=False, axis="y")
     return figure
 

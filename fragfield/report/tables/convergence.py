@@ -37,12 +37,12 @@ _LARGEST = (
     "The largest speed is the mean of one cell, whose mass decreases with the cell size: at a corner of the charge it "
     "increases without limit. The speed that 99 % of the mass does not exceed converges; use it for comparisons."
 )
-_DRAWN = ("mean_initial_speed", "speed_99", "outer_diameter", "hazard_distance")
+_DRAWN = ("mean_initial_speed", "speed_99", "outer_diameter", "expected_distance")
 _SHORT = {
     "mean_initial_speed": "mean speed",
     "speed_99": "99 % of the mass",
     "outer_diameter": "diameter",
-    "hazard_distance": "hazard distance",
+    "expected_distance": "expected distance",
 }
 
 

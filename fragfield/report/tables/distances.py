@@ -1,4 +1,4 @@
-"""Tables of distances: the hazard distance with its bound, and the distances of single events."""
+"""Tables of distances: the recommended distance with its parts, and the distances of single events."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
+from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
+from fragfield.hazard.recommended import parts_words
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
 from fragfield.report.reading.landings import ensemble, hazard_density
@@ -21,23 +23,23 @@ __all__ = ["density_table", "distance_table", "sector_table"]
 
 
 def distance_table(run: RunFiles) -> Iterator[Table]:
-    """The hazard distance with its bound and error, and beside it what single events do."""
+    """The recommended distance with its parts, and beside it what single events do."""
     hazard = run.part("hazard")
     if not hazard:
         return
     if not hazard["determined"]:
-        lines = [("Hazard distance", "not determined", hazard["reason"])]
-        yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
+        lines = [("Recommended distance", "not determined", hazard["reason"])]
+        yield Table("Distances", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
         return
     error, where = hazard["standard_error"], basis_words(hazard)
-    short = hazard.get("without_ricochet") or dict.fromkeys(("distance", "upper", "standard_error"))
+    short = hazard.get("without_ricochet") or dict.fromkeys(("recommended", "expected", "standard_error"))
     count = number(hazard["realisations"])
     bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
     lines = [
-        ("Hazard distance, upper bound (95 %)", whole_metres(hazard["upper"]), f"to be applied; {where}"),
+        ("Recommended distance", whole_metres(hazard["recommended"]), f"{parts_words(hazard)}; {where}"),
         (
-            "Hazard distance", metres_and_error(hazard["distance"], error, SPACE),
+            "Expected distance", metres_and_error(hazard["expected"], error, SPACE),
             f"of the expected density, mean of {count} realisations{bias if hazard['max_bias'] else ''}",
         ),
         ("… by area of ground alone", whole_metres(hazard["distance_ground"]), "expected density of landings"),
@@ -45,20 +47,20 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
             "… normal to the paths alone", whole_metres(hazard["distance_normal"]),
             "along the paths below a person's height",
         ),
-        ("Without ricochet, upper bound (95 %)", whole_metres(short["upper"]), "up to the first impact on the ground"),
+        ("Recommended, without ricochet", whole_metres(short["recommended"]), "up to the first impact on the ground"),
         (
-            "Without ricochet", metres_and_error(short["distance"], short["standard_error"], SPACE),
+            "Expected, without ricochet", metres_and_error(short["expected"], short["standard_error"], SPACE),
             f"all other distances are {ricochet_words(hazard).partition(';')[0]}",
         ),
         (
             "Single events: median, 5 to 95 %",
-            f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
-            "not a hazard distance: where the fragment density of one event falls below the limit",
+            f"{rounded_metres(single['median'])}, {_span(single['low'], single['high'])}",
+            "no distance to keep: where the fragment density of one event falls below the limit",
         ),
-        ("Largest throw", whole_metres(hazard["largest_throw"]), "not a hazard distance: farthest single fragment"),
+        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: farthest single fragment"),
     ]  # fmt: skip
     note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
-    yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
+    yield Table("Distances", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
 
 
 def _tilt_words(run: RunFiles) -> str:
@@ -116,38 +118,38 @@ def _share_span(low: float, high: float) -> str:
 
 
 def sector_table(run: RunFiles) -> Iterator[Table]:
-    """Hazard distance by direction, and what single events do by sector."""
+    """Expected distance by direction, and what single events do by sector."""
     found = ensemble(run)
     if found is None or found.expected is None:
         return
     throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
     expected, known = found.expected, not found.undetermined
-    several = found.realisations > 1
+    several, site = found.realisations > 1, None if run.case is None else site_of(run.case)
     lines = []
     for i, azimuth in enumerate(found.azimuth):
         at = round(float(azimuth) / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
         upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
         lines.append(
             (
-                f"{azimuth:.0f}",
+                f"{azimuth:.0f}" if site is None else direction_words(azimuth, float(site.bearing_of(azimuth))),
                 number(round(float(hazardous.pooled[i]), 1)),
                 whole_metres(upper) if known else "–",
                 whole_metres(distance) if known else "–",
-                whole_metres(throw.median[i]),
+                rounded_metres(throw.median[i]),
                 _span(throw.low[i], throw.high[i]) if several else "–",
             )
         )
     head = (
-        "Azimuth (°)", "Hazardous, mean", "Hazard distance (m), upper bound", "Of the expected density",
+        "Azimuth (°)" if site is None else "Direction", "Hazardous, mean", "Expected (m), upper bound", "Expected (m)",
         "Farthest (m), median", "5 to 95 %",
     )  # fmt: skip
-    same = " The hazard distance is that over all azimuths." if expected.direction is None else ""
+    same = " The expected distance is that over all azimuths." if expected.direction is None else ""
     note = (
-        f"Hazard distance of {number(expected.realisations)} realisations; 0 where the acceptable density is never "
-        f"reached.{same} Farthest fragment of single events, which is not a hazard distance."
+        f"Expected distance of {number(expected.realisations)} realisations; 0 where the acceptable density is never "
+        f"reached.{same} Farthest fragment of single events."
     )
     yield Table("Distances by direction", head, tuple(lines), note)
 
 
 def _span(low: float, high: float) -> str:
-    return f"{whole_metres(low)}{SPACE}–{SPACE}{whole_metres(high)}"
+    return f"{rounded_metres(low)}{SPACE}–{SPACE}{rounded_metres(high)}"

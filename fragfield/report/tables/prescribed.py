@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.prescribed import USES, Computed, computed_distance, minimum_part
+from fragfield.hazard.prescribed import USES
 from fragfield.report.blocks import Paragraph, Points, Table
 
 if TYPE_CHECKING:
@@ -27,10 +27,10 @@ def prescribed_blocks(run: RunFiles) -> Iterator[Block]:
     """Table of the distances, net explosive quantity, and which not to go below; none for a run of a former version."""
     if not run.part("minimum"):
         return
-    hazard, official, rules = run.part("hazard"), run.part("official"), run.part("rules")
-    computed, listed = _computed(run), rules.get("rules") or ()
-    minimum = minimum_part(hazard, official or None, listed, computed)
-    lines = [("Computed", whole_metres(computed.distance, "not determined"), computed.name)]
+    minimum, official, rules = run.part("minimum"), run.part("official"), run.part("rules")
+    listed = rules.get("rules") or ()
+    recommended = run.part("hazard").get("recommended")
+    lines = [("Recommended distance", whole_metres(recommended, "not determined"), "this computation")]
     lines += [
         (label, whole_metres(official[key]), official["source"])
         for key, label in _OFFICIAL
@@ -50,15 +50,6 @@ def prescribed_blocks(run: RunFiles) -> Iterator[Block]:
         words = quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
         yield Paragraph(f"{words[0].upper()}{words[1:]}.")
     yield Points(tuple(minimum["words"]))
-
-
-def _computed(run: RunFiles) -> Computed:
-    """The computed distance to apply: that to be signed where a study of uncertainty gives a larger one."""
-    computed = computed_distance(run.part("hazard"))
-    signed = (run.part("uncertainty").get("budget") or {}).get("signed")
-    if computed.distance is None or signed is None or signed <= computed.distance:
-        return computed
-    return Computed(float(signed), "this computation, distance to be signed")
 
 
 def _largest(rules: list[Mapping[str, object]], what: str) -> Iterator[tuple[str, str, str]]:

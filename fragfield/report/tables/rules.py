@@ -24,7 +24,7 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     if not rules:
         return
     hazard = run.part("hazard")
-    own = hazard.get("upper") or hazard.get("distance")
+    own = hazard.get("recommended")
     known = own is not None and hazard.get("determined")
     lines = [
         (

@@ -1,4 +1,4 @@
-"""Hazards of two runs: hazard distances with their errors, and densities by distance."""
+"""Hazards of two runs: distances with their errors, and densities by distance."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from fragfield.studies.compare.runs import ComparedRun
 
 _DISTANCES = (
-    ("upper", "hazard distance, upper bound", None),
-    ("distance", "hazard distance", "standard_error"),
-    ("without_ricochet.upper", "without ricochet, upper bound", None),
-    ("without_ricochet.distance", "without ricochet", "without_ricochet.standard_error"),
+    ("recommended", "recommended distance", None),
+    ("expected", "expected distance", "standard_error"),
+    ("without_ricochet.recommended", "recommended, without ricochet", None),
+    ("without_ricochet.expected", "expected, without ricochet", "without_ricochet.standard_error"),
     ("largest_throw", "largest throw", None),
 )
 
@@ -32,9 +32,9 @@ DENSITIES = ("ground_density", "normal_density", "worst_ground_density", "worst_
 def compare_distances(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
     """One row a distance, as `estimates.compared` has it.
 
-    Of the hazard distance, its upper bound, both without ricochet, and the largest throw.
+    Of the recommended distance, the expected one, both without ricochet, and the largest throw.
     A distance that is not determined is None, and so is its ratio. `run_basis` and `reference_basis` say in which
-    direction the hazard distances hold; a largest throw has none, and no error: it grows with the realisations.
+    direction the distances hold; a largest throw has none, and no error: it grows with the realisations.
     """
     ours, theirs = run.part("hazard"), reference.part("hazard")
     if not ours or not theirs:
