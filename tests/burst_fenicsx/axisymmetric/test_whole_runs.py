@@ -70,7 +70,7 @@ def projectile(cell_size, **changes):
 
 
 @pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
-@pytest.mark.parametrize("interface", ["bonded", "shared"])
+@pytest.mark.parametrize("interface", ["sliding", "shared"])
 def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
     """Axial momentum to 1e-12 of the sum of |p|; energy to 1 % once a little is burnt and 0.5 % at the end.
 
