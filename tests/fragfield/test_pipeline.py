@@ -11,7 +11,8 @@ import pytest
 
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.files.run_directory import STAGES
-from tests.fragfield.short_run import ROOT, SHORT, invoke, same_data
+from tests.datasets import same_data
+from tests.fragfield.short_run import ROOT, SHORT, invoke
 
 SUMMARY = {
     "burst": {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -268,16 +269,15 @@ def test_display_is_that_of_the_environment(monkeypatch):
 @needs_vtk
 @needs_pages
 def test_without_the_series_the_page_of_the_burst_shows_its_end(tmp_path):
-    """Earlier states are missing where burst.h5 is: the page has one state, and no slider."""
+    """The page has one state, and no slider."""
     folder = write_run(tmp_path / "run", stages=2)
-    for name in ("burst.h5", "burst.xdmf"):
-        (folder / name).unlink(missing_ok=True)
+    shutil.rmtree(folder / "burst")
     page = view_of_burst(read_run(folder), tmp_path).read_text(encoding="utf-8")
     assert "Section of the burst at 120 µs" in page
     assert 'type="range"' not in page
 
 
-@pytest.mark.parametrize("name", ["burst.h5", "burst.xdmf"])
+@pytest.mark.parametrize("name", ["burst/0000.h5", "burst.xdmf"])
 def test_a_damaged_series_is_refused_before_vtk_sees_it(tmp_path, name):
     folder = write_run(tmp_path / "run", stages=2)
     data = bytearray((folder / name).read_bytes())
@@ -290,15 +290,15 @@ def test_a_damaged_series_is_refused_before_vtk_sees_it(tmp_path, name):
 def test_a_series_that_takes_data_from_elsewhere_is_refused(tmp_path):
     folder = write_run(tmp_path / "run", stages=2)
     text = (folder / "burst.xdmf").read_text().rpartition("<!-- checksum")[0]
-    (folder / "burst.xdmf").write_text(text.replace("burst.h5:", "/etc/secret.h5:", 1))
-    with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/"):
+    (folder / "burst.xdmf").write_text(text.replace("burst/0000.h5:", "/etc/secret.h5:", 1))
+    with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/, burst/0000.h5:/"):
         burst_states(read_run(folder), 3)
 
 
 def test_another_file_in_place_of_the_series_is_refused_before_vtk_sees_it(tmp_path):
     """Whole and sealed, but without the arrays that burst.xdmf names."""
     folder = write_run(tmp_path / "run", stages=2)
-    with creating(folder / "burst.h5", InputError) as file:
+    with creating(folder / "burst" / "0000.h5", InputError) as file:
         file["cells"] = np.zeros((2, 8), dtype=np.int64)
-    with pytest.raises(InputError, match=r"burst.h5: damaged, or of another run: /.* has the shape"):
+    with pytest.raises(InputError, match=r"0000.h5: damaged, or of another run: /.* has the shape"):
         burst_states(read_run(folder), 3)
