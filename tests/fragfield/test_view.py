@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from flight.files.results import write_trajectories
-from flight.result import LANDING, Trajectories
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
 from fragfield.view import PictureUnavailableError, display_available, interactive, offscreen, offscreen_fault
-from fragfield.view.film import film_fault, read_paths
 from fragfield.view.interactive import interactive_fault, view_of_burst
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
-from fragfield.view.show import view_run, write_films, write_pictures
+from fragfield.view.show import view_run, write_pictures
 from fragfield_base.hdf5_files import creating
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
@@ -40,30 +35,7 @@ def _fresh_check():
     offscreen_fault.cache_clear()
 
 
-needs_films = pytest.mark.skipif(film_fault() is not None, reason=str(film_fault()))
 needs_pages = pytest.mark.skipif(interactive_fault() is not None, reason=str(interactive_fault()))
-
-
-_FILMS = """
-import json, sys
-from pathlib import Path
-
-import imageio.v3 as iio
-import numpy as np
-
-from fragfield.report import read_run
-from fragfield.view import film
-from fragfield.view.show import write_films
-
-film._MOST_FRAMES = 5
-reported = {}
-for path in write_films(read_run(Path(sys.argv[1]))):
-    frames = iio.imread(path, plugin="pyav")
-    scene = frames[:, 120:720].astype(int)
-    reported[path.name] = frames.shape, int(np.abs(scene[-1] - scene[0]).max())
-print(json.dumps(reported))
-"""
-"""Draws both films of a run directory with five frames; prints their shapes and how much the pictures change."""
 
 
 @needs_vtk
@@ -78,53 +50,8 @@ def test_pictures_show_something(run):
         assert coloured > 0.05, f"{path.name}: only {coloured:.1%} of the picture is coloured"
 
 
-def write_flown_paths(folder: Path) -> Trajectories:
-    """Two paths of known form: one straight out along +x in 2 s, one up and down again in 1 s."""
-    time = np.array([0.0, 1.0, 2.0, 0.0, 0.5, 1.0])
-    position = np.zeros((6, 3))
-    position[:3, 0] = [0.0, 150.0, 200.0]
-    position[3:, 2] = [0.0, 40.0, 0.0]
-    velocity = np.zeros((6, 3))
-    velocity[:, 0] = [300.0, 100.0, 20.0, 90.0, 0.0, 60.0]
-    paths = Trajectories(np.array([0, 1]), np.array([0, 3, 6]), time, position, velocity)
-    write_trajectories(paths, np.zeros(2, dtype=LANDING), folder / "trajectories.xdmf")
-    return paths
-
-
-def test_flown_paths_are_read_back_and_met_between_their_points(tmp_path):
-    folder = write_run(tmp_path / "run", stages=2)
-    with pytest.raises(InputError, match=r"trajectories\.xdmf is missing; set flight\.trajectories.*`fragfield fly`"):
-        read_paths(read_run(folder))
-    made = write_flown_paths(folder)
-    found = read_paths(read_run(folder))
-    np.testing.assert_array_equal(found.start, made.start)
-    np.testing.assert_allclose(found.position, made.position)
-    place, speed = found.at(np.array([0.0, 0.75, 1.5, 9.0]))
-    np.testing.assert_allclose(place[0, :, 0], [0.0, 112.5, 175.0, 200.0])
-    np.testing.assert_allclose(place[1, :, 2], [0.0, 20.0, 0.0, 0.0])
-    np.testing.assert_allclose(speed[0], [300.0, 150.0, 60.0, 20.0])
-
-
-@needs_vtk
-@needs_films
-def test_films_run_and_show_motion(tmp_path):
-    """In a process of its own: VTK may die in one that has loaded all libraries of the tests before."""
-    folder = write_run(tmp_path / "run")
-    write_flown_paths(folder)
-    done = subprocess.run([sys.executable, "-c", _FILMS, str(folder)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    reported = json.loads(done.stdout)
-    assert list(reported) == ["film_of_burst.mp4", "film_of_flight.mp4"]
-    for name, (shape, change) in reported.items():
-        assert shape == [5, 960, 1280, 3]
-        assert change > 60, f"{name}: nothing moves"
-    assert not list((folder / "figures").glob("part_of_*"))
-
-
-def test_missing_packages_are_reported(run, monkeypatch, caplog):
+def test_missing_packages_are_reported(run, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    assert write_films(read_run(run)) == []
-    assert "no films: films need the packages imageio and av; install them: pip install imageio av" in caplog.text
     with pytest.raises(PictureUnavailableError, match="interactive views need the package trame-vtk; install it: pip"):
         view_run(run, html=True)
 
