@@ -83,7 +83,7 @@ def test_every_file_carries_case_versions_seed_and_program(whole_run, short_case
     out, _ = whole_run
     text = to_toml(load_case(short_case))
     names = (
-        "burst",
+        "burst/0000",
         "burst_snapshot",
         "fragments",
         "ensemble_fragments",
