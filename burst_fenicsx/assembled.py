@@ -45,11 +45,11 @@ _log = logging.getLogger(__name__)
 
 
 class AssembledBurst:
-    """All objects of a burst at time zero; the burst in the meridian and that in a section make some in another way.
+    """All objects of a burst at time zero; the burst in the meridian makes some in another way.
 
     Attributes
     ----------
-    geometry : "3d", "axisymmetric" or "plane", written into the snapshot.
+    geometry : "3d" or "axisymmetric", written into the snapshot.
     part, rounds, settings : what of the arrangement is computed, its rounds, and the settings with its planes.
     mesh, quality, surfaces : of all ranks. fuze_density : of each round (kg/m3).
     fields, contact, initiation, leakage, ledger, solver : the state, what acts on it, its sums and what steps it.

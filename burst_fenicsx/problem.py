@@ -37,7 +37,7 @@ ProductModel = Literal["landau", "landau_cj", "jwl"]
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
 Interface = Literal["bonded", "shared"]
-Geometry = Literal["3d", "axisymmetric", "plane"]
+Geometry = Literal["3d", "axisymmetric"]
 Symmetry = Literal["auto", "off"]
 
 
@@ -230,8 +230,7 @@ class BurstSettings:
     """How the burst is computed. SI units."""
 
     cell_size: float
-    geometry: Geometry = "3d"  # "axisymmetric": one round in its meridian; "plane": a section across all rounds
-    section_station: float | None = None  # of a plane section: station of the first round (m); None: its widest bore
+    geometry: Geometry = "3d"  # "axisymmetric": one round in its meridian
     quadrature: Quadrature = "one_point"
     products: ProductModel = "landau_cj"
     burn: BurnModel = "time_or_compression"

@@ -1,4 +1,4 @@
-"""From rounds and settings to a finished burst, in three dimensions, in the meridian or in a plane section."""
+"""From rounds and settings to a finished burst, in three dimensions or in the meridian."""
 
 from __future__ import annotations
 
@@ -61,15 +61,11 @@ def simulate(
         simulation = Simulation(rounds, settings, out_dir, comm, given, on_progress)
         return _driven(simulation, resume=resume, series=series, profile=profile)
     from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
-    from burst_fenicsx.plane_section.simulation import SectionSimulation
 
-    plane = settings.geometry == "plane"
     if comm.size > 1:
-        kind = "a plane section" if plane else "an axisymmetric burst"
-        raise InputError(f"{kind} is computed by one rank; call it on one communicator of one rank")
+        raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
     with one_thread():
-        kind_of_run = SectionSimulation if plane else AxisymmetricSimulation
-        simulation = kind_of_run(rounds, settings, out_dir, given, on_progress)
+        simulation = AxisymmetricSimulation(rounds, settings, out_dir, given, on_progress)
         return _driven(simulation, resume=resume, series=series, profile=profile)
 
 

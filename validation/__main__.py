@@ -27,7 +27,6 @@ from validation.mean_mass import study as mean_mass
 from validation.options import read_options
 from validation.paper_3_1 import study as paper_3_1
 from validation.paper_3_2 import study as paper_3_2
-from validation.plane_section import study as plane_section
 from validation.polar_zones import study as polar_zones
 from validation.products import study as products
 from validation.readme import LADDER
@@ -53,7 +52,6 @@ CASES = {
     "steel_tubes": steel_tubes.study,
     "colliding_tubes": colliding_tubes.study,
     "stack_trends": stack_trends.study,
-    "plane_section": plane_section.study,
     "mean_mass": mean_mass.study,
     "polar_zones": polar_zones.study,
     "paper_3_1": paper_3_1.study,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FOLDER", "ROOT", "STOPPED", "Geometry", "Runs", "StudyError", "changed_case", "summary_of"]
 
-Geometry = Literal["3d", "axisymmetric", "plane"]
+Geometry = Literal["3d", "axisymmetric"]
 """Of a burst, as `burst.geometry`."""
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "runs" / "validation"
@@ -81,7 +81,7 @@ class Runs:
             New values by dotted key; see `changed_case`.
         stage : "run" or "burst"
             The whole chain to the report, or the burst alone.
-        geometry : "3d", "axisymmetric" or "plane"
+        geometry : "3d" or "axisymmetric"
             Of the burst: validation says which was validated, and leaves nothing to the case's choice.
 
         Raises

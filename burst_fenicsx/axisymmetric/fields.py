@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_areas, nodal_volumes, ring_volumes
+from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS, Rings
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.step.levels import move_lanes
@@ -31,7 +31,7 @@ _TO_TENSOR = [0, 1, 3, 2]  # counter-clockwise to tensor-product order; its own 
 
 @dataclass
 class RingFields(BurstFields):
-    """State of the axisymmetric burst, or of a plane section; `mesh.dofmap` (cells, 4) is counter-clockwise in (r, z).
+    """State of the axisymmetric burst; `mesh.dofmap` (cells, 4) is counter-clockwise in (r, z).
 
     Attributes
     ----------
@@ -43,11 +43,11 @@ class RingFields(BurstFields):
     @property
     def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
         """Of rings along the axis: radial momentum is no vector of the whole ring."""
-        return (True, True, True) if self.rings.plane else (False, False, True)
+        return (False, False, True)
 
     def volumes(self) -> np.ndarray:
         """Volumes of the cells now (cells,) in m3; of released ones as they were then."""
-        found = (areas if self.rings.plane else ring_volumes)(self.nodes.position, self.mesh.dofmap)
+        found = ring_volumes(self.nodes.position, self.mesh.dofmap)
         return np.where(self.released, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
@@ -139,39 +139,27 @@ def make_ring_fields(
     mesh: DistributedMesh,
     rounds: Sequence[Round],
     settings: BurstSettings,
-    *,
-    plane: bool = False,
     **inputs: Any,
 ) -> RingFields:
-    """Allocate the fields of one round on the origin with its axis along z, or of a plane section of several.
-
-    With `plane` the cells are those of a plane section, per length; the others and `inputs` are as for `make_fields`.
-    """
-    element = _PLANE if plane else _RING
-    plain = make_fields(mesh, rounds, settings, element=element, chunk_size=max(mesh.cells, 1), **inputs)
+    """Allocate the fields of one round on the origin with its axis along z; `inputs` as for `make_fields`."""
+    plain = make_fields(mesh, rounds, settings, element=_RING, chunk_size=max(mesh.cells, 1), **inputs)
     plain.grid = plain.grid._replace(rounding=0.0)  # one rank sums in one order: nothing is rounded
     position = plain.nodes.position
-    share = element.shares(position, mesh.dofmap) * plain.cell_mass[:, None]
+    share = _RING.shares(position, mesh.dofmap) * plain.cell_mass[:, None]
     kept = np.column_stack([1.0 / share, plain.blocks.by_cell(plain.grid.volume), np.zeros(len(share))])
     of_slots = plain.blocks.by_slot(kept).reshape(-1, LANES, ROWS_OF_CELLS)
     rings = Rings(
         kept=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, ROWS_OF_CELLS * LANES),
         released=np.zeros(len(share), dtype=np.int8),
         mass=plain.mass,
-        axis=np.flatnonzero((position[:, 0] == 0.0) & (not plane)).astype(np.int32),
-        plane=plane,
+        axis=np.flatnonzero(position[:, 0] == 0.0).astype(np.int32),
+        plane=False,
     )
     return RingFields(**{item.name: getattr(plain, item.name) for item in fields(plain)}, rings=rings)
 
 
 def _shares(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     found = nodal_volumes(position, dofmap)
-    shares: np.ndarray = found / found.sum(axis=1)[:, None]
-    return shares
-
-
-def _plane_shares(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
-    found = nodal_areas(position, dofmap)
     shares: np.ndarray = found / found.sum(axis=1)[:, None]
     return shares
 
@@ -193,24 +181,10 @@ def _largest_faces(corners: np.ndarray) -> np.ndarray:
     return 2.0 * np.pi * corners[..., 0].max(axis=1) * longest_edges(nodes, cells)
 
 
-def _largest_sides(corners: np.ndarray) -> np.ndarray:
-    """Longest edge of each cell of a plane section times the unit of length (cells,) in m2."""
-    nodes, cells = _corner_cells(corners)
-    return longest_edges(nodes, cells)
-
-
 _RING = Element(
     volumes=ring_volumes,
     shares=_shares,
     burn_rates=_burn_rates,
     lengths=lambda position, dofmap, volume: np.sqrt(areas(position, dofmap)),  # noqa: ARG005 - as every element
     largest_faces=_largest_faces,
-)
-
-_PLANE = Element(
-    volumes=areas,
-    shares=_plane_shares,
-    burn_rates=_burn_rates,
-    lengths=_RING.lengths,
-    largest_faces=_largest_sides,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,13 +30,7 @@ class MeridianMesh(CellMesh):
     """Bilinear quadrilaterals of one round's half plane, see `CellMesh`: nodes (r, 0, z) in m, z from the base.
 
     The nodes of a cell, (m, 4), are counter-clockwise in (r, z).
-
-    Attributes
-    ----------
-    plane : whether it is a plane section and no meridian, see `burst_fenicsx.plane_section`.
     """
-
-    plane: ClassVar[bool] = False
 
     @property
     def volumes(self) -> NDArray[np.float64]:

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
-__all__ = ["areas", "folded", "longest_edges", "nodal_areas", "nodal_volumes", "ring_volumes"]
+__all__ = ["areas", "folded", "longest_edges", "nodal_volumes", "ring_volumes"]
 
 _CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 _GAUSS = 1.0 / np.sqrt(3.0)
@@ -23,20 +21,6 @@ def nodal_volumes(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> NDA
     At the axis it is 1/6 and 1/3 of a cell's volume. With a quarter a plane axial wave would not pass the axis
     undisturbed. `nodes` (n, 3) are (r, 0, z).
     """
-    return _integrals(nodes, cells, lambda r: 2.0 * np.pi * r)
-
-
-def nodal_areas(nodes: NDArray[np.float64], cells: NDArray[np.integer]) -> NDArray[np.float64]:
-    """Integral of N_a over dA in every cell (m, 4), m2, exact by 2 x 2 Gauss points."""
-    return _integrals(nodes, cells, np.ones_like)
-
-
-def _integrals(
-    nodes: NDArray[np.float64],
-    cells: NDArray[np.integer],
-    weight: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-) -> NDArray[np.float64]:
-    """Integral of N_a times a weight of the radius in every cell (m, 4)."""
     r, z = nodes[cells, 0], nodes[cells, 2]
     found = np.zeros(r.shape)
     for xi in (-_GAUSS, _GAUSS):
@@ -45,7 +29,7 @@ def _integrals(
             by_xi = 0.25 * _CORNERS[:, 0] * (1.0 + _CORNERS[:, 1] * eta)
             by_eta = 0.25 * _CORNERS[:, 1] * (1.0 + _CORNERS[:, 0] * xi)
             jacobian = (r @ by_xi) * (z @ by_eta) - (r @ by_eta) * (z @ by_xi)
-            found += (weight(r @ shape) * jacobian)[:, None] * shape
+            found += (2.0 * np.pi * (r @ shape) * jacobian)[:, None] * shape
     return found
 
 

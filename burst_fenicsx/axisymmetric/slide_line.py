@@ -1,4 +1,4 @@
-"""Contact of charge and casing in the meridian or a section: bonded until the charge has reacted, then products slide.
+"""Contact of charge and casing in the meridian: bonded until the charge has reacted, then products slide.
 
 The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
 """
@@ -68,10 +68,10 @@ class LineInterface:
             across=_across_creases(mesh.nodes, edges, neighbour),
             end=end,
             sides=sides,
-            on_axis=(mesh.nodes[group_node, 0] == 0.0) & (not mesh.plane),
+            on_axis=mesh.nodes[group_node, 0] == 0.0,
             vector=np.zeros((len(sides), 2)),
             nodes=nodes.astype(np.int32),
-            plane=mesh.plane,
+            plane=False,
         )
         # A contact for every group that has an edge at which the charge lies.
         at_charge = np.array([any(covered[edge] for edge in pair if edge >= 0) for pair in sides])

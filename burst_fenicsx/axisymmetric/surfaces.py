@@ -26,14 +26,13 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
     Returns
     -------
     Nodes (edges, 2), their own cell to the left of their direction; that cell; and the one behind each edge or -1.
-    Edges on the axis of a meridian are left out.
+    Edges on the axis are left out.
     """
     ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1).reshape(-1, 2)
     cell = np.repeat(np.arange(len(mesh.cells)), 4)
     behind = edge_neighbours(mesh).ravel()
     outside = (group[cell] >= 0) & ((behind < 0) | (group[behind] != group[cell]))
-    if not mesh.plane:
-        outside &= (mesh.nodes[ends, 0] > 0.0).any(axis=1)
+    outside &= (mesh.nodes[ends, 0] > 0.0).any(axis=1)
     return ends[outside], cell[outside], behind[outside]
 
 

@@ -50,10 +50,7 @@ class CollidingSurfaces(NodeContact):
     state : the kernels' arrays.
     searches : how many have been made. near_faces : brings what they need from other ranks.
     travel : how far surfaces may have approached each other since (m).
-    steady : whether a loaded spring gets no stiffer.
     """
-
-    steady = False
 
     def __init__(self, surfaces: ContactSurfaces, fields: BurstFields, friction_angle: float, reach: float) -> None:
         self.surfaces = surfaces
@@ -291,7 +288,7 @@ class CollidingSurfaces(NodeContact):
         if not self._any_near:
             return
         self._exchange_motion(velocity)
-        law = CollisionLaw(budget, step, self._friction, self.steady)
+        law = CollisionLaw(budget, step, self._friction)
         find_contacts(law, self.state, self._position, self._velocity, self._mass)
         rows = self._near_rows
         clear_rows(self._sums, rows)

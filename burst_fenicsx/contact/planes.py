@@ -80,10 +80,7 @@ class PlaneContact(NodeContact):
     Attributes
     ----------
     near : (k,) int32, the nodes of the state that are looked after. pushed : (k,) int32, their local numbers.
-    steady : whether a loaded spring gets no stiffer.
     """
-
-    steady = False
 
     def __init__(
         self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int, reach: float
@@ -146,7 +143,7 @@ class PlaneContact(NodeContact):
         the mean one over it (m/s) and `bins` the constants of exact sums of its forces, see `exact.two_constants`.
         """
         self._find_near(step)
-        law = PlaneLaw(self._normal, self._level, budget, step, self._friction, self.steady)
+        law = PlaneLaw(self._normal, self._level, budget, step, self._friction)
         push_from_plane(law, self.near, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
         rounding = self._fields.grid.rounding
         self._sums = plane_sums(self._normal, self._on_surface, self.near, self.state, rounding, *bins)

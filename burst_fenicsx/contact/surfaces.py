@@ -13,7 +13,6 @@ from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.plane_section.mesh import SectionMesh
 
 __all__ = ["ContactSurfaces", "contact_surfaces", "outward_sides"]
 
@@ -106,8 +105,8 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     )
 
 
-def outward_sides(mesh: HexahedralMesh | SectionMesh) -> np.ndarray:
-    """Sides of cells that look outward (cells, 6), bool, as `FACES` has them; of quadrilaterals their edges (cells, 4).
+def outward_sides(mesh: HexahedralMesh) -> np.ndarray:
+    """Sides of cells that look outward (cells, 6), bool, as `FACES` has them.
 
     Those on the outside of a round, those of a charge against its casing, and within a casing those between the layers
     of its cells, which are nested from the outside inward.

@@ -51,11 +51,7 @@ class Subcycling:
     moving : (levels,) how many nodes, the first of `motion.order`, take steps of that level or shorter ones.
     highest : level of the shortest steps. contact_level : of contact.
     step : the macro step that was chosen (s). cell_steps : steps of this rank's cells in a macro step.
-    steady_contact : whether contact keeps to its own step, even where one step for all cells would cost less: its
-        springs, which go by the square of that step, then stay as stiff as they are.
     """
-
-    steady_contact = False
 
     def __init__(self, fields: BurstFields, touched: np.ndarray | None = None) -> None:
         self._fields = fields
@@ -97,8 +93,6 @@ class Subcycling:
         comm = self._comm
         base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
         best, lowest, chosen = -1, self._cells / whole, np.zeros(self._fields.mesh.cells, dtype=np.int8)
-        if contact_step and self.steady_contact:
-            lowest = np.inf
         for candidate in range(_CANDIDATES if contact_step else _HIGHEST):
             step = base * 2**candidate
             if candidate and step > _LONGEST:

@@ -86,7 +86,7 @@ def _parts(run: Simulation) -> Iterator[tuple[object, str, str]]:
     yield run, "_report_progress", "progress"
     yield run.passage, "check", "search for metal that has passed through"
     yield run.exposures, "update", "pressures in charges without ignition"
-    # In the meridian and in a section one kernel does all of a macro step but its end: cells, nodes and slide line.
+    # In the meridian one kernel does all of a macro step but its end: cells, nodes and slide line.
     yield solver, "advance", "macro steps, without the other parts"
     yield solver, "add_forces", "element forces"
     yield solver, "move_nodes", "nodes: velocities and positions"

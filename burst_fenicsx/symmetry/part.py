@@ -144,11 +144,8 @@ class SymmetricPart:
         }
 
 
-def smallest_part(rounds: Sequence[Round], settings: BurstSettings, *, through_rounds: bool = True) -> SymmetricPart:
-    """Find the smallest part of an arrangement that stands for the whole; the whole with `settings.symmetry` "off".
-
-    Without `through_rounds` rounds are not cut: planes of symmetry lie between them alone.
-    """
+def smallest_part(rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
+    """Find the smallest part of an arrangement that stands for the whole; the whole with `settings.symmetry` "off"."""
     whole = tuple(rounds)
     normals: list[Vector] = []
     point = np.zeros(3)
@@ -158,8 +155,6 @@ def smallest_part(rounds: Sequence[Round], settings: BurstSettings, *, through_r
         refused = tuple(found)
     normals = [_towards_first(normal, whole, point) for normal in normals]
     position = np.array([item.position for item in whole], dtype=float).reshape(-1, 3)
-    if not through_rounds:
-        normals = [normal for normal in normals if (np.abs((position - point) @ normal) >= _LENGTH).all()]
     heights = (position - point) @ np.array(normals).reshape(-1, 3).T
     indices = [index for index in range(len(whole)) if (heights[index] > -_LENGTH).all()]
     cuts = tuple(

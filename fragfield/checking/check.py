@@ -14,7 +14,6 @@ from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.conversion.round_masses import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
-from fragfield.checking.plane_section import CAUTION, WORDS, described_section, meshed_section, section_stations
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings
 from fragfield.hazard.contents import contents_of
@@ -46,7 +45,7 @@ def check_report(case: Case) -> dict[str, Any]:
     -------
     dict
         `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected`,
-        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses, None for a section)
+        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses)
         and `rules` (those by mass, each with its distance or the reason why it does not apply); numbers in SI.
 
     Raises
@@ -57,24 +56,19 @@ def check_report(case: Case) -> dict[str, Any]:
     from burst_fenicsx.symmetry import smallest_part
 
     settings, rounds = burst_settings(case), burst_rounds(case)
-    # A ring of the meridian is whole, and so are the rounds of a section: no plane of symmetry cuts them.
+    # A ring of the meridian is whole: no plane of symmetry cuts it.
     whole = replace(settings, symmetry="off") if settings.geometry == "axisymmetric" else settings
-    part = smallest_part(rounds, whole, through_rounds=settings.geometry == "3d")
-    stations = section_stations(rounds, settings) if settings.geometry == "plane" else None
+    part = smallest_part(rounds, whole)
     # Rounds that differ in their place alone have the same mesh, so that a pallet is meshed as one round.
     first = first_alike(case)
     computed: list[tuple[int, tuple[Any, ...]]] = [
-        (first[index] if stations is None else index, tuple(cut.normal for cut in cuts))
-        for index, cuts in zip(part.indices, part.cuts, strict=True)
+        (first[index], tuple(cut.normal for cut in cuts)) for index, cuts in zip(part.indices, part.cuts, strict=True)
     ]
     meshed: dict[tuple[Any, ...], CellMesh] = {}
     qualities: dict[tuple[Any, ...], MeshQuality] = {}
     descriptions: dict[int, dict[str, Any]] = {}
     for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
-        if key not in meshed and stations is not None:
-            meshed[key], qualities[key] = meshed_section(rounds[index], stations[index], settings)
-            descriptions.setdefault(index, described_section(rounds[index], stations[index]))
-        elif key not in meshed:
+        if key not in meshed:
             meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
             descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
     of_round = [computed[source] for source in part.source.tolist()]
@@ -87,11 +81,7 @@ def check_report(case: Case) -> dict[str, Any]:
         "case": plain(case),
         "rounds": described,
         "arrangement": arrangement(case),
-        "geometry": {
-            "choice": settings.geometry,
-            "reason": burst_geometry(case).reason,
-            **({} if stations is None else {"words": WORDS}),
-        },
+        "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": cells,
             "nodes": sum(qualities[key].nodes for key in computed),
@@ -103,16 +93,16 @@ def check_report(case: Case) -> dict[str, Any]:
         "expected": expected,
         "warnings": [
             *_warnings(case, settings, described, expected),
-            *(_mean_mass_warnings(case, rounds, described) if stations is None else [CAUTION]),
+            *_mean_mass_warnings(case, rounds, described),
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
-        **_prescribed(case, described if stations is None else None),
+        **_prescribed(case, described),
     }
 
 
-def _prescribed(case: Case, described: Sequence[dict[str, Any]] | None) -> dict[str, Any]:
-    """Official distances, and net explosive quantity and rules by mass; a section of a round has no masses for them."""
-    contents = contents_of(case, {"burst": {"rounds": described}}) if described is not None else None
+def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Official distances, and net explosive quantity and rules by mass."""
+    contents = contents_of(case, {"burst": {"rounds": described}})
     rules = [] if contents is None else [asdict(rule) for rule in rules_for(contents, case.official)]
     return {"official": official_part(case), "contents": contents and asdict(contents), "rules": rules}
 

@@ -27,10 +27,7 @@ __all__ = ["check_text", "print_check"]
 # Quantity, key, factor from SI, unit and digits, for reading.
 _ROUND_ROWS = (
     ("length", "length", 1e3, "mm"),
-    ("station of the section", "section_station", 1e3, "mm from the nose"),
     ("outer diameter", "outer_diameter", 1e3, "mm"),
-    ("casing mass", "casing_mass_per_metre", 1.0, "kg/m"),
-    ("charge mass", "charge_mass_per_metre", 1.0, "kg/m"),
     ("casing mass", "casing_mass", 1.0, "kg"),
     ("charge mass", "charge_mass", 1.0, "kg"),
     ("fuze mass", "fuze_mass", 1.0, "kg"),
@@ -78,8 +75,7 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
             console.print(_segment_table(entry["segments"]))
     _print_arrangement(console, found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
-    words = f": {found['geometry']['words']}" if "words" in found["geometry"] else ""
-    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']}){words}")
+    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})")
     console.print(
         f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.changes import load_set_case
 from fragfield.case.checks.bounds import outside_soft
-from fragfield.case.conversion.geometry import burst_geometry, refuse_section
+from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.compile_ahead import compile_ahead, list_of
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES, RunDirectory
@@ -132,7 +132,7 @@ def run_chain(request: Request) -> dict[str, Any]:
     """
     team = Team.join()
     with ExitStack() as held:
-        case, directory = _prepared(request, team, held, whole=True)
+        case, directory = _prepared(request, team, held)
         return _run_all(request, team, case, directory)
 
 
@@ -223,8 +223,6 @@ def _enter(request: Request, stage: Stage, held: ExitStack) -> Case:
     """Read the case and make the directory ready for one stage after the burst."""
     case, directory, source = request.case(burst=False), request.directory, request.source
     if request.fragments is None:
-        if stage.name != "report":
-            refuse_section(case, f"`fragfield {stage.name}`")
         _check_inputs(case, source, stage)
     else:
         if directory.complete(STAGES["break-up"]):
@@ -248,11 +246,11 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
 
 
 def _prepared(
-    request: Request, team: Team, held: ExitStack, stage: Stage = STAGES["burst"], *, whole: bool = False
+    request: Request, team: Team, held: ExitStack, stage: Stage = STAGES["burst"]
 ) -> tuple[Case, RunDirectory]:
     """Read the case, lock and claim the directory on rank 0; its error ends every rank with the same exit code.
 
-    For the `whole` run from its first stage, or for one `stage` alone. The lock is `held`; a report, which only adds
+    For one `stage`, or for the whole run, from its first. The lock is `held`; a report, which only adds
     its page, takes none.
     """
     if not team.first:
@@ -263,8 +261,6 @@ def _prepared(
     try:
         if stage.name == "burst":
             case = request.case()
-            if whole:
-                refuse_section(case, "`fragfield run`")
             request.directory.make()
             held.enter_context(request.directory.locked())
             request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)

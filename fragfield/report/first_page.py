@@ -19,7 +19,6 @@ from fragfield.report.reading.landings import landings
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.distances import density_table
 from fragfield.report.tables.exposed_sites import verdict_table
-from fragfield.report.tables.plane_section import CAUTION
 from fragfield.report.tables.prescribed import prescribed_blocks
 from fragfield.report.tables.uncertainty import signed_card
 
@@ -58,7 +57,6 @@ def summary_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
             cards.append(Card(label, number(round(value)), "m/s", note))
     blocks: list[Block] = [
         Paragraph(" ".join(words for words in (_sentence(run), attitude_sentence(run)) if words)),
-        *([Paragraph(CAUTION)] if run.is_section else []),
         Cards(tuple(cards)),
         *_caution(*graver),
     ]

@@ -22,7 +22,6 @@ from fragfield.report.tables.distances import distance_table
 from fragfield.report.tables.exposed_sites import exposed_tables
 from fragfield.report.tables.ignition import ignition_table
 from fragfield.report.tables.obstacles import obstacle_tables
-from fragfield.report.tables.plane_section import section_blocks
 from fragfield.report.tables.rounds import (
     broken_rounds_table,
     contact_rows,
@@ -86,7 +85,6 @@ def burst_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
     """Results of the burst."""
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *burst_rows(run),
-        *section_blocks(run),
         *picture(
             "picture_of_burst", "Section of the burst",
             "Section through the axis, viewed along +y, coloured by speed: light is fast, dark is slow. The thin "

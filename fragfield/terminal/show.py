@@ -85,11 +85,6 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
         if isinstance(found, dict) and found.get(key) is not None:
             label = _LABELS.get(key, key.replace("_", " "))
             table.add_row(part.replace("_", " "), label, number_text(found[key], factor), unit)
-    section = (summary.get("burst") or {}).get("section")
-    if section:
-        table.add_row("burst", section["words"], "masses per metre")
-        for width, ratio in ((section["focus"] or {}).get("mass_ratio") or {}).items():
-            table.add_row("burst", f"mass within {width} deg of the focus", f"{ratio:.3g}", "per degree")
     rounds = (summary.get("burst") or {}).get("rounds") or []
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:

@@ -105,7 +105,7 @@ def _whole(
 
     mirrors = images(run.planes, str(run.folder))
     part = np.asarray(part).astype(np.int32)
-    kinds = {pyvista.CellType.QUAD if run.is_section else pyvista.CellType.HEXAHEDRON: (cells, part)}
+    kinds = {pyvista.CellType.HEXAHEDRON: (cells, part)}
     if run.is_axisymmetric:
         shown = revolved(run, points, speed, part)
         points, speed = shown.points, shown.speed

@@ -108,13 +108,14 @@ def test_check_shows_the_choice_and_meshes_the_whole_ring(capsys):
     assert "burst: axisymmetric (one round of revolution, initiated on its axis" in capsys.readouterr().out
 
 
-def test_an_unknown_geometry_is_an_input_error(tmp_path):
+@pytest.mark.parametrize("name", ["2d", "plane"])
+def test_an_unknown_geometry_is_an_input_error_with_those_allowed(tmp_path, name):
     path = tmp_path / "case.toml"
-    path.write_text(RINGS.replace("[burst]", '[burst]\ngeometry = "2d"'))
+    path.write_text(RINGS.replace("[burst]", f'[burst]\ngeometry = "{name}"'))
     done = invoke("check", path)
     assert done.exit_code == 2
-    assert "burst.geometry" in done.stderr
-    assert "axisymmetric" in done.stderr
+    for word in ("burst.geometry", name, "auto", "axisymmetric", "3d"):
+        assert word in done.stderr
 
 
 @pytest.mark.dolfinx

@@ -80,7 +80,6 @@ AREAS = (
             ("*/slide_line.py", [f"{_RINGS}/test_ring_contacts_by_hand.py"]),
             ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
             ("*/kernels/*", [f"{_BURST}/test_cells_side_by_side.py"]),
-            ("*/kernels/*", [f"{_BURST}/plane_section/test_plane_{name}.py" for name in ("cells", "contact")]),
         ),
         left_out=("*/__init__.py",),
     ),

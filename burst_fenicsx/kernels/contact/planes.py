@@ -27,7 +27,6 @@ class PlaneLaw(NamedTuple):
     stiffness: float  # over a node's mass (1/s2)
     step: float  # s
     friction: float  # tan(phi)
-    steady: bool = False  # whether a loaded spring gets no stiffer, as `springs.CollisionLaw`
 
 
 class PlaneState(NamedTuple):
@@ -148,8 +147,6 @@ def _push_node(
     vx, vy, vz = velocity[node, 0], velocity[node, 1], velocity[node, 2]
     normal_speed = vx * nx + vy * ny + vz * nz
     sx, sy, sz = state.slip[k, 0], state.slip[k, 1], state.slip[k, 2]
-    if law.steady and state.stiffness[k] > 0.0:
-        stiffness = min(stiffness, state.stiffness[k])
     old, old_slip = state.stiffness[k], np.sqrt(sx * sx + sy * sy + sz * sz)
     tx = sx + law.step * (vx - normal_speed * nx)
     ty = sy + law.step * (vy - normal_speed * ny)

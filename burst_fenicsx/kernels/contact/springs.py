@@ -31,7 +31,6 @@ class CollisionLaw(NamedTuple):
     budget: float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
     step: float  # s
     friction: float  # tan(phi)
-    steady: bool = False  # whether a loaded spring gets no stiffer: a stiffness that rises brings energy in
 
 
 class Collisions(NamedTuple):
@@ -109,8 +108,6 @@ def push_node(
     # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
     # the springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
     stiffness = 0.5 * law.budget * reduced / max(sharing, 1.6)
-    if law.steady and state.stiffness[node] > 0.0:
-        stiffness = min(stiffness, state.stiffness[node])
     trial = np.empty(3)
     along = 0.0
     for i in range(3):

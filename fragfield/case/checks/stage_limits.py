@@ -54,7 +54,7 @@ def _cells(case: Case) -> Iterator[str]:
     from fragfield.case.conversion.geometry import burst_geometry
     from fragfield.case.conversion.placing import profile_of
 
-    if case.burst is None or case.burst.geometry == "plane":
+    if case.burst is None:
         return
     check = check_mesh_size if burst_geometry(case).geometry == "3d" else check_meridian_size
     for entry in case.round:

@@ -36,7 +36,6 @@ def settings_in(case: Case, geometry: Geometry) -> BurstSettings:
     return BurstSettings(
         cell_size=table.cell_size,
         geometry=geometry,
-        section_station=table.section_station,
         symmetry=table.symmetry,
         quadrature=table.quadrature,
         products=table.products,

@@ -1,4 +1,4 @@
-"""Choice of the burst's geometry, with its reason: meridian of one round, three dimensions, or a section."""
+"""Choice of the burst's geometry, with its reason: meridian of one round, or three dimensions."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from fragfield.case.conversion.burst import burst_rounds, settings_in
-from fragfield.errors import InputError
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
 
-__all__ = ["GeometryChoice", "burst_geometry", "check_geometry", "refuse_section"]
+__all__ = ["GeometryChoice", "burst_geometry", "check_geometry"]
 
 
 _NAMES = {
     "axisymmetric": "axisymmetric (the meridian of the round)",
     "3d": "three dimensions",
-    "plane": "plane section: no axial flow",
 }
 
 
@@ -25,7 +23,7 @@ _NAMES = {
 class GeometryChoice:
     """What was chosen, and the reason in words."""
 
-    geometry: Literal["axisymmetric", "3d", "plane"]
+    geometry: Literal["axisymmetric", "3d"]
     reason: str
 
     @property
@@ -41,8 +39,8 @@ def burst_geometry(case: Case) -> GeometryChoice:
     """
     assert case.burst is not None
     wanted = case.burst.geometry
-    if wanted in ("3d", "plane"):
-        return GeometryChoice(wanted, f'asked for by burst.geometry = "{wanted}"')
+    if wanted == "3d":
+        return GeometryChoice("3d", 'asked for by burst.geometry = "3d"')
     reason = _obstacle(case)
     if reason is not None:
         return GeometryChoice("3d", reason)
@@ -50,53 +48,13 @@ def burst_geometry(case: Case) -> GeometryChoice:
 
 
 def check_geometry(case: Case) -> list[str]:
-    """Faults of a resolved case that asks for an axisymmetric burst or a section and cannot have it."""
-    if case.burst is None:
-        return []
-    if case.burst.geometry == "plane":
-        return _section_faults(case)
-    if case.burst.section_station is not None:
-        found = f'{1e3 * case.burst.section_station:g} mm with burst.geometry = "{case.burst.geometry}"'
-        return [f'burst.section_station: found {found}; allowed with geometry = "plane" alone, which is cut there']
-    if case.burst.geometry != "axisymmetric":
+    """Faults of a resolved case that asks for an axisymmetric burst and cannot have it."""
+    if case.burst is None or case.burst.geometry != "axisymmetric":
         return []
     reason = _obstacle(case)
     if reason is None:
         return []
     return [f'burst.geometry: found "axisymmetric", but {reason}; allowed here: "3d", or "auto", which chooses it']
-
-
-def refuse_section(case: Case, stage: str) -> None:
-    """Refuse what cannot be done from a plane section.
-
-    Raises
-    ------
-    InputError
-        The case's burst is a plane section, and `stage` needs whole rounds.
-    """
-    if case.burst is None or case.burst.geometry != "plane":
-        return
-    raise InputError(
-        f'burst.geometry: found "plane"; {stage} cannot be computed from a plane section, which has no ends, no axial '
-        "flow and masses per metre: no break-up, flight or hazard distance follows from it; `fragfield burst` runs it, "
-        'for whole rounds use "auto", "axisymmetric" or "3d"'
-    )
-
-
-def _section_faults(case: Case) -> list[str]:
-    """Why a case has no plane section."""
-    from burst_fenicsx.plane_section.section import find_section
-
-    _, reason = find_section(burst_rounds(case), settings_in(case, "plane"))
-    if reason is None:
-        return []
-    assert case.burst is not None
-    key = (
-        "burst.section_station"
-        if case.burst.section_station is not None and "no charge" in reason
-        else "burst.geometry"
-    )
-    return [f'{key}: found geometry = "plane", but {reason}; allowed here: "3d", or "auto"']
 
 
 def _obstacle(case: Case) -> str | None:

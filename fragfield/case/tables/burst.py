@@ -96,11 +96,8 @@ class BurstTable(Table):
 
     cell_size: PositiveLength
     """Target edge length of the cells; the only mesh parameter."""
-    geometry: Literal["auto", "axisymmetric", "3d", "plane"] = "auto"
-    """Rings of a round's meridian, hexahedra, or a section across all rounds (a quick look, for `fragfield burst`
-    alone); auto: rings where one round, initiated on its axis, allows it, else hexahedra."""
-    section_station: Annotated[float | None, Quantity("m", "420 mm", above=0.0)] = None
-    """Of geometry = "plane": station of the first round, from its nose; left out: middle of its widest bore."""
+    geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
+    """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
     convergence: Literal["auto", "off"] = "auto"
     """Whether an axisymmetric run computes other cell sizes as well, for its grid convergence."""
     symmetry: Literal["auto", "off"] = "auto"

@@ -70,7 +70,7 @@ class RunFiles:
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
     geometry: str = "3d"
-    """Of the burst: "3d", "axisymmetric" or "plane"."""
+    """Of the burst: "3d" or "axisymmetric"."""
     rounds: list[RoundTables] = field(default_factory=list)
     planes: list[SymmetryPlane] = field(default_factory=list)
     """Planes of symmetry, behind which mirrored rounds stand."""
@@ -89,11 +89,6 @@ class RunFiles:
     def is_axisymmetric(self) -> bool:
         """Whether the burst's cells are quadrilaterals of a meridian."""
         return self.geometry == "axisymmetric"
-
-    @property
-    def is_section(self) -> bool:
-        """Whether the burst's cells are quadrilaterals of a plane section, and its masses per metre."""
-        return self.geometry == "plane"
 
     @property
     def missing(self) -> list[str]:

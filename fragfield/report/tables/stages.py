@@ -66,8 +66,8 @@ _LEDGER = {
 }
 
 
-_CELLS = {"3d": "Hexahedra", "axisymmetric": "Quadrilaterals of the meridian", "plane": "Quadrilaterals of the section"}
-_GEOMETRIES = {"3d": "three dimensions", "axisymmetric": "axisymmetric", "plane": "plane section: no axial flow"}
+_CELLS = {"3d": "Hexahedra", "axisymmetric": "Quadrilaterals of the meridian"}
+_GEOMETRIES = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}
 
 
 def _cells(lines: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:

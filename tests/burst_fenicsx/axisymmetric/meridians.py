@@ -108,7 +108,7 @@ def stressed(solver: RingSolver, part: Part) -> Any:
         assert state.charge.pressure.min() > 1e9
     else:
         random = np.random.default_rng(11).normal(size=values.shape) * 1e9
-        random[:, 3:5] = 0.0  # nothing shears towards a ring's circumference or along a section's rounds
+        random[:, 3:5] = 0.0  # nothing shears towards a ring's circumference
         values[:] = random
         solver.add_forces(0.0)
     return state.functions()["stress"]
@@ -132,9 +132,7 @@ def ring_burst(
     distributed = on_dolfinx(mesh)
     item = Round(name="ring", explosive=explosive, casing=casing, ignition=ignition)
     leakage = no_leakage(settings)
-    fields = make_ring_fields(
-        distributed, [item], settings, **plain_inputs(distributed, mesh, leakage), plane=mesh.plane
-    )
+    fields = make_ring_fields(distributed, [item], settings, **plain_inputs(distributed, mesh, leakage))
     charge = distributed.part == Part.CHARGE
     chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy
     ledger = Ledger(settings.energy_tolerance, 1.0, np.array([chemical]), MPI.COMM_SELF)

@@ -11,9 +11,9 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE, clearance, why_not_axisymmetric
-from burst_fenicsx.axisymmetric.fields import _burn_rates, _largest_faces, _largest_sides
+from burst_fenicsx.axisymmetric.fields import _burn_rates, _largest_faces
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
-from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_areas, ring_volumes
+from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, ring_volumes
 from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
 from burst_fenicsx.axisymmetric.slide_line import LineInterface, MeridianContact, _across_creases, _smooth_groups
 from burst_fenicsx.axisymmetric.surfaces import edge_neighbours, meridian_surfaces, outer_edges
@@ -150,13 +150,11 @@ def test_areas_edges_and_rates_of_quadrilaterals():
     cells = np.array([[0, 1, 2, 3]])
     assert areas(nodes, cells) == pytest.approx([4.0])
     assert longest_edges(nodes, cells) == pytest.approx([np.sqrt(10.0)])
-    assert nodal_areas(nodes, cells).sum() == pytest.approx(4.0)
     assert ring_volumes(nodes, cells) == pytest.approx([2.0 * np.pi * 2.0 * 4.0])
     corners = nodes[cells]
     assert _burn_rates(corners, np.zeros(1), 7000.0) == pytest.approx([2.0 * 7000.0 * np.sqrt(10.0) / (3.0 * 4.0)])
     # The face that its longest edge sweeps is no larger than that of its farthest corner.
     assert _largest_faces(corners) == pytest.approx([2.0 * np.pi * 3.0 * np.sqrt(10.0)])
-    assert _largest_sides(corners) == pytest.approx([np.sqrt(10.0)])
     for shift in range(4):
         turned = np.roll(cells, shift, axis=1)
         assert areas(nodes, turned) == pytest.approx([4.0])
