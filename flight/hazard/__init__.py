@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flight.hazard.assessment import Hazard, assess, hit_probability
-from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
+from flight.hazard.contours import contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
@@ -17,6 +17,7 @@ from flight.hazard.density.witness_hazard import by_azimuth, density_on
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from flight.hazard.retardation import Retardation
+from flight.hazard.site import Site, compass_point
 from flight.hazard.tp12 import PolarField, beam_distance, effective_number, stack_distance
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "assess_ensemble",
     "beam_distance",
     "by_azimuth",
+    "compass_point",
     "contours_of",
     "count_exposed",
     "density_on",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.conversion.site import direction_words
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -17,6 +19,7 @@ __all__ = [
     "metres",
     "metres_and_error",
     "ricochet_words",
+    "rounded_metres",
     "single_words",
     "whole_metres",
 ]
@@ -37,11 +40,10 @@ def certainty(hazard: Mapping[str, Any]) -> str:
         return ""
     number, more = hazard["realisations"], hazard.get("more_realisations", True)
     if hazard.get("standard_error") is None:
-        how = "" if more else "; there is only one set of fragments from another source"
-        return (
-            f"one realisation was flown{how}: the expected distance has neither a standard error nor an upper bound; "
-            "set break_up.realisations to 20 or more"
-        )
+        how = "one realisation was flown" if more else "there is one set of fragments from another source"
+        what = "the expected distance has neither a standard error nor an upper bound"
+        ask = "set break_up.realisations to 20 or more" if more else "a bound needs those of several events"
+        return f"{how}: {what}; {ask}"
     error = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else math.inf
     ask = (
         "set hazard.max_realisations higher"
@@ -64,7 +66,9 @@ def basis_words(hazard: Mapping[str, Any]) -> str:
         return words + smoothed
     if hazard.get("basis") == "all_azimuths":
         return "over all azimuths"
-    words = f"worst direction, azimuth {hazard['direction_deg']:g}°" if hazard.get("determined") else "worst direction"
+    words = "worst direction"
+    if hazard.get("determined"):
+        words += f", {direction_words(hazard['direction_deg'], hazard.get('bearing_deg'))}"
     return f"{words}, smoothed over ±{hazard['kernel_deg']:.3g}°"
 
 
@@ -74,6 +78,11 @@ def whole_metres(value: float | None, otherwise: str = "–") -> str:
     Rounded up, so that print loses nothing of a distance to keep, and the same number stands everywhere.
     """
     return otherwise if value is None or math.isnan(value) else f"{math.ceil(value - 1e-9):,d}"
+
+
+def rounded_metres(value: float | None, otherwise: str = "–") -> str:
+    """A distance that is none to keep (single events, throws, places) in whole metres without its unit, rounded."""
+    return otherwise if value is None or math.isnan(value) else f"{round(value):,d}"
 
 
 def metres(value: float | None) -> str:
@@ -109,4 +118,4 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     found = hazard.get("single_event")
     if not found:
         return NOT_DETERMINED
-    return f"{whole_metres(found['low'])} to {metres(found['high'])}"
+    return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"

@@ -90,6 +90,11 @@ class HazardDistance:
         return self._optional("direction_deg")
 
     @property
+    def bearing(self) -> float | None:
+        """Bearing of the worst direction (degrees from north, clockwise); None without [site] too."""
+        return self._optional("bearing_deg")
+
+    @property
     def realisations(self) -> int:
         """Events that were flown."""
         return int(self._found.get("realisations", 0))

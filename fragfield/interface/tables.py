@@ -1,6 +1,7 @@
 """Tables of a run as structured NumPy arrays, or as pandas data frames.
 
-They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost.
+They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost. Where the case has a
+site, the bearing stands beside every azimuth.
 """
 
 from __future__ import annotations
@@ -179,7 +180,26 @@ def read_table(folder: Path, name: str) -> Table:
     file, what, read = TABLES[name]
     if not (folder / file).is_file():
         raise InputError(f"{folder / file}: no such file, which holds the table {name} ({what})")
-    return Table(name, {key: _values(column) for key, column in read(folder).items()})
+    return Table(name, _with_bearing(folder, {key: _values(column) for key, column in read(folder).items()}))
+
+
+def _with_bearing(folder: Path, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns with `bearing` (or `bearing_deg`) after the azimuth, where the case of the run has a site."""
+    names = [name for name in ("azimuth", "azimuth_deg") if name in columns]
+    if not names or not (folder / "case.toml").is_file():
+        return columns
+    from fragfield.case import read_resolved
+    from fragfield.case.conversion.site import site_of
+
+    site = site_of(read_resolved(folder / "case.toml"))
+    if site is None:
+        return columns
+    made: dict[str, NDArray[Any]] = {}
+    for name, values in columns.items():
+        made[name] = values
+        if name in names:
+            made[name.replace("azimuth", "bearing")] = site.bearing_of(values)
+    return made
 
 
 def _values(column: Any) -> NDArray[Any]:  # noqa: ANN401 - an array, or labels

@@ -17,11 +17,13 @@ import numpy as np
 from fragfield.case.conversion.attitude import attitude_of
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
+from fragfield.hazard.exposed_turned import worst_of_attitudes
 from fragfield.pipeline.ensemble import EnsembleFlight
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
     from fragfield.pipeline.ensemble import Flights, FlownEnsemble
     from fragfield.pipeline.job import Job
@@ -98,11 +100,21 @@ class _Envelope:
                 expected.upper_by_direction, np.nan if expected.upper is None else expected.upper
             ),
         )
+        hazard = replace(flown.hazard, expected=everywhere)
         return replace(
-            flown, hazard=replace(flown.hazard, expected=everywhere), attitude=worst.attitude,
+            flown, hazard=hazard, exposed=self._exposed(hazard), attitude=worst.attitude,
             flights=sum(one.done for one in self.flown.values()),
             curve=[self.rows[key] for key in sorted(self.rows)],
         )  # fmt: skip
+
+    def _exposed(self, hazard: EnsembleHazard) -> list[dict[str, Any]]:
+        """What the exposed sites meet, each in its worst attitude of those flown."""
+        entries = []
+        for key, one in sorted(self.flown.items()):
+            assert one.found is not None  # on rank 0
+            ended = not one.found.balance.reason
+            entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
+        return worst_of_attitudes(entries) if self.job.case.exposed else []
 
     def _fly(self, key: Key, number: int) -> None:
         """Fly an attitude to this number of realisations."""

@@ -125,7 +125,7 @@ class EnsembleFlight:
         self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
         placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
         own = replace(job, case=job.case.model_copy(update=placed))
-        self.found = _Found(own, source) if job.team.first else None
+        self.found = _Found(own, source, turned=attitude is not None) if job.team.first else None
         self.done = 0
         self.first: FlightResult | None = None
 
@@ -164,13 +164,14 @@ class EnsembleFlight:
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job, source: Realisations) -> None:
+    def __init__(self, job: Job, source: Realisations, *, turned: bool) -> None:
         from flight.hazard.balance import Balance
         from flight.hazard.density.directions import Directions
         from flight.hazard.density.groups import DensityGroups
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
+        from fragfield.hazard.exposed_turned import TurnedSums
         from fragfield.pipeline.arena import arena_basis
 
         self.case, self.criteria = job.case, hazard_criteria(job.case)
@@ -187,16 +188,23 @@ class _Found:
         self.counts: list[Tally] = []
         self.tables: list[dict[str, NDArray[Any]]] = []
         self.balance = Balance()
-        self.exposed = ExposedSums(exposed_sites_of(job.case))
+        sites = exposed_sites_of(job.case)
+        self.exposed: ExposedSums = ExposedSums(sites)
+        if turned:
+            self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
 
     def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
+        from fragfield.hazard.exposed_turned import TurnedSums
+
         for number, part in zip(numbers, parts, strict=True):
             self.groups.add(*part.fields)
             if self.short is not None:
                 self.short.add(*part.short)
             self.balance += part.balance
-            if self.exposed.sites:
+            if isinstance(self.exposed, TurnedSums):
+                self.exposed.add_fields(part.fields, part.short)
+            elif self.exposed.sites:
                 self.exposed.add(part.exposed, part.exposed_short)
             if number < KEPT:
                 assert part.counts is not None  # of the first ones
@@ -232,15 +240,17 @@ class _Found:
         """The whole, once all have been flown."""
         from flight.hazard.density.tally import Tally
         from flight.hazard.ensemble import assess_ensemble
+        from fragfield.hazard.map_edge import beyond_map_words
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
+        expected, unended = self.assess(), self.balance.reason
         found = assess_ensemble(
-            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
-            undetermined=self.balance.reason,
+            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=expected,
+            undetermined=unended or beyond_map_words(self.case, expected),
             without_ricochet=None if self.short is None else self.assess(self.short),
         )  # fmt: skip
-        exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
+        exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)
 
 
@@ -262,6 +272,7 @@ class Flights:
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.density.near_ground import NearGround
+        from fragfield.case.conversion.attitude import is_mixed
         from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
@@ -270,7 +281,8 @@ class Flights:
             self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = NearGround(hazard_grid(job.case), self.criteria)
-        self.exposed = ExposedPlaces.of(job.case)
+        # Of mixed attitudes what sites meet is taken from the fields: their surfaces would be in one direction alone.
+        self.exposed = ExposedPlaces([]) if is_mixed(job.case) or job.attitude else ExposedPlaces.of(job.case)
         self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
         self.arguments["witnesses"] += self.exposed.surfaces
         self.job, self.done, self.total = job, 0, 0

@@ -90,6 +90,7 @@ def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
+    from fragfield.case.conversion.site import bearing_of, with_bearing
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.prescribed import minimum_part, official_part
@@ -124,9 +125,13 @@ def fly(job: Job, stage: Stage) -> None:
     headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
+    headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
-    obstacles = flown.first.by_face(criteria.energy)
+    obstacles = [
+        {**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]}
+        for entry in flown.first.by_face(criteria.energy)
+    ]
     own = job.fragments is None and bool(job.case.round)
     rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     official = official_part(job.case)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.hazard.certainty import basis_words, ricochet_words, whole_metres
+from fragfield.hazard.certainty import basis_words, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.report.blocks import (
     Block,
@@ -97,7 +97,7 @@ def _distances(run: RunFiles) -> list[Card]:
         note = f"beside it, {ricochet_words(hazard).partition(';')[0]}"
         cards.append(_distance("The same without ricochet", short["recommended"], note))
     single = hazard["single_event"]
-    span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
+    span = f"{rounded_metres(single['low'])}{SPACE}–{SPACE}{rounded_metres(single['high'])}"
     return [
         *cards,
         Card("Single events, 5 to 95 %", span, "m", "no distance to keep: range of the distances of single events"),

@@ -9,10 +9,12 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
+from fragfield.case.conversion.site import direction_words
+from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.pipeline.convergence import convergence_words
 from fragfield.terminal.progress import duration
 
@@ -96,7 +98,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", number_text(surface["hits"], 1.0), "")
     for obstacle in summary.get("obstacle") or []:
-        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}"
+        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}, stopped {obstacle['stopped']:d}"
         table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
     console = console or plain_console()
     console.print(table)
@@ -108,11 +110,19 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for line in convergence_words(summary.get("convergence") or {}):
         console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
-        margin = "" if entry["margin"] is None else f", margin {margin_metres(entry['margin'])} m"
-        console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
+        console.print(f"exposed {entry['name']}: {_exposed_words(entry)}", markup=False)
     _print_profile(console, (summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
+
+
+def _exposed_words(entry: Mapping[str, Any]) -> str:
+    """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
+    part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
+    shown = "" if part is None else f"; {part:.2g} of the limit"
+    margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
+    verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
+    return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
 
 
 def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:
@@ -153,7 +163,7 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
         lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
     lines += [
         ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
-        ("largest throw", metres(hazard["largest_throw"]), "of a single fragment, no distance to keep"),
+        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:
         console.print(f"{label:37}{value:>16}  {note}", markup=False)

@@ -11,12 +11,12 @@ import flight
 from flight import hazard
 from flight.arena import ArenaTable
 from flight.hazard import Criteria
-from flight.hazard.contours import Site
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.ring_counts import count_by_azimuth
 from flight.hazard.density.tally import sectors_of, tally
 from flight.hazard.ensemble import assess_ensemble
 from flight.hazard.exposed import Prism
+from flight.hazard.site import Site
 from flight.hazard.tp12 import effective_number
 from flight.result import HITS, LANDING, Status
 from flight.scene.walls import Wall as StoppingWall

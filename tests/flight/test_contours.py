@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.hazard.contours import Contour, contours_of, outline, smooth_outline, write_geojson, write_kml
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.site import Site, compass_point
 from flight.result import LANDING, Status
 from tests.flight.fields import distance_of_landings, groups_of_landings
 
@@ -84,7 +85,12 @@ def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> No
         azimuth, width = (SITE.bearing - bearing) % 360.0, 360.0 / len(curve)
         sector = np.floor(azimuth / width + 0.5).astype(int) % len(curve)
         inside = np.abs((azimuth + width / 2) % width - width / 2) < 0.49 * width  # a limit belongs to either
-        assert length[inside] == pytest.approx(curve[sector[inside]], abs=1e-6)
+        if one.properties["quantity"] == "max_throw":
+            assert length[inside] == pytest.approx(curve[sector[inside]], abs=1e-6)
+        else:
+            line = np.interp(azimuth, *smooth_outline(curve, expected.kernel), period=360.0)
+            assert length == pytest.approx(line, abs=1e-6)
+            assert expected.kernel == 15.0
         assert one.properties["largest_distance_m"] == pytest.approx(curve.max(), abs=1e-3)
         assert one.properties["realisations"] == 12
     assert contours[0].properties["largest_distance_m"] == pytest.approx(expected.upper, abs=1e-3)
@@ -93,6 +99,46 @@ def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> No
     for one in contours:
         assert (one.ring[0] == one.ring[-1]).all()
         assert area(one.ring) > 0.0, "the right-hand rule: counter-clockwise"
+
+
+@pytest.mark.parametrize("width", [1, 3, 20])  # directions behind a barricade
+def test_a_smooth_line_is_nowhere_nearer_than_the_distances_and_has_no_steps(width: int) -> None:
+    distance = np.full(144, 90.0)
+    distance[30 : 30 + width] = 20.0
+    distance[100:101] = 120.0
+    azimuth, line = smooth_outline(distance, 10.0)
+    own = np.interp(azimuth, np.arange(144) * 2.5, distance, period=360.0)
+    assert (line >= own - 1e-9).all()
+    assert line.max() == 120.0
+    assert np.interp(250.0, azimuth, line) == 120.0, "the worst direction keeps its distance"
+    step = np.abs(np.diff(np.append(line, line[0]))).max() / (360.0 / len(azimuth))
+    assert step <= 70.0 / (5 * 2.5) + 1e-9, "from one level to the other over half the kernel's width"
+    if width == 20:  # shade wider than the kernel is seen
+        assert np.interp(75.0 + 2.5 * 9.5, azimuth, line) == pytest.approx(20.0)
+
+
+def test_a_line_of_one_direction_or_without_a_kernel_is_as_the_distances() -> None:
+    assert (smooth_outline(np.array([55.0]), 10.0)[1] == 55.0).all()
+    assert set(smooth_outline(np.array([5.0, 50.0, 20.0, 1.0]), None)[1]) == {5.0, 50.0, 20.0, 1.0}
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "bearing", "point"),
+    [
+        (0.0, 30.0, "NNE"),
+        (30.0, 0.0, "N"),
+        (-60.0, 90.0, "E"),
+        (120.0, 270.0, "W"),
+        (18.75, 11.25, "NNE"),
+        (31.0, 359.0, "N"),
+    ],
+)
+def test_bearings_turn_clockwise_from_north(azimuth: float, bearing: float, point: str) -> None:
+    assert float(SITE.bearing_of(azimuth)) == pytest.approx(bearing)
+    assert compass_point(float(SITE.bearing_of(azimuth))) == point
+    ((x, y),) = SITE.coordinates(azimuth, 10.0)
+    away = Geodesic.WGS84.Inverse(SITE.latitude, SITE.longitude, y, x)["azi1"] % 360.0
+    assert abs((away - bearing + 180.0) % 360.0 - 180.0) < 1e-4
 
 
 def test_arcs_keep_within_their_chords() -> None:
@@ -150,7 +196,10 @@ def test_kml_is_read_back(found: EnsembleHazard, tmp_path: Path) -> None:
     path = write_kml(contours, SITE, tmp_path / "contours.kml", {"seed": "1", "case": "long"})
     root = ET.parse(path).getroot()
     assert root.tag == f"{KML}kml"
-    origin, *places = root.findall(f"{KML}Document/{KML}Placemark")
+    (origin,) = root.findall(f"{KML}Document/{KML}Placemark")
+    (folder,) = root.findall(f"{KML}Document/{KML}Folder")
+    assert folder.findtext(f"{KML}name") == "distances by direction"
+    places = folder.findall(f"{KML}Placemark")
     assert origin.findtext(f"{KML}Point/{KML}coordinates") == "7.500000000,52.250000000"
     for place, contour in zip(places, contours, strict=True):
         text = place.findtext(f"{KML}Polygon/{KML}outerBoundaryIs/{KML}LinearRing/{KML}coordinates") or ""

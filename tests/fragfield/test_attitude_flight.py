@@ -26,6 +26,7 @@ STEPS = (60.0, 20.0)
 FEW = "[break_up]\nrealisations = 8"
 TEXT = (
     RINGS.replace("[break_up]", FEW, 1).replace('"12 us"', '"80 us"')
+    + '\n[[exposed]]\nname = "man"\nposition = ["0 m", "40 m"]\n'
     + "\n[hazard]\ntolerance = 0.05\nmax_realisations = 16\n"
 )
 
@@ -116,6 +117,20 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     # Its distance holds in every direction.
     assert set(expected.by_direction) == {expected.distance}
     assert set(expected.upper_by_direction) == {expected.upper}
+
+
+def test_an_exposed_site_meets_its_worst_attitude(mixed, envelope):
+    """No less than the mean of one attitude at any azimuth; the attitude is one of those flown."""
+    (man,) = envelope.exposed
+    rows = {(row["inclination_deg"], row["roll_deg"]) for row in envelope.curve}
+    assert (man["worst_inclination_deg"], man["worst_roll_deg"]) in rows
+    leaning = replace(_job(mixed, few=True), attitude=Arrangement(_job(mixed).case).turned(60.0))
+    (there,) = fly_all(leaning, _fragments(mixed)).exposed
+    for name in ("density_normal", "density_ground"):
+        assert man[name]["expected"] <= man[name]["upper"]
+    assert max(man[name]["upper"] for name in ("density_normal", "density_ground")) >= max(
+        there[name]["expected"] for name in ("density_normal", "density_ground")
+    )
 
 
 def test_the_upright_attitude_of_the_curve_is_the_upright_run(mixed, envelope):

@@ -205,7 +205,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "hazard",
             hazard(converged=False, standard_error=None, more_realisations=False),
             "warning",
-            "One realisation was flown; there is only one set of fragments from another source",
+            "There is one set of fragments from another source",
         ),
         (
             "hazard",
@@ -227,6 +227,18 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "4 of 10 fragments were faster",
         ),
         ("flight", {"fragments": 10, "landed": 9}, "note", "1 of 10 fragments did not land"),
+        (
+            "flight",
+            {"fragments": 10, "landed": 6, "status": {"stopped": {"fragments": 3}}},
+            "note",
+            "1 of 10 fragments did not land",
+        ),
+        (
+            "flight",
+            {"fragments": 10, "landed": 7, "status": {"stopped": {"fragments": 3}}},
+            "note",
+            "3 of 10 fragments were stopped by obstacles",
+        ),
     ],
 )
 def test_findings_follow_the_summary(part, values, weight, words):

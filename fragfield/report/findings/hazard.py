@@ -92,8 +92,15 @@ def flight_findings(run: RunFiles) -> list[Finding]:
             )
         )
     flown, landed = value_of(part, "fragments"), value_of(part, "landed")
-    if flown and landed is not None and landed < flown:
-        found.append(Finding("note", f"{number(int(flown - landed))} of {number(int(flown))} fragments did not land."))
+    if flown and landed is not None:
+        held = int(((part.get("status") or {}).get("stopped") or {}).get("fragments", 0))
+        if held:
+            found.append(
+                Finding("note", f"{number(held)} of {number(int(flown))} fragments were stopped by obstacles.")
+            )
+        if flown - landed - held > 0:
+            text = f"{number(int(flown - landed) - held)} of {number(int(flown))} fragments did not land."
+            found.append(Finding("note", text))
     return found
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
+from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
@@ -53,10 +54,10 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ),
         (
             "Single events: median, 5 to 95 %",
-            f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
+            f"{rounded_metres(single['median'])}, {_span(single['low'], single['high'])}",
             "no distance to keep: where the fragment density of one event falls below the limit",
         ),
-        ("Largest throw", whole_metres(hazard["largest_throw"]), "no distance to keep: farthest single fragment"),
+        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: farthest single fragment"),
     ]  # fmt: skip
     note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
     yield Table("Distances", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
@@ -123,23 +124,23 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
         return
     throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
     expected, known = found.expected, not found.undetermined
-    several = found.realisations > 1
+    several, site = found.realisations > 1, None if run.case is None else site_of(run.case)
     lines = []
     for i, azimuth in enumerate(found.azimuth):
         at = round(float(azimuth) / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
         upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
         lines.append(
             (
-                f"{azimuth:.0f}",
+                f"{azimuth:.0f}" if site is None else direction_words(azimuth, float(site.bearing_of(azimuth))),
                 number(round(float(hazardous.pooled[i]), 1)),
                 whole_metres(upper) if known else "–",
                 whole_metres(distance) if known else "–",
-                whole_metres(throw.median[i]),
+                rounded_metres(throw.median[i]),
                 _span(throw.low[i], throw.high[i]) if several else "–",
             )
         )
     head = (
-        "Azimuth (°)", "Hazardous, mean", "Expected (m), upper bound", "Expected (m)",
+        "Azimuth (°)" if site is None else "Direction", "Hazardous, mean", "Expected (m), upper bound", "Expected (m)",
         "Farthest (m), median", "5 to 95 %",
     )  # fmt: skip
     same = " The expected distance is that over all azimuths." if expected.direction is None else ""
@@ -151,4 +152,4 @@ def sector_table(run: RunFiles) -> Iterator[Table]:
 
 
 def _span(low: float, high: float) -> str:
-    return f"{whole_metres(low)}{SPACE}–{SPACE}{whole_metres(high)}"
+    return f"{rounded_metres(low)}{SPACE}–{SPACE}{rounded_metres(high)}"
