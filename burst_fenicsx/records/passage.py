@@ -116,6 +116,7 @@ class Passage:
         ]
         self._among_rounds = settings.contact.surfaces and len(rounds) > 1
         self.largest = np.zeros(4)
+        self._warned = False
         self.last: PassedThrough | None = None
         self.casing_mass = np.zeros(self._count)
         if not self.needed:
@@ -317,7 +318,10 @@ class Passage:
         share = found.together / np.where(self.casing_mass > 0.0, self.casing_mass, 1.0)
         worst = int(np.argmax(share))
         if share[worst] > 0.1 * LARGEST_SHARE and self._comm.rank == 0:
-            _log.warning("%s (at %.2f us)", self._words(found, worst), 1e6 * time, extra={"code": "passed_through"})
+            # Once: what follows is in the log, and the largest in the summary.
+            say = _log.info if self._warned else _log.warning
+            say("%s (at %.2f us)", self._words(found, worst), 1e6 * time, extra={"code": "passed_through"})
+            self._warned = True
         if share[worst] > LARGEST_SHARE:
             raise NumericalStop(
                 f"{self._words(found, worst)}; allowed {100 * LARGEST_SHARE:g} %. Contact has failed there: "
