@@ -67,7 +67,7 @@ def contours_of(found: EnsembleHazard, site: Site) -> list[Contour]:
     """
     made: list[Contour] = []
     expected = found.expected
-    if expected is not None and not found.undetermined:
+    if not found.undetermined:
         converged = expected.uncertainty <= found.tolerance
         for statistic, distance in (("upper", expected.upper_by_direction), ("expected", expected.by_direction)):
             if np.isfinite(distance).all():

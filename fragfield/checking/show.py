@@ -67,6 +67,8 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
             console.print(recovered["words"], markup=False)
     for warning in found["warnings"]:
         console.print(f"warning: {warning}")
+    for path in found.get("drawings") or ():
+        console.print(f"drawing: {path}", markup=False)
 
 
 def _print_burst(console: Console, found: Mapping[str, Any]) -> None:

@@ -196,7 +196,7 @@ class ExposedSums:
         return float(self._energy[pieces.start : pieces.stop].max())
 
     def _values(
-        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance | None
+        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance
     ) -> dict[str, Any]:
         if site.is_building:
             return self._building(pieces[0], site)
@@ -318,7 +318,7 @@ def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: Ens
     from flight.hazard.contours import smooth_outline
 
     expected = found.expected
-    if expected is None or found.undetermined:
+    if found.undetermined:
         return None
     reach = expected.upper_by_direction if np.isfinite(expected.upper_by_direction).all() else expected.by_direction
     azimuth, line = smooth_outline(reach, expected.kernel)

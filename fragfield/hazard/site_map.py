@@ -189,12 +189,11 @@ def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
-    if expected is not None and not found.undetermined:
+    if not found.undetermined:
         rows += [("hazard", expected.by_direction), ("hazard_upper", expected.upper_by_direction)]
     for kind, reach in rows:
         if np.isfinite(reach).all() and reach.max(initial=0.0) > 0.0:
-            kernel = None if expected is None else expected.kernel
-            turn, distance = outline(reach) if kind == "max_throw" else smooth_outline(reach, kernel)
+            turn, distance = outline(reach) if kind == "max_throw" else smooth_outline(reach, expected.kernel)
             turn = np.radians(turn)
             points = origin + distance[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
             yield Shape(kind, KINDS[kind], points, properties={"largest_m": round(float(reach.max()), 1)})

@@ -162,13 +162,13 @@ TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
     "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _witness),
     "obstacle_hits": ("obstacle_hits.h5", "impacts on obstacles, first realisation", _obstacle_hits),
     "contacts": ("contacts.h5", "contacts between fragments, first realisation", _contacts),
-    "ensemble": ("ensemble.h5", "distances of every realisation", _ensemble("ensemble")),
+    "ensemble": ("ensemble.h5", "distance, throw and numbers of every realisation alone", _ensemble("ensemble")),
     "hazard_by_distance": (
         "ensemble.h5",
-        "densities and probabilities by distance",
+        "expected density and probability of a hit by distance",
         _ensemble("hazard_by_distance"),
     ),
-    "hazard_by_sector": ("ensemble.h5", "distances and numbers by azimuth", _ensemble("hazard_by_sector")),
+    "hazard_by_sector": ("ensemble.h5", "distances, throws and numbers by azimuth", _ensemble("hazard_by_sector")),
 }
 """By name: the file of the run that holds it, what it is, and what reads its columns from the run's folder."""
 

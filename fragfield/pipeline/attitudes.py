@@ -91,7 +91,6 @@ class _Envelope:
         worst = self.flown[self._worst]
         flown = worst.result()
         expected = flown.hazard.expected
-        assert expected is not None  # of every flight
         # Which way the nose points is not known either: the worst direction counts in all.
         everywhere = replace(
             expected,
@@ -112,7 +111,7 @@ class _Envelope:
         entries = []
         for key, one in sorted(self.flown.items()):
             assert one.found is not None  # on rank 0
-            ended = not one.found.balance.reason
+            ended = not one.found.pool.balance.reason
             entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
         return worst_of_attitudes(entries) if self.job.case.exposed else []
 
@@ -125,7 +124,7 @@ class _Envelope:
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
         if one.found is not None:
-            expected = one.found.assess(every_direction=False)
+            expected = one.found.pool.expected(every_direction=False)
             self.rows[key] = {
                 "inclination_deg": key[0],
                 "roll_deg": key[1],
@@ -143,7 +142,7 @@ class _Envelope:
         def reach(key: Key) -> float:
             row, found = self.rows[key], self.flown[key].found
             assert found is not None  # on rank 0
-            if found.balance.reason:
+            if found.pool.balance.reason:
                 return np.inf
             return float(row["expected"] if row["upper"] is None else row["upper"])
 

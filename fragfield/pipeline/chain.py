@@ -160,13 +160,13 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
 
 @contextmanager
 def _drawing(request: Request, team: Team) -> Iterator[FigureQueue | None]:
-    """Where figures are drawn while later stages are computed: not beside other ranks, which take the cores."""
+    """Where pictures are drawn while later stages are computed: not beside other ranks, which take the cores."""
     if request.lean or team.size > 1:
         yield None
         return
     from fragfield.report.figures.early import early_figures
 
-    figures = early_figures(request.directory.path)
+    figures = early_figures()
     try:
         yield figures
     finally:

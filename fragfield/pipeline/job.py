@@ -50,7 +50,7 @@ class Job:
     profile : bool
         Time the parts of the burst.
     figures : FigureQueue, optional
-        Draws the report's figures while the stages are computed.
+        Draws the report's pictures while the stages are computed.
     attitude : Turned, optional
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     noted : dict

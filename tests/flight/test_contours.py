@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -13,13 +14,11 @@ import pytest
 from flight import InputError
 from flight.hazard.contours import Contour, contours_of, outline, smooth_outline, write_geojson, write_kml
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
-from flight.hazard.density.tally import tally
-from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.site import Site, compass_point
 from flight.result import LANDING, Status
-from tests.flight.fields import distance_of_landings, groups_of_landings
+from tests.flight.fields import distance_of_landings, ensemble_of_landings
 
 Geodesic = pytest.importorskip("geographiclib.geodesic").Geodesic
 KML = "{http://www.opengis.net/kml/2.2}"
@@ -29,16 +28,14 @@ SITE = Site(52.25, 7.5, 30.0)
 @pytest.fixture(scope="module")
 def found() -> EnsembleHazard:
     generator = np.random.default_rng(1)
-    counts, parts = [], []
+    parts = []
     for _ in range(12):
         rows = np.zeros(20_000, dtype=LANDING)
         rows["status"], rows["energy"], rows["angle"] = Status.LANDED, 100.0, 30.0
         rows["azimuth"] = generator.uniform(0.0, 360.0, len(rows))
         rows["distance"] = generator.exponential(60.0, len(rows)) * (2.0 + np.cos(np.radians(rows["azimuth"])))
-        counts.append(tally(rows, sector_width=15.0))
         parts.append(rows)
-    groups = groups_of_landings(parts, Directions(PolarGrid.of(24, 15.0, 10.0, 3000.0), "worst_direction", 15.0))
-    return assess_ensemble(counts, expected=expected_distance(groups, 1.0 / 55.7))
+    return ensemble_of_landings(parts, Directions(PolarGrid.of(24, 15.0, 10.0, 3000.0), "worst_direction", 15.0))
 
 
 def inverse(site: Site, ring: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -157,19 +154,20 @@ def test_all_azimuths_are_a_circle(found: EnsembleHazard) -> None:
         rows["azimuth"], rows["distance"] = generator.uniform(0.0, 360.0, 5000), generator.exponential(90.0, 5000)
         parts.append(rows)
     expected = distance_of_landings(parts)
-    circle = contours_of(assess_ensemble(found.counts, expected=expected), SITE)[0]
+    circle = contours_of(replace(found, expected=expected), SITE)[0]
     assert inverse(SITE, circle.ring)[0] == pytest.approx(expected.upper, abs=1e-6)
 
 
 def test_what_is_not_determined_has_no_line(found: EnsembleHazard) -> None:
-    open_ = assess_ensemble(found.counts, expected=found.expected, undetermined="there are no fragments")
+    open_ = replace(found, undetermined="there are no fragments")
     assert {one.properties["quantity"] for one in contours_of(open_, SITE)} == {"max_throw"}
 
 
 def test_no_hazard_has_no_contour() -> None:
     rows = np.zeros(3, dtype=LANDING)
     rows["status"], rows["distance"] = Status.LANDED, 50.0
-    quantities = {one.properties["quantity"] for one in contours_of(assess_ensemble([tally(rows)]), SITE)}
+    found = ensemble_of_landings([rows, rows], Directions(PolarGrid.of()))
+    quantities = {one.properties["quantity"] for one in contours_of(found, SITE)}
     assert quantities == {"max_throw"}
 
 

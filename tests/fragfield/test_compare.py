@@ -124,8 +124,8 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
     assert rows["recommended"]["run"] > rows["expected"]["run"]
     assert rows["recommended"]["run_basis"] == "worst_direction"
     assert rows["largest_throw"]["ratio_error"] is None  # grows with the number of realisations
-    first = found["by_distance"][0]
-    assert first["ground_density"]["ratio"] == pytest.approx(2.0, rel=0.1)
+    first = next(row for row in found["by_distance"] if row["distance_m"] > 50.0)
+    assert 2.0 < first["ground_density"]["ratio"] < 5.0  # both in their worst directions: of the pair its focus
     assert first["ground_density"]["ratio_error"] > 0.0
     assert found["differences"] == [
         "round: reference 1, run 2",

@@ -13,8 +13,7 @@ from fragfield.hazard.prescribed import minimum_part, official_part
 from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING
 from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
-from fragfield.report.first_page import summary_section
-from fragfield.report.tables.prescribed import prescribed_blocks
+from fragfield.report.tables.prescribed import minimum_words, prescribed_table
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
@@ -197,11 +196,12 @@ def test_a_run_shows_the_official_distance_everywhere(run):
     opened = fragfield.open(folder)
     assert opened.official == summary["official"]
     assert opened.minimum == summary["minimum"]
-    blocks = summary_section(read_run(folder), ()).blocks
-    table = next(block for block in blocks if getattr(block, "title", "") == "Prescribed distances")
+    (table,) = prescribed_table(read_run(folder))
     lines = {line[0]: line[1:] for line in table.lines}
-    assert lines["Official, hazardous fragments"] == ("9,000", "Authority, table 1, p. 7")
-    assert lines["Do not apply less than: storage and handling"][0] == "9,000"
+    assert lines["Official hazardous fragment distance"] == ("9,000", "Authority, table 1, p. 7")
+    words = list(minimum_words(read_run(folder)))
+    by = "by the official hazardous fragment distance"
+    assert words[0] == f"Storage and handling: do not apply less than 9,000 m, {by}."
     text = (folder / "report.html").read_text(encoding="utf-8")
     assert "do not apply less than 9,000" in text
     assert "net explosive quantity" in text.casefold()
@@ -221,5 +221,5 @@ def test_a_run_of_a_former_version_shows_no_prescribed_distances(run, tmp_path):
         def part(self, name: str) -> dict:
             return {} if name == "minimum" else {"determined": True, "upper": 1.0}
 
-    assert list(prescribed_blocks(Former())) == []
-    assert list(prescribed_blocks(read_run(run[0])))
+    assert list(prescribed_table(Former())) == list(minimum_words(Former())) == []
+    assert list(prescribed_table(read_run(run[0])))

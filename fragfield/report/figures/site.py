@@ -47,13 +47,13 @@ def north_of(case: Case) -> float | None:
     return 90.0 if case.flight.ground.map is not None else None
 
 
-def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def site_figure(run: RunFiles) -> Figure | None:
     """The map with scale bar and north."""
     found = site_shapes(run)
     if found is None:
         return None
     case, shapes = found
-    figure, (axis,) = new_figure(narrow=narrow, height=7.0, narrow_height=5.0)
+    figure, (axis,) = new_figure(width=5.2, height=5.2)
     labels: set[str] = set()
     for shape in shapes:
         _draw(axis, shape, labels)
@@ -70,7 +70,7 @@ def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
         _north(axis, north)
     _name(axis, shapes)
     if labels:
-        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08 if not narrow else -0.14), ncols=1 if narrow else 2)
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
     return figure
 
 
@@ -173,13 +173,13 @@ def _north(axis: Axes, azimuth: float) -> None:
     )
 
 
-def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def exposed_figure(run: RunFiles) -> Figure | None:
     """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
     entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
     if not entries:
         return None
     height = 1.1 + 0.34 * len(entries)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=1.2 + 0.36 * len(entries))
+    figure, (axis,) = new_figure(height=height)
     bounds = []
     for row, entry in enumerate(entries):
         limit, value, style = entry["criterion"]["limit"], governing(entry), VERDICTS[entry["verdict"]]
@@ -193,7 +193,7 @@ def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
         xscale="log", yticks=range(len(entries)), yticklabels=[entry["name"] for entry in entries],
-        xlabel="Part of the criterion" if narrow else "Part of the criterion: expected value (dot), upper bound (bar)",
+        xlabel="Part of the criterion",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip
     axis.invert_yaxis()

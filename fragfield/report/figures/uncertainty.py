@@ -16,13 +16,13 @@ __all__ = ["distribution_figure", "places_figure", "tornado_figure"]
 _LIGHT = "#9db7cf"
 
 
-def distribution_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def distribution_figure(run: RunFiles) -> Figure | None:
     """Cumulative distribution of the distance, with its quantiles, the run itself and the recommended one."""
     found = run.part("uncertainty")
     entry, hazard = found.get("distance"), found.get("hazard")
     if not entry or not hazard:
         return None
-    figure, (axis,) = new_figure(narrow=narrow, height=2.8, narrow_height=3.0)
+    figure, (axis,) = new_figure(height=3.0)
     curve, spread = entry["curve"], entry["spread"]
     axis.plot(curve["value"], [100.0 * level for level in curve["level"]], **LINES[0])
     for name, level in (("low", 5), ("median", 50), ("high", 95)):
@@ -35,14 +35,14 @@ def distribution_figure(run: RunFiles, narrow: bool) -> Figure | None:
     return figure
 
 
-def tornado_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def tornado_figure(run: RunFiles) -> Figure | None:
     """Bars from the mean distance with each input at its low end to that at its high end."""
     entry = run.part("uncertainty").get("distance")
     if not entry or not entry.get("tornado"):
         return None
     rows = sorted(entry["tornado"], key=lambda one: abs(one["high"] - one["low"]))
     height = 0.9 + 0.27 * len(rows)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=height)
+    figure, (axis,) = new_figure(height=height)
     mean = entry["spread"]["mean"]
     for place, row in enumerate(rows):
         for name, colour in (("low", _LIGHT), ("high", LINES[0]["color"])):
@@ -54,14 +54,14 @@ def tornado_figure(run: RunFiles, narrow: bool) -> Figure | None:
     return figure
 
 
-def places_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def places_figure(run: RunFiles) -> Figure | None:
     """Expected hits at each exposed site, 5 to 95 % over the inputs."""
     places = [one for one in run.part("uncertainty").get("exposed") or [] if one["hits"] is not None]
     drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
     if not drawn:
         return None
     height = 1.0 + 0.3 * len(drawn)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=height)
+    figure, (axis,) = new_figure(height=height)
     floor = min(value for one in drawn for value in _values(one) if value > 0.0) / 3.0
     for place, one in enumerate(reversed(drawn)):
         low, median, high, nominal = (max(value, floor) for value in _values(one))

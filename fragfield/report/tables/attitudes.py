@@ -30,7 +30,7 @@ def _curve(run: RunFiles) -> list[dict[str, Any]]:
     return (run.part("hazard").get("attitude") or {}).get("curve") or []
 
 
-def attitude_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def attitude_figure(run: RunFiles) -> Figure | None:
     """Expected distance and its bound by inclination, the worst roll of each; None without mixed attitudes."""
     rows, hazard = _curve(run), run.part("hazard")
     if not rows:
@@ -41,7 +41,7 @@ def attitude_figure(run: RunFiles, narrow: bool) -> Figure | None:
         if (row["upper"] or row["expected"]) > (known["upper"] or known["expected"]):
             worst[row["inclination_deg"]] = row
     inclination = sorted(worst)
-    figure, (axis,) = new_figure(narrow=narrow, height=3.2, narrow_height=3.2)
+    figure, (axis,) = new_figure(height=3.4)
     shown = [worst[one] for one in inclination]
     errors = [2.0 * (row["standard_error"] or 0.0) for row in shown]
     axis.errorbar(
@@ -56,7 +56,7 @@ def attitude_figure(run: RunFiles, narrow: bool) -> Figure | None:
     axis.set(xlabel="Inclination from upright (°)", ylabel="Expected distance (m)", xlim=(-3.0, 183.0))
     axis.set_xticks(range(0, 181, 30))
     axis.set_ylim(bottom=0.0)
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=1 if narrow else 3)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18))
     return figure
 
 
@@ -82,4 +82,4 @@ def attitude_sections(run: RunFiles) -> list[Section]:
         "Inclination of the axis from upright, 180°: nose down. Coarse steps, and finer ones beside the worst "
         "attitude, which is flown until its distance is known to the tolerance. ± is the standard error by bootstrap."
     )
-    return [Section("attitudes", "Annex: expected distance by attitude", [Table("Attitudes", head, lines, note)])]
+    return [Section("attitudes", "Distance by attitude", [Table("Attitudes", head, lines, note)], annex=True)]

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = ["exposed_entries", "exposed_tables", "verdict_table"]
 
+_GRAVEST = ("not met", "not determined", "not shown", "met")
+_MOST_SITES = 8
+"""Sites that the first page shows."""
+
 
 def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
     """The entries `exposed` of summary.json; none where the case has no exposed sites."""
@@ -38,19 +42,15 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
             entry["verdict"],
             criterion_words(entry),
             _part(part_of_criterion(entry)),
-            _few((entry["probability"] or {}).get("upper")),
-            margin_metres(entry["margin"]),
-            _few(entry["largest_energy"]),
         )
-        for entry in entries
+        for entry in sorted(entries, key=lambda one: _GRAVEST.index(one["verdict"]))[:_MOST_SITES]
     ]
-    head = ("Exposed site", "Nearest edge", "Verdict", "Criterion", "Part of it", "Probability of a hit", "Margin by density (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
-    sheltered = "; ".join(f"{entry['name']}: {entry['no_margin']}" for entry in entries if entry["no_margin"])
+    head = ("Exposed site", "Nearest edge", "Verdict", "Criterion", "Part of it")
+    left = len(entries) - len(lines)
     note = (
-        "Upper bounds (95 %) of expected values. Part: the bound divided by the site's limit; 1 is the limit. Margin: "
-        "from the nearest edge to the line of the expected density (its bound by direction), negative inside."
-        + (f" Without a margin: {sheltered}." if sheltered else "")
-        + " “Not shown”: the expected value meets the criterion, its bound does not; more realisations may decide."
+        "Part: upper bound (95 %) of the expected value over the site's limit. “Not shown”: the expected value meets "
+        "the criterion, its bound does not."
+        + (f" {number(left)} more sites are in the annex, none of a graver verdict." if left > 0 else "")
     )
     yield Table("Exposed sites", head, tuple(lines), note)
 
@@ -67,16 +67,21 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
             _bounded(entry["density_ground"], 55.7),
             _bounded(entry["expected_hits"]),
             _bounded(entry["probability"]),
+            margin_metres(entry["margin"]),
+            _few(entry["largest_energy"]),
             number(entry["pieces"]),
         )
         for entry in entries
     ]
-    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Pieces")  # fmt: skip  # noqa: E501
+    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Margin by density (m)", "Largest energy (J)", "Pieces")  # fmt: skip  # noqa: E501
+    sheltered = "; ".join(f"{entry['name']}: {entry['no_margin']}" for entry in entries if entry["no_margin"])
     note = (
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
         "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
         "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
-        "people and vehicles: assuming that all are present; on a building: on its walls and roof."
+        "people and vehicles: assuming that all are present; on a building: on its walls and roof. Margin: from the "
+        "nearest edge to the line of the expected density (its bound by direction), negative inside."
+        + (f" Without a margin: {sheltered}." if sheltered else "")
     )
     yield Table("Exposed sites, all numbers", head, tuple(lines), note)
     yield from _walls(entries)

@@ -28,7 +28,7 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     known = own is not None and hazard.get("determined")
     lines = [
         (
-            "This computation, upper bound (95 %)",
+            "Recommended distance, this computation",
             "fragments",
             whole_metres(own) if known else "–",
             "–",
