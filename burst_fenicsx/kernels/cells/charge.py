@@ -23,8 +23,8 @@ from burst_fenicsx.kernels.cells.charge_pressure import (
     press_by_landau,
 )
 from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
+from burst_fenicsx.kernels.cells.objective_rate import elastic_trial, spin
 from burst_fenicsx.kernels.cells.rows import MASS, RATE, STRESS, VISCOUS, VOLUME
-from burst_fenicsx.kernels.cells.solid import elastic_trial, spin
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid

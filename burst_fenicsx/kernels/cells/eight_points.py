@@ -15,12 +15,14 @@ import numpy as np
 
 from burst_fenicsx.kernels.cells import hourglass, one_point
 from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
-from burst_fenicsx.kernels.cells.hourglass import Forces, bound, dashpots, may_exceed
+from burst_fenicsx.kernels.cells.hourglass import Forces, dashpots, longest_square, may_exceed
 from burst_fenicsx.kernels.cells.one_point import add_forces, force_modes, gather
 from burst_fenicsx.kernels.cells.rows import (
+    COEFFICIENT_LIMIT,
     DILATATION,
     DISSIPATION,
     FORCE,
+    MASS,
     OF_POINTS,
     POSITION,
     RATE,
@@ -230,6 +232,15 @@ def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndar
     """None: the points resist."""
     scratch[SPRING * LANES + lane] = 0.0
     return 0.0
+
+
+@block_kernel
+def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
+    """Limit the coefficient by the longest hourglass vector: closer to what the step bears it costs energy."""
+    for lane in range(LANES):
+        limit = scratch[MASS * LANES + lane] / (8.0 * step * longest_square(scratch, lane)) if step > 0.0 else np.inf
+        for a in range(4):
+            scratch[(COEFFICIENT_LIMIT + a) * LANES + lane] = limit
 
 
 @lane_function

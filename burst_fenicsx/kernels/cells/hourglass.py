@@ -37,6 +37,7 @@ __all__ = [
     "Forces",
     "bound",
     "dashpots",
+    "longest_square",
     "may_exceed",
     "resist_mode",
     "set_damping",
@@ -76,8 +77,8 @@ def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndar
 
 
 @lane_function
-def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:
-    """Whether an hourglass coefficient may exceed what the step, of inverse `per_step` (1/s), bears.
+def longest_square(scratch: np.ndarray, lane: int) -> float:
+    """Bound on the squares of all four hourglass vectors of a cell.
 
     Without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
     A little more allows for rounding: a cell's forces must not depend on whether others of its block need the bound.
@@ -86,8 +87,14 @@ def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: i
     h6, h7 = load_vector(scratch, HOURGLASS_MODES + 6, lane), load_vector(scratch, HOURGLASS_MODES + 9, lane)
     mode_square = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
     sx, sy, sz = load_vector(scratch, GRADIENT_SQUARES, lane)
+    return 10.01 + 5.01 * mode_square * (sx + sy + sz)
+
+
+@lane_function
+def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:
+    """Whether an hourglass coefficient may exceed what the step, of inverse `per_step` (1/s), bears."""
     limit = scratch[MASS * LANES + lane] * (0.125 * per_step)
-    return coefficient * (10.01 + 5.01 * mode_square * (sx + sy + sz)) > limit
+    return coefficient * longest_square(scratch, lane) > limit
 
 
 @lane_function
